@@ -1,0 +1,84 @@
+//! One error type for every reader: which file, which line and column, what was found, what was expected.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// What is wrong with an input file, in words a user can act on.
+///
+/// Printed as `path:line:column: found ..., expected ...`, the form that editors make clickable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FormatError {
+    /// The file, as the user named it.
+    pub path: PathBuf,
+    /// Line, counted from 1, where the problem has one.
+    pub line: Option<usize>,
+    /// Column, counted in characters from 1, where the problem has one.
+    pub column: Option<usize>,
+    /// What stands there (`"abc" in column radius`), or what happened (`the file cannot be opened: ...`).
+    pub found: String,
+    /// What should stand there; empty when `found` says all.
+    pub expected: String,
+    /// What to do about it, if there is more to say than "correct it".
+    pub help: Option<String>,
+}
+
+impl FormatError {
+    /// A problem of the whole file.
+    pub fn of_file(path: impl Into<PathBuf>, found: impl Into<String>) -> Self {
+        Self {
+            path: path.into(),
+            line: None,
+            column: None,
+            found: found.into(),
+            expected: String::new(),
+            help: None,
+        }
+    }
+
+    /// A problem at a line (and column) of the file, both counted from 1.
+    pub fn at(
+        path: impl Into<PathBuf>,
+        line: usize,
+        column: Option<usize>,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            line: Some(line),
+            column,
+            found: found.into(),
+            expected: expected.into(),
+            help: None,
+        }
+    }
+
+    /// Adds what to do about it.
+    #[must_use]
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for FormatError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        write!(f, ": {}", self.found)?;
+        if !self.expected.is_empty() {
+            write!(f, ", expected {}", self.expected)?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "\nhelp: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for FormatError {}

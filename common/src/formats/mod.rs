@@ -1,0 +1,1 @@
+//! Readers and writers of `.data`, `.fstat`, `.ene`, particle tables and surface meshes.

@@ -1,0 +1,1 @@
+//! Native frames: Arrow IPC streams of particles and contacts.

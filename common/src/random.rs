@@ -1,0 +1,1 @@
+//! Frozen counter-based random numbers.

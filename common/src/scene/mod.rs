@@ -1,0 +1,1 @@
+//! The scene file: what was typed, with the place where it was typed.

@@ -1,0 +1,14 @@
+//! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
+//!
+//! The rooms, each of which may use those below it: [`engine`], [`output`], [`plan`], [`boundaries`],
+//! [`forces`], [`walls`], [`neighbours`], [`contact`], [`particles`].
+
+pub mod boundaries;
+pub mod contact;
+pub mod engine;
+pub mod forces;
+pub mod neighbours;
+pub mod output;
+pub mod particles;
+pub mod plan;
+pub mod walls;

@@ -1,0 +1,1 @@
+//! End-to-end tests, validation cases and the plain reference path.
