@@ -1,1 +1,69 @@
-//! walls.
+//! Walls: where a sphere is near one, and how walls move.
+//!
+//! [`Shape::touches`] is the one query: given a sphere's centre in the wall's own frame it lists the
+//! faces and edges within reach. The frame moves with the wall: [`Motion`] gives its [`Pose`] and its
+//! [`RigidVelocity`] at any time, in closed form. This room knows nothing of particles, contact laws or
+//! neighbour lists.
+//!
+//! ```
+//! use glam::DVec3;
+//! use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side, Touches};
+//!
+//! // A drum of radius 0.4 m that turns about its axis, with a sphere of radius 0.01 m at its bottom.
+//! let (axis, origin) = (DVec3::Y, DVec3::new(0.5, 0.0, 0.5));
+//! let drum = Shape::Cylinder(Cylinder::new(axis, origin, 0.4, None, Side::Inside)?);
+//! let motion = Motion::new(vec![Component::Rotation {
+//!     axis,
+//!     origin,
+//!     angular_velocity: 2.0,
+//!     from: 0.0,
+//!     until: f64::INFINITY,
+//! }])?;
+//!
+//! let (pose, velocity) = (motion.pose(0.3), motion.velocity(0.3));
+//! let centre = DVec3::new(0.5, 0.2, 0.109);
+//! let mut touches = Touches::new();
+//! drum.touches(pose.to_initial(centre), 0.01, &mut touches);
+//! let touch = touches.as_slice()[0];
+//! let normal = pose.rotation * touch.normal;
+//! assert!((touch.distance - 0.009).abs() < 1e-15);
+//! assert!((normal - DVec3::Z).length() < 1e-14);
+//! // The wall passes below at 0.4 m * 2 rad/s.
+//! let speed = velocity.at(centre - normal * touch.distance).length();
+//! assert!((speed - 0.8).abs() < 1e-14);
+//! # Ok::<(), mercury_solver::walls::WallError>(())
+//! ```
+
+mod axis;
+mod cone;
+mod cylinder;
+mod disc;
+mod error;
+mod motion;
+mod motion_table;
+mod plane;
+mod pose;
+mod profile;
+mod revolution;
+mod revolved;
+mod shape;
+mod side;
+mod sphere;
+mod symmetry;
+#[cfg(test)]
+mod tests;
+mod touch;
+
+pub use cone::Cone;
+pub use cylinder::Cylinder;
+pub use disc::Disc;
+pub use error::WallError;
+pub use motion::{Component, Motion};
+pub use motion_table::{MotionTable, Row};
+pub use plane::Plane;
+pub use pose::{Pose, RigidVelocity};
+pub use revolution::Revolution;
+pub use shape::Shape;
+pub use side::Side;
+pub use sphere::SphereShell;
+pub use touch::{MAX_TOUCHES, Touch, Touches};

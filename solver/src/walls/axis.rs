@@ -1,0 +1,53 @@
+//! The frame of an axisymmetric wall.
+
+use super::error::{WallError, direction, finite_vector};
+use glam::{DVec2, DVec3};
+
+/// An axis with two directions normal to it, so that a point near the axis still gets a radial
+/// direction that is exactly normal to the axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    pub(super) origin: DVec3,
+    pub(super) direction: DVec3,
+    across: [DVec3; 2],
+}
+
+impl Axis {
+    pub(super) fn new(axis: DVec3, origin: DVec3) -> Result<Self, WallError> {
+        let direction = direction("axis", axis)?;
+        let (u, v) = direction.any_orthonormal_pair();
+        Ok(Self {
+            origin: finite_vector("origin", origin)?,
+            direction,
+            across: [u, v],
+        })
+    }
+
+    /// Position `(r, z)` of a point in its half-plane, and the unit vector away from the axis (any,
+    /// for a point on the axis).
+    #[inline]
+    pub(super) fn half_plane(&self, point: DVec3) -> (DVec2, DVec3) {
+        let offset = point - self.origin;
+        let x = offset.dot(self.across[0]);
+        let y = offset.dot(self.across[1]);
+        let r = (x * x + y * y).sqrt();
+        let outward = if r > 0.0 {
+            self.across[0] * (x / r) + self.across[1] * (y / r)
+        } else {
+            self.across[0]
+        };
+        (DVec2::new(r, offset.dot(self.direction)), outward)
+    }
+
+    /// Smallest box around the circle of radius `r` about the axis at height `z`.
+    pub(super) fn ring_bounds(&self, r: f64, z: f64) -> (DVec3, DVec3) {
+        let centre = self.origin + self.direction * z;
+        let a = self.direction;
+        let extent = DVec3::new(
+            (a.y * a.y + a.z * a.z).sqrt(),
+            (a.x * a.x + a.z * a.z).sqrt(),
+            (a.x * a.x + a.y * a.y).sqrt(),
+        ) * r;
+        (centre - extent, centre + extent)
+    }
+}

@@ -1,0 +1,111 @@
+//! The cylinder.
+
+use super::axis::Axis;
+use super::error::{WallError, interval, positive};
+use super::pose::Pose;
+use super::revolved::Revolved;
+use super::side::Side;
+use super::symmetry;
+use super::touch::{Touch, Touches};
+use glam::DVec3;
+
+/// A cylindrical shell, endless or cut off. Features of an endless one: 0 the face, 1 the outer face
+/// of [`Side::Both`]; of a bounded one: 0 the face, 1 and 2 the rims at its beginning and end, 3 the
+/// outer face of [`Side::Both`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cylinder(Extent);
+
+#[derive(Debug, Clone, PartialEq)]
+enum Extent {
+    Endless { axis: Axis, radius: f64, side: Side },
+    Bounded(Revolved),
+}
+
+impl Cylinder {
+    /// The shell of `radius` (m) about the line through `origin` (m) along `axis` (any length), either
+    /// endless or between two distances (m) from the origin along the axis.
+    ///
+    /// # Errors
+    /// If the axis is no direction, a number is not finite, the radius is not positive, or `along`
+    /// doesn't increase.
+    pub fn new(
+        axis: DVec3,
+        origin: DVec3,
+        radius: f64,
+        along: Option<[f64; 2]>,
+        side: Side,
+    ) -> Result<Self, WallError> {
+        let radius = positive("radius", radius)?;
+        Ok(Self(match along {
+            None => Extent::Endless {
+                axis: Axis::new(axis, origin)?,
+                radius,
+                side,
+            },
+            Some(along) => {
+                let [from, to] = interval("along", along)?;
+                let profile = [[radius, from], [radius, to]];
+                Extent::Bounded(Revolved::new(axis, origin, &profile, side)?)
+            }
+        }))
+    }
+
+    #[inline]
+    pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.touches(centre, reach, out),
+            Extent::Endless { axis, radius, side } => {
+                let (point, outward) = axis.half_plane(centre);
+                let height = radius - point.x;
+                if height.abs() >= reach {
+                    return;
+                }
+                let (distance, sign, feature) = match side {
+                    Side::Inside => (height, -1.0, 0),
+                    Side::Outside => (-height, 1.0, 0),
+                    Side::Both if height >= 0.0 => (height, -1.0, 0),
+                    Side::Both => (-height, 1.0, 1),
+                };
+                out.push(Touch {
+                    distance,
+                    normal: outward * sign,
+                    feature,
+                    curvature: [0.0, sign / radius],
+                });
+            }
+        }
+    }
+
+    pub(super) fn adjacent(&self, a: u32, b: u32) -> bool {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.adjacent(a, b),
+            Extent::Endless { .. } => false,
+        }
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.bounds(),
+            Extent::Endless { axis, radius, .. } => {
+                let (mut min, mut max) = axis.ring_bounds(*radius, 0.0);
+                for i in 0..3 {
+                    if axis.direction[i] != 0.0 {
+                        min[i] = f64::NEG_INFINITY;
+                        max[i] = f64::INFINITY;
+                    }
+                }
+                (min, max)
+            }
+        }
+    }
+
+    pub(super) fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.displacement(from, to, about, reach),
+            Extent::Endless { axis, .. } => {
+                let line = (axis.origin, axis.direction);
+                symmetry::of_axis(from, to, line, true, about, reach)
+            }
+        }
+    }
+}

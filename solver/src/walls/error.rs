@@ -1,0 +1,139 @@
+//! What can be wrong with the description of a wall or of its motion.
+
+use glam::DVec3;
+
+/// Why a wall shape or a motion cannot be built. `key` is the scene key that is to blame.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WallError {
+    /// A direction without a direction.
+    #[error("{key}: must be a finite vector of non-zero length, got {value}")]
+    NoDirection {
+        /// The scene key.
+        key: &'static str,
+        /// What stands there.
+        value: DVec3,
+    },
+    /// A number or a vector that is infinite or not a number.
+    #[error("{key}: must be finite, got {value}")]
+    NotFinite {
+        /// The scene key.
+        key: &'static str,
+        /// What stands there.
+        value: String,
+    },
+    /// A length that must be positive.
+    #[error("{key}: must be > 0, got {value}")]
+    NotPositive {
+        /// The scene key.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// A quantity that must not be negative.
+    #[error("{key}: must be >= 0, got {value}")]
+    Negative {
+        /// The scene key.
+        key: &'static str,
+        /// What stands there.
+        value: f64,
+    },
+    /// An interval whose end does not lie after its beginning.
+    #[error("{key}: must increase, got {from} .. {to}")]
+    NotIncreasing {
+        /// The scene key.
+        key: &'static str,
+        /// Beginning of the interval.
+        from: f64,
+        /// End of the interval.
+        to: f64,
+    },
+    /// A profile that is no line.
+    #[error("profile: must have at least 2 points, got {count}")]
+    TooFewPoints {
+        /// How many points there are.
+        count: usize,
+    },
+    /// A piece of a profile without length.
+    #[error("profile: points {index} and {} are the same", index + 1)]
+    RepeatedPoint {
+        /// Index of the first of the two, from 0.
+        index: usize,
+    },
+    /// A piece of a profile that turns into a line, not a surface.
+    #[error("profile: the piece from point {index} to {} lies on the axis", index + 1)]
+    PieceOnAxis {
+        /// Index of the first point of the piece, from 0.
+        index: usize,
+    },
+    /// A profile that crosses or touches itself, so that it has no two sides.
+    #[error(
+        "profile: the pieces that begin at points {first} and {second} cross or touch each other"
+    )]
+    Crossing {
+        /// Index of the first point of one piece, from 0.
+        first: usize,
+        /// Index of the first point of the other piece.
+        second: usize,
+    },
+}
+
+/// The unit vector along `value`.
+pub(super) fn direction(key: &'static str, value: DVec3) -> Result<DVec3, WallError> {
+    // Scaled first, so that the length neither overflows nor underflows.
+    let largest = value.abs().max_element();
+    if !value.is_finite() || largest == 0.0 {
+        return Err(WallError::NoDirection { key, value });
+    }
+    Ok((value / largest).normalize())
+}
+
+/// `value`, if all its components are finite.
+pub(super) fn finite_vector(key: &'static str, value: DVec3) -> Result<DVec3, WallError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(WallError::NotFinite {
+            key,
+            value: value.to_string(),
+        })
+    }
+}
+
+/// `value`, if it is finite.
+pub(super) fn finite(key: &'static str, value: f64) -> Result<f64, WallError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(WallError::NotFinite {
+            key,
+            value: value.to_string(),
+        })
+    }
+}
+
+/// `value`, if it is finite and positive.
+pub(super) fn positive(key: &'static str, value: f64) -> Result<f64, WallError> {
+    if finite(key, value)? > 0.0 {
+        Ok(value)
+    } else {
+        Err(WallError::NotPositive { key, value })
+    }
+}
+
+/// `value`, if it is finite and not negative.
+pub(super) fn not_negative(key: &'static str, value: f64) -> Result<f64, WallError> {
+    if finite(key, value)? >= 0.0 {
+        Ok(value)
+    } else {
+        Err(WallError::Negative { key, value })
+    }
+}
+
+/// `[from, to]`, if both are finite and `from < to`.
+pub(super) fn interval(key: &'static str, [from, to]: [f64; 2]) -> Result<[f64; 2], WallError> {
+    if finite(key, from)? < finite(key, to)? {
+        Ok([from, to])
+    } else {
+        Err(WallError::NotIncreasing { key, from, to })
+    }
+}

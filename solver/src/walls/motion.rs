@@ -1,0 +1,392 @@
+//! Prescribed motion of rigid walls, in closed form in time.
+
+use super::error::{WallError, direction, finite, finite_vector, not_negative};
+use super::motion_table::MotionTable;
+use super::pose::{Pose, RigidVelocity};
+use glam::{DQuat, DVec3};
+use std::f64::consts::TAU;
+
+/// One motion. Before `from` (s) it has moved nothing, after `until` (s) it stays as it was then.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Component {
+    /// A shift with constant velocity.
+    Translation {
+        /// In m/s.
+        velocity: DVec3,
+        /// Begins, in s.
+        from: f64,
+        /// Ends, in s; may be infinite.
+        until: f64,
+    },
+    /// A right-handed turn with constant angular velocity.
+    Rotation {
+        /// Direction of the axis, of any length.
+        axis: DVec3,
+        /// A point of the axis in m, in the coordinates of the scene; later motions carry it along.
+        origin: DVec3,
+        /// In rad/s.
+        angular_velocity: f64,
+        /// Begins, in s.
+        from: f64,
+        /// Ends, in s; may be infinite.
+        until: f64,
+    },
+    /// The shift `amplitude (sin(2 pi frequency (t - from) + phase) - sin(phase))`.
+    ///
+    /// The constant makes the wall start where the scene puts it, for any phase, without a jump; at
+    /// phase pi/2 it starts from rest, at the end of its stroke.
+    Oscillation {
+        /// In m.
+        amplitude: DVec3,
+        /// In 1/s.
+        frequency: f64,
+        /// In rad.
+        phase: f64,
+        /// Begins, in s.
+        from: f64,
+        /// Ends, in s; may be infinite.
+        until: f64,
+    },
+    /// A motion read from a file: a turn about `origin`, and then a shift.
+    Table {
+        /// The rows.
+        table: MotionTable,
+        /// The point about which the rotation vectors turn, in m.
+        origin: DVec3,
+    },
+}
+
+impl Component {
+    /// Checks the numbers and gives axes unit length.
+    fn checked(mut self) -> Result<Self, WallError> {
+        let mut period = None;
+        match &mut self {
+            Self::Translation {
+                velocity,
+                from,
+                until,
+            } => {
+                finite_vector("velocity", *velocity)?;
+                period = Some((*from, *until));
+            }
+            Self::Rotation {
+                axis,
+                origin,
+                angular_velocity,
+                from,
+                until,
+            } => {
+                *axis = direction("axis", *axis)?;
+                finite_vector("origin", *origin)?;
+                finite("angular_velocity", *angular_velocity)?;
+                period = Some((*from, *until));
+            }
+            Self::Oscillation {
+                amplitude,
+                frequency,
+                phase,
+                from,
+                until,
+            } => {
+                finite_vector("amplitude", *amplitude)?;
+                not_negative("frequency", *frequency)?;
+                finite("phase", *phase)?;
+                period = Some((*from, *until));
+            }
+            Self::Table { origin, .. } => {
+                finite_vector("origin", *origin)?;
+            }
+        }
+        if let Some((from, until)) = period {
+            finite("from", from)?;
+            if until.is_nan() || until < from {
+                return Err(WallError::NotIncreasing {
+                    key: "until",
+                    from,
+                    to: until,
+                });
+            }
+        }
+        Ok(self)
+    }
+
+    fn is_static(&self) -> bool {
+        match self {
+            Self::Translation {
+                velocity,
+                from,
+                until,
+            } => *velocity == DVec3::ZERO || from == until,
+            Self::Rotation {
+                angular_velocity,
+                from,
+                until,
+                ..
+            } => *angular_velocity == 0.0 || from == until,
+            Self::Oscillation {
+                amplitude,
+                frequency,
+                from,
+                until,
+                ..
+            } => *amplitude == DVec3::ZERO || *frequency == 0.0 || from == until,
+            Self::Table { table, .. } => table.is_zero(),
+        }
+    }
+
+    fn pose(&self, time: f64) -> Pose {
+        match self {
+            Self::Translation {
+                velocity,
+                from,
+                until,
+            } => shift(*velocity * elapsed(time, *from, *until)),
+            Self::Rotation {
+                axis,
+                origin,
+                angular_velocity,
+                from,
+                until,
+            } => {
+                let angle = angular_velocity * elapsed(time, *from, *until);
+                Pose::about(*origin, DQuat::from_axis_angle(*axis, angle), DVec3::ZERO)
+            }
+            Self::Oscillation {
+                amplitude,
+                frequency,
+                phase,
+                from,
+                until,
+            } => {
+                let angle = TAU * frequency * elapsed(time, *from, *until) + phase;
+                shift(*amplitude * (angle.sin() - phase.sin()))
+            }
+            Self::Table { table, origin } => {
+                let (displacement, rotation_vector) = table.at(time);
+                Pose::about(
+                    *origin,
+                    DQuat::from_scaled_axis(rotation_vector),
+                    displacement,
+                )
+            }
+        }
+    }
+
+    /// Velocity field of the moved body due to this motion alone. At kinks: the one of the time after.
+    fn velocity(&self, time: f64) -> RigidVelocity {
+        match self {
+            Self::Translation {
+                velocity,
+                from,
+                until,
+            } => RigidVelocity {
+                velocity: *velocity * running(time, *from, *until),
+                ..RigidVelocity::REST
+            },
+            Self::Rotation {
+                axis,
+                origin,
+                angular_velocity,
+                from,
+                until,
+            } => RigidVelocity {
+                velocity: DVec3::ZERO,
+                angular_velocity: *axis * (angular_velocity * running(time, *from, *until)),
+                origin: *origin,
+            },
+            Self::Oscillation {
+                amplitude,
+                frequency,
+                phase,
+                from,
+                until,
+            } => {
+                let angle = TAU * frequency * elapsed(time, *from, *until) + phase;
+                let rate = TAU * frequency * angle.cos() * running(time, *from, *until);
+                RigidVelocity {
+                    velocity: *amplitude * rate,
+                    ..RigidVelocity::REST
+                }
+            }
+            Self::Table { table, origin } => {
+                let (displacement, _) = table.at(time);
+                let (velocity, angular_velocity) = table.velocity(time);
+                RigidVelocity {
+                    velocity,
+                    angular_velocity,
+                    origin: *origin + displacement,
+                }
+            }
+        }
+    }
+
+    /// Upper bound of the speed that this motion alone gives to points of the ball until `end`, and the
+    /// ball in which they are then at any time.
+    fn sweep(&self, ball: Ball, end: f64) -> (f64, Ball) {
+        match self {
+            Self::Translation {
+                velocity,
+                from,
+                until,
+            } => {
+                let duration = elapsed(end, *from, *until);
+                if duration == 0.0 {
+                    return (0.0, ball);
+                }
+                (velocity.length(), ball.grown(velocity.length() * duration))
+            }
+            Self::Rotation {
+                axis,
+                origin,
+                angular_velocity,
+                from,
+                until,
+            } => {
+                if elapsed(end, *from, *until) == 0.0 || *angular_velocity == 0.0 {
+                    return (0.0, ball);
+                }
+                let arm = (ball.centre - *origin).reject_from_normalized(*axis);
+                let swept = Ball {
+                    centre: ball.centre - arm,
+                    radius: arm.length() + ball.radius,
+                };
+                (angular_velocity.abs() * swept.radius, swept)
+            }
+            Self::Oscillation {
+                amplitude,
+                frequency,
+                phase,
+                from,
+                until,
+            } => {
+                let duration = elapsed(end, *from, *until);
+                if duration == 0.0 || *frequency == 0.0 {
+                    return (0.0, ball);
+                }
+                let stroke = amplitude.length() * (1.0 + phase.sin().abs());
+                (TAU * frequency * amplitude.length(), ball.grown(stroke))
+            }
+            Self::Table { table, origin } => {
+                let limits = table.limits(end);
+                if !limits.turns {
+                    return (limits.speed, ball.grown(limits.displacement));
+                }
+                let turned = Ball {
+                    centre: *origin,
+                    radius: (ball.centre - *origin).length() + ball.radius,
+                };
+                let speed = limits.speed + limits.angular_speed * turned.radius;
+                (speed, turned.grown(limits.displacement))
+            }
+        }
+    }
+}
+
+/// Seconds for which a motion has run.
+fn elapsed(time: f64, from: f64, until: f64) -> f64 {
+    time.clamp(from, until) - from
+}
+
+/// 1 while the motion runs, 0 otherwise.
+fn running(time: f64, from: f64, until: f64) -> f64 {
+    if time >= from && time < until {
+        1.0
+    } else {
+        0.0
+    }
+}
+
+fn shift(displacement: DVec3) -> Pose {
+    Pose {
+        rotation: DQuat::IDENTITY,
+        translation: displacement,
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    centre: DVec3,
+    radius: f64,
+}
+
+impl Ball {
+    fn grown(self, by: f64) -> Self {
+        Self {
+            radius: self.radius + by,
+            ..self
+        }
+    }
+}
+
+/// The motion of a wall: components applied in the order of the list, each to the result of those
+/// before it. Every origin is given where the scene puts it, and is carried along by the later
+/// components only: a drum that turns and then travels keeps turning about its own axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motion {
+    components: Vec<Component>,
+}
+
+impl Motion {
+    /// A motion composed of `components`; none of them means a wall at rest.
+    ///
+    /// # Errors
+    /// If a number is not finite (only `until` may be infinite), an axis is no direction, a frequency
+    /// is negative, or `until` lies before `from`.
+    pub fn new(components: Vec<Component>) -> Result<Self, WallError> {
+        let components = components
+            .into_iter()
+            .map(Component::checked)
+            .collect::<Result<_, _>>()?;
+        Ok(Self { components })
+    }
+
+    /// Whether the wall stays where the scene puts it, for ever.
+    #[must_use]
+    pub fn is_static(&self) -> bool {
+        self.components.iter().all(Component::is_static)
+    }
+
+    /// Where the wall is at `time` (s): a function of time alone, not of earlier steps.
+    #[must_use]
+    pub fn pose(&self, time: f64) -> Pose {
+        self.components
+            .iter()
+            .fold(Pose::IDENTITY, |pose, next| pose.then(&next.pose(time)))
+    }
+
+    /// The time derivative of [`Motion::pose`] at `time` (s); where a motion begins, ends or has a kink,
+    /// the derivative of what follows.
+    #[must_use]
+    pub fn velocity(&self, time: f64) -> RigidVelocity {
+        self.components
+            .iter()
+            .fold(RigidVelocity::REST, |inner, next| {
+                let pose = next.pose(time);
+                let outer = next.velocity(time);
+                let origin = pose.to_global(inner.origin);
+                RigidVelocity {
+                    velocity: pose.rotation * inner.velocity + outer.at(origin),
+                    angular_velocity: pose.rotation * inner.angular_velocity
+                        + outer.angular_velocity,
+                    origin,
+                }
+            })
+    }
+
+    /// Upper bound, over all times up to `end` (s), of the speed in m/s of the material points of the
+    /// wall that are within `reach` (m) of `about` in the initial frame.
+    #[must_use]
+    pub fn max_speed(&self, about: DVec3, reach: f64, end: f64) -> f64 {
+        let mut ball = Ball {
+            centre: about,
+            radius: reach,
+        };
+        let mut speed = 0.0;
+        for component in &self.components {
+            let (own, swept) = component.sweep(ball, end);
+            speed += own;
+            ball = swept;
+        }
+        speed
+    }
+}

@@ -1,0 +1,57 @@
+//! The plane: the boundary of a solid half-space.
+
+use super::error::{WallError, direction, finite_vector};
+use super::pose::Pose;
+use super::symmetry;
+use super::touch::{Touch, Touches};
+use glam::DVec3;
+
+/// A half-space of wall. It pushes back however deep a centre has sunk in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    point: DVec3,
+    normal: DVec3,
+}
+
+impl Plane {
+    /// The plane through `point` (m) whose `normal` (any length) points into the space of the
+    /// particles.
+    ///
+    /// # Errors
+    /// If the point is not finite or the normal is no direction.
+    pub fn new(point: DVec3, normal: DVec3) -> Result<Self, WallError> {
+        Ok(Self {
+            point: finite_vector("point", point)?,
+            normal: direction("normal", normal)?,
+        })
+    }
+
+    #[inline]
+    pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        let distance = (centre - self.point).dot(self.normal);
+        if distance < reach {
+            out.push(Touch {
+                distance,
+                normal: self.normal,
+                feature: 0,
+                curvature: [0.0; 2],
+            });
+        }
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let mut min = DVec3::NEG_INFINITY;
+        let mut max = DVec3::INFINITY;
+        for axis in 0..3 {
+            if self.normal[axis].abs() == 1.0 {
+                min[axis] = self.point[axis];
+                max[axis] = self.point[axis];
+            }
+        }
+        (min, max)
+    }
+
+    pub(super) fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        symmetry::of_plane(from, to, (self.point, self.normal), about, reach)
+    }
+}

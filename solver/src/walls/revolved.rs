@@ -1,0 +1,70 @@
+//! A profile turned about an axis: what discs, cones, bounded cylinders and revolutions share.
+
+use super::axis::Axis;
+use super::error::WallError;
+use super::pose::Pose;
+use super::profile::Profile;
+use super::side::Side;
+use super::symmetry;
+use super::touch::{Touch, Touches};
+use glam::DVec3;
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Revolved {
+    axis: Axis,
+    profile: Profile,
+}
+
+impl Revolved {
+    pub(super) fn new(
+        axis: DVec3,
+        origin: DVec3,
+        profile: &[[f64; 2]],
+        side: Side,
+    ) -> Result<Self, WallError> {
+        Ok(Self {
+            axis: Axis::new(axis, origin)?,
+            profile: Profile::new(profile, side)?,
+        })
+    }
+
+    #[inline]
+    pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        let (point, outward) = self.axis.half_plane(centre);
+        self.profile.near(point, reach, |near| {
+            // The circle of latitude bends about the axis; only the part of its curvature that is
+            // normal to the surface counts (Meusnier). At a tip on the axis it is not defined.
+            let curvature = if near.foot_radius > 0.0 && near.foot_radius.is_finite() {
+                near.normal.x / near.foot_radius
+            } else {
+                0.0
+            };
+            out.push(Touch {
+                distance: near.distance,
+                normal: outward * near.normal.x + self.axis.direction * near.normal.y,
+                feature: near.feature,
+                curvature: [0.0, curvature],
+            });
+        });
+    }
+
+    pub(super) fn adjacent(&self, a: u32, b: u32) -> bool {
+        self.profile.adjacent(a, b)
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let mut min = DVec3::INFINITY;
+        let mut max = DVec3::NEG_INFINITY;
+        for point in self.profile.points() {
+            let (low, high) = self.axis.ring_bounds(point.x, point.y);
+            min = min.min(low);
+            max = max.max(high);
+        }
+        (min, max)
+    }
+
+    pub(super) fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        let axis = (self.axis.origin, self.axis.direction);
+        symmetry::of_axis(from, to, axis, false, about, reach)
+    }
+}

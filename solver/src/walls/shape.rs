@@ -1,0 +1,97 @@
+//! The one query behind which all wall shapes stand.
+
+use super::cone::Cone;
+use super::cylinder::Cylinder;
+use super::disc::Disc;
+use super::plane::Plane;
+use super::pose::Pose;
+use super::revolution::Revolution;
+use super::sphere::SphereShell;
+use super::touch::Touches;
+use glam::DVec3;
+
+/// The shape of a wall, in the frame in which the scene describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A half-space.
+    Plane(Plane),
+    /// A thin round plate.
+    Disc(Disc),
+    /// A cylindrical shell.
+    Cylinder(Cylinder),
+    /// A conical shell.
+    Cone(Cone),
+    /// A spherical shell.
+    Sphere(SphereShell),
+    /// A polygon turned about an axis.
+    Revolution(Revolution),
+}
+
+impl Shape {
+    /// Replaces the content of `out` by all places of the wall within `reach` (m, exclusive) of
+    /// `centre` (in the wall's own frame): each face onto which the centre projects, and each edge
+    /// that is nearer than the faces it ends.
+    ///
+    /// A centre beyond a one-sided surface gets a negative distance. A plane pushes it back from any
+    /// depth; the other shapes only while it is less deep than `reach`, for deeper it is on the other
+    /// side. So a caller whose `reach` is larger than the particle's radius (to fill a neighbour list,
+    /// or for forces at a distance) leaves out what is deeper than the radius.
+    #[inline]
+    pub fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        out.clear();
+        match self {
+            Self::Plane(plane) => plane.touches(centre, reach, out),
+            Self::Disc(disc) => disc.0.touches(centre, reach, out),
+            Self::Cylinder(cylinder) => cylinder.touches(centre, reach, out),
+            Self::Cone(cone) => cone.0.touches(centre, reach, out),
+            Self::Sphere(sphere) => sphere.touches(centre, reach, out),
+            Self::Revolution(revolution) => revolution.0.touches(centre, reach, out),
+        }
+    }
+
+    /// Whether a rolling contact may carry its history from feature `a` to feature `b`: from a face to
+    /// an edge of it and back, and from a face to the next one, as a step can be longer than the way
+    /// round the edge. No feature is adjacent to itself.
+    #[must_use]
+    pub fn adjacent(&self, a: u32, b: u32) -> bool {
+        match self {
+            Self::Plane(_) | Self::Sphere(_) => false,
+            Self::Disc(disc) => disc.0.adjacent(a, b),
+            Self::Cylinder(cylinder) => cylinder.adjacent(a, b),
+            Self::Cone(cone) => cone.0.adjacent(a, b),
+            Self::Revolution(revolution) => revolution.0.adjacent(a, b),
+        }
+    }
+
+    /// Smallest and largest coordinate of the surface along each axis in m; infinite where the surface
+    /// is unbounded.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        match self {
+            Self::Plane(plane) => plane.bounds(),
+            Self::Disc(disc) => disc.0.bounds(),
+            Self::Cylinder(cylinder) => cylinder.bounds(),
+            Self::Cone(cone) => cone.0.bounds(),
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Revolution(revolution) => revolution.0.bounds(),
+        }
+    }
+
+    /// Upper bound in m of how far any point of the surface within `reach` of `about` (a point of the
+    /// initial frame) gets from the old surface to the new one between two poses.
+    ///
+    /// Motions of the shape in itself don't count: zero for a body of revolution that turns about its
+    /// own axis, a sphere that turns about its centre, a plane or an endless cylinder that slides in
+    /// itself.
+    #[must_use]
+    pub fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        match self {
+            Self::Plane(plane) => plane.displacement(from, to, about, reach),
+            Self::Disc(disc) => disc.0.displacement(from, to, about, reach),
+            Self::Cylinder(cylinder) => cylinder.displacement(from, to, about, reach),
+            Self::Cone(cone) => cone.0.displacement(from, to, about, reach),
+            Self::Sphere(sphere) => sphere.displacement(from, to, about, reach),
+            Self::Revolution(revolution) => revolution.0.displacement(from, to, about, reach),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The sphere, as a wall.
+
+use super::error::{WallError, finite_vector, positive};
+use super::pose::Pose;
+use super::side::Side;
+use super::symmetry;
+use super::touch::{Touch, Touches};
+use glam::DVec3;
+
+/// A spherical shell. Features: 0 the inside (or the only side), 1 the outside of [`Side::Both`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SphereShell {
+    centre: DVec3,
+    radius: f64,
+    side: Side,
+}
+
+impl SphereShell {
+    /// The shell of `radius` (m) about `origin` (m).
+    ///
+    /// # Errors
+    /// If the origin is not finite or the radius is not finite and positive.
+    pub fn new(origin: DVec3, radius: f64, side: Side) -> Result<Self, WallError> {
+        Ok(Self {
+            centre: finite_vector("origin", origin)?,
+            radius: positive("radius", radius)?,
+            side,
+        })
+    }
+
+    #[inline]
+    pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        let offset = centre - self.centre;
+        let r = offset.length();
+        let height = self.radius - r;
+        if height.abs() >= reach {
+            return;
+        }
+        // At the very centre all directions are equally near.
+        let outward = if r > 0.0 { offset / r } else { DVec3::X };
+        let (distance, sign, feature) = match self.side {
+            Side::Inside => (height, -1.0, 0),
+            Side::Outside => (-height, 1.0, 0),
+            Side::Both if height >= 0.0 => (height, -1.0, 0),
+            Side::Both => (-height, 1.0, 1),
+        };
+        out.push(Touch {
+            distance,
+            normal: outward * sign,
+            feature,
+            curvature: [sign / self.radius; 2],
+        });
+    }
+
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let extent = DVec3::splat(self.radius);
+        (self.centre - extent, self.centre + extent)
+    }
+
+    pub(super) fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        symmetry::of_point(from, to, self.centre, about, reach)
+    }
+}
