@@ -42,6 +42,9 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FormatError> 
 pub(crate) mod test_support {
     use std::path::PathBuf;
 
+    use glam::DVec3;
+    use proptest::prelude::*;
+
     /// A folder of the reference data; `None` (and a message) where the data are not installed, unless
     /// in continuous integration, where they must be.
     pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
@@ -77,5 +80,23 @@ pub(crate) mod test_support {
             }
         }
         different
+    }
+
+    /// Any number but NaN, often an awkward one.
+    pub(crate) fn any_number() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            any::<u64>()
+                .prop_map(f64::from_bits)
+                .prop_filter("not nan", |value| !value.is_nan()),
+            Just(-0.0),
+            Just(0.0),
+            Just(5e-324),
+            Just(f64::MAX),
+            -10.0..10.0,
+        ]
+    }
+
+    pub(crate) fn any_vector() -> impl Strategy<Value = DVec3> {
+        [any_number(), any_number(), any_number()].prop_map(DVec3::from_array)
     }
 }

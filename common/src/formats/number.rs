@@ -58,6 +58,11 @@ pub fn push_numbers(out: &mut Vec<u8>, values: &[f64], style: NumberStyle) {
     }
 }
 
+/// Appends a whole number.
+pub fn push_integer(out: &mut Vec<u8>, value: i64) {
+    append(out, format_args!("{value}"));
+}
+
 /// Appends one number right-aligned in a field; a longer number overflows the field like in C.
 pub fn push_number_in_width(out: &mut Vec<u8>, value: f64, style: NumberStyle, width: usize) {
     let start = out.len();
@@ -85,7 +90,7 @@ fn push_if_whole(out: &mut Vec<u8>, value: f64, limit: f64) -> bool {
         });
     } else {
         // Exact: the magnitude is below 1e15.
-        append(out, format_args!("{}", value as i64));
+        push_integer(out, value as i64);
     }
     true
 }

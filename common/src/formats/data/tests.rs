@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::error::FormatError;
 use crate::formats::number::NumberStyle;
-use crate::formats::test_support::{assert_same_numbers, shared};
+use crate::formats::test_support::{any_number, any_vector, assert_same_numbers, shared};
 
 fn read(text: &str) -> Result<Vec<DataFrame>, FormatError> {
     DataReader::new(text.as_bytes(), "t.data").collect()
@@ -229,23 +229,6 @@ fn files_of_mercury_dpm() {
         let exact = written(&frames, NumberStyle::Shortest);
         assert_eq!(read(&exact).unwrap(), frames, "{name}");
     }
-}
-
-fn any_number() -> impl Strategy<Value = f64> {
-    prop_oneof![
-        any::<u64>()
-            .prop_map(f64::from_bits)
-            .prop_filter("not nan", |value| !value.is_nan()),
-        Just(-0.0),
-        Just(0.0),
-        Just(5e-324),
-        Just(f64::MAX),
-        -10.0..10.0,
-    ]
-}
-
-fn any_vector() -> impl Strategy<Value = DVec3> {
-    [any_number(), any_number(), any_number()].prop_map(DVec3::from_array)
 }
 
 prop_compose! {
