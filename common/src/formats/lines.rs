@@ -76,6 +76,11 @@ impl<R: BufRead> LineReader<R> {
         self.line_number
     }
 
+    /// The text of the current line with its line end.
+    pub fn line(&self) -> &str {
+        &self.line
+    }
+
     /// True if the first token of the current line starts with `#`.
     pub fn is_comment(&self) -> bool {
         self.line.trim_ascii_start().starts_with('#')

@@ -149,12 +149,24 @@ impl Header {
     }
 
     fn row(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
+        self.cells_of(line).map_err(|error| {
+            // A wrong number of cells explains a bad cell better than the cell itself.
+            let found = Cells::new(line.text, self.separator).count();
+            if found == self.columns.len() {
+                error
+            } else {
+                self.wrong_count(line)
+            }
+        })
+    }
+
+    fn cells_of(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
         let mut values = [0.0; COLUMNS.len()];
         let mut material = None;
         let mut cells = Cells::new(line.text, self.separator);
         for &column in &self.columns {
             let Some(cell) = cells.next() else {
-                return Err(self.wrong_count(line, line.text.len()));
+                return Err(self.wrong_count(line));
             };
             if column == MATERIAL {
                 material = (!cell.text.is_empty()).then(|| cell.text.to_owned());
@@ -162,8 +174,8 @@ impl Header {
                 values[column] = number(line, cell, column)?;
             }
         }
-        if let Some(cell) = cells.next() {
-            return Err(self.wrong_count(line, cell.start));
+        if cells.next().is_some() {
+            return Err(self.wrong_count(line));
         }
         let vector = |first: usize| DVec3::new(values[first], values[first + 1], values[first + 2]);
         Ok(ParticleRow {
@@ -177,7 +189,10 @@ impl Header {
         })
     }
 
-    fn wrong_count(&self, line: Line<'_>, byte: usize) -> FormatError {
+    /// Points at the first cell too many, or at the end of a line with too few.
+    fn wrong_count(&self, line: Line<'_>) -> FormatError {
+        let surplus = Cells::new(line.text, self.separator).nth(self.columns.len());
+        let byte = surplus.map_or(line.text.len(), |cell| cell.start);
         let found = Cells::new(line.text, self.separator).count();
         let error = line.error(
             byte,

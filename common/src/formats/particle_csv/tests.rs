@@ -129,9 +129,9 @@ fn bad_input_is_located_and_explained() {
         (
             "x;y;z;radius\n1,2,3,4\n",
             2,
-            1,
-            "\"1,2,3,4\" in column x",
-            "",
+            8,
+            "1 cell",
+            "separated by semicolon",
         ),
         (
             "x;y;z;radius\n1,5;2;3;4\n",
