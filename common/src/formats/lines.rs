@@ -1,0 +1,298 @@
+//! Lines of a text file and the blank-separated tokens on them, with their places.
+
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+
+use crate::error::FormatError;
+use crate::formats::number::parse_number;
+
+/// Reads lines one by one and remembers where it is.
+#[derive(Debug)]
+pub struct LineReader<R> {
+    input: R,
+    path: PathBuf,
+    line: String,
+    line_number: usize,
+    held: bool,
+}
+
+impl<R: BufRead> LineReader<R> {
+    /// `path` is only used in messages.
+    pub fn new(input: R, path: impl Into<PathBuf>) -> Self {
+        Self {
+            input,
+            path: path.into(),
+            line: String::new(),
+            line_number: 0,
+            held: false,
+        }
+    }
+
+    /// Goes to the next line that is not blank; `false` at the end of the file.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not text (UTF-8).
+    pub fn advance(&mut self) -> Result<bool, FormatError> {
+        if std::mem::take(&mut self.held) {
+            return Ok(true);
+        }
+        loop {
+            let mut bytes = std::mem::take(&mut self.line).into_bytes();
+            bytes.clear();
+            let length = self.input.read_until(b'\n', &mut bytes).map_err(|error| {
+                let place = Some(self.line_number + 1);
+                FormatError {
+                    line: place,
+                    ..FormatError::of_file(&self.path, format!("the file cannot be read: {error}"))
+                }
+            })?;
+            if length == 0 {
+                return Ok(false);
+            }
+            self.line_number += 1;
+            self.line = String::from_utf8(bytes)
+                .map_err(|error| not_text(&self.path, self.line_number, error.as_bytes()))?;
+            if self.line_number == 1 && self.line.starts_with('\u{feff}') {
+                self.line.remove(0);
+            }
+            if !self.line.bytes().all(|byte| byte.is_ascii_whitespace()) {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Makes the next [`advance`](Self::advance) stay on this line.
+    pub fn hold(&mut self) {
+        self.held = true;
+    }
+
+    /// The file, as named by the user.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The number of the current line, counted from 1; 0 before the first.
+    pub fn line_number(&self) -> usize {
+        self.line_number
+    }
+
+    /// The text of the current line with its line end.
+    pub fn line(&self) -> &str {
+        &self.line
+    }
+
+    /// True if the first token of the current line starts with `#`.
+    pub fn is_comment(&self) -> bool {
+        self.line.trim_ascii_start().starts_with('#')
+    }
+
+    /// The tokens of the current line.
+    pub fn tokens(&self) -> Tokens<'_> {
+        Tokens {
+            path: &self.path,
+            line_number: self.line_number,
+            text: &self.line,
+            position: 0,
+        }
+    }
+}
+
+/// The message for bytes that are not UTF-8, with the usual reasons.
+pub(crate) fn not_text(path: &Path, line_number: usize, line: &[u8]) -> FormatError {
+    let valid = std::str::from_utf8(line).map_or_else(|error| error.valid_up_to(), |_| line.len());
+    let column = String::from_utf8_lossy(&line[..valid]).chars().count() + 1;
+    let error = FormatError::at(
+        path,
+        line_number,
+        Some(column),
+        "a byte that is not text",
+        "a text file in UTF-8",
+    );
+    if line_number == 1 && line.starts_with(&[0x1f, 0x8b]) {
+        error.with_help("the file is compressed: unpack it first (gunzip)")
+    } else {
+        error
+    }
+}
+
+/// A piece of a line without blanks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Token<'a> {
+    /// The text itself, never empty.
+    pub text: &'a str,
+    /// Byte offset of its first character in the line.
+    pub start: usize,
+}
+
+/// The tokens of one line, separated by blanks or tabs.
+#[derive(Debug, Clone)]
+pub struct Tokens<'a> {
+    path: &'a Path,
+    line_number: usize,
+    text: &'a str,
+    position: usize,
+}
+
+impl<'a> Iterator for Tokens<'a> {
+    type Item = Token<'a>;
+
+    fn next(&mut self) -> Option<Token<'a>> {
+        let bytes = self.text.as_bytes();
+        let mut start = self.position;
+        while bytes.get(start).is_some_and(u8::is_ascii_whitespace) {
+            start += 1;
+        }
+        let mut end = start;
+        while bytes
+            .get(end)
+            .is_some_and(|byte| !byte.is_ascii_whitespace())
+        {
+            end += 1;
+        }
+        self.position = end;
+        // The borders are ASCII blanks, so they are character borders.
+        (end > start).then(|| Token {
+            text: &self.text[start..end],
+            start,
+        })
+    }
+}
+
+impl<'a> Tokens<'a> {
+    /// Tokens of a line that was read elsewhere.
+    pub fn new(path: &'a Path, line_number: usize, text: &'a str) -> Self {
+        Self {
+            path,
+            line_number,
+            text,
+            position: 0,
+        }
+    }
+
+    /// The next token as a number; `name` says in messages what it is.
+    ///
+    /// # Errors
+    /// If the line ends here, or the token is not a number.
+    pub fn number(&mut self, name: &str) -> Result<f64, FormatError> {
+        let token = self.expect(name, "a number")?;
+        parse_number(token.text).ok_or_else(|| self.unexpected(token, name, "a number"))
+    }
+
+    /// The next token as a whole number.
+    ///
+    /// # Errors
+    /// If the line ends here, or the token is not a whole number that fits.
+    pub fn integer(&mut self, name: &str) -> Result<i64, FormatError> {
+        let token = self.expect(name, "a whole number")?;
+        token
+            .text
+            .parse()
+            .map_err(|_| self.unexpected(token, name, "a whole number"))
+    }
+
+    /// Fills `values` from the next tokens, named by `names` (same length) in messages.
+    ///
+    /// # Errors
+    /// If the line ends too early, or a token is not a number.
+    pub fn numbers(&mut self, values: &mut [f64], names: &[&str]) -> Result<(), FormatError> {
+        for (index, value) in values.iter_mut().enumerate() {
+            *value = self.number(names.get(index).copied().unwrap_or("?"))?;
+        }
+        Ok(())
+    }
+
+    /// The next token, whatever it is.
+    ///
+    /// # Errors
+    /// If the line ends here.
+    pub fn expect(&mut self, name: &str, expected: &str) -> Result<Token<'a>, FormatError> {
+        self.next().ok_or_else(|| {
+            let column = self.text.trim_ascii_end().chars().count() + 1;
+            FormatError::at(
+                self.path,
+                self.line_number,
+                Some(column),
+                format!("the end of the line in place of {name}"),
+                expected,
+            )
+        })
+    }
+
+    /// A message about a token.
+    #[must_use]
+    pub fn unexpected(&self, token: Token<'_>, name: &str, expected: &str) -> FormatError {
+        let column = self.text[..token.start].chars().count() + 1;
+        FormatError::at(
+            self.path,
+            self.line_number,
+            Some(column),
+            format!("\"{}\" for {name}", shorten(token.text)),
+            expected,
+        )
+    }
+}
+
+/// Keeps messages readable when a file holds a very long word.
+pub(crate) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 40;
+    if text.chars().count() <= LONGEST {
+        text.to_owned()
+    } else {
+        format!("{}...", text.chars().take(LONGEST).collect::<String>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reader(text: &str) -> LineReader<&[u8]> {
+        LineReader::new(text.as_bytes(), "a.data")
+    }
+
+    #[test]
+    fn counts_lines_and_columns() {
+        let mut lines = reader("\u{feff}1 2\r\n\r\n  \u{e4}\u{f6}  x7 3\n");
+        assert!(lines.advance().unwrap());
+        let mut tokens = lines.tokens();
+        assert_eq!(tokens.number("a").unwrap(), 1.0);
+        assert_eq!(tokens.integer("b").unwrap(), 2);
+        let error = tokens.number("c").unwrap_err();
+        assert_eq!((error.line, error.column), (Some(1), Some(4)));
+        assert!(lines.advance().unwrap());
+        let mut tokens = lines.tokens();
+        assert_eq!(tokens.next().unwrap().text, "\u{e4}\u{f6}");
+        let error = tokens.number("radius").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "a.data:3:7: \"x7\" for radius, expected a number"
+        );
+        assert!(!lines.advance().unwrap());
+    }
+
+    #[test]
+    fn holds_a_line() {
+        let mut lines = reader("a\nb\n");
+        assert!(lines.advance().unwrap());
+        lines.hold();
+        assert!(lines.advance().unwrap());
+        assert_eq!(lines.tokens().next().unwrap().text, "a");
+        assert!(lines.advance().unwrap());
+        assert_eq!(lines.tokens().next().unwrap().text, "b");
+    }
+
+    #[test]
+    fn says_that_a_file_is_compressed() {
+        let mut lines = LineReader::new(&[0x1f, 0x8b, 8, 0, b'\n'][..], "f.gz");
+        let error = lines.advance().unwrap_err();
+        assert_eq!((error.line, error.column), (Some(1), Some(2)));
+        assert!(error.help.unwrap().contains("gunzip"));
+    }
+
+    #[test]
+    fn a_whole_number_is_not_a_fraction() {
+        let mut lines = reader("1.5\n");
+        lines.advance().unwrap();
+        assert!(lines.tokens().integer("i").is_err());
+    }
+}

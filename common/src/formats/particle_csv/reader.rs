@@ -1,0 +1,291 @@
+//! Reading particle tables.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::cells::{Cell, Cells, detect_separator};
+use super::{COLUMNS, MATERIAL, ParticleRow, REQUIRED};
+use crate::error::FormatError;
+use crate::formats::lines::{not_text, shorten};
+use crate::formats::number::parse_number;
+
+/// Reads a particle table.
+///
+/// # Errors
+/// If the file cannot be read; if a column is unknown, missing or named twice; if a line has another
+/// number of cells than the header; if a cell is not a finite number; if a radius is not positive or a film
+/// volume is negative.
+pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
+    let path = path.as_ref();
+    let bytes = crate::formats::read_bytes(path)?;
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => parse_particle_csv(path, text),
+        Err(error) => {
+            let valid = &bytes[..error.valid_up_to()];
+            let line_start = valid
+                .iter()
+                .rposition(|&byte| byte == b'\n')
+                .map_or(0, |at| at + 1);
+            let line = valid.iter().filter(|&&byte| byte == b'\n').count() + 1;
+            Err(not_text(path, line, &bytes[line_start..])
+                .with_help("save the table as CSV with the encoding UTF-8"))
+        }
+    }
+}
+
+/// Reads a particle table from memory; `path` is only used in messages.
+///
+/// # Errors
+/// As [`read_particle_csv`].
+pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(index, text)| Line {
+            path,
+            number: index + 1,
+            text,
+        })
+        .filter(|line| {
+            let content = line.text.trim_start();
+            !content.is_empty() && !content.starts_with('#')
+        });
+    let Some(header) = lines.next() else {
+        return Err(
+            FormatError::of_file(path, "the table is empty").with_help(format!(
+                "the first line must name the columns, for example x,y,z,radius (all: {})",
+                COLUMNS.join(",")
+            )),
+        );
+    };
+    let header = Header::parse(header)?;
+    lines.map(|line| header.row(line)).collect()
+}
+
+/// A line of the table with its place.
+#[derive(Clone, Copy)]
+struct Line<'a> {
+    path: &'a Path,
+    number: usize,
+    text: &'a str,
+}
+
+impl Line<'_> {
+    fn error(
+        &self,
+        byte: usize,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> FormatError {
+        let column = self.text[..byte].chars().count() + 1;
+        FormatError::at(self.path, self.number, Some(column), found, expected)
+    }
+}
+
+/// What the columns of the table are.
+struct Header {
+    separator: u8,
+    /// For each cell of a line the index of its name in [`COLUMNS`].
+    columns: Vec<usize>,
+    /// Line of the header, for messages.
+    line: usize,
+}
+
+impl Header {
+    fn parse(line: Line<'_>) -> Result<Self, FormatError> {
+        let separator = match detect_separator(line.text) {
+            Ok(Some(separator)) => separator,
+            // Reported below: one cell cannot name four columns.
+            Ok(None) => b',',
+            Err(several) => {
+                let first = line.text.find(several[1]).unwrap_or(0);
+                let names: Vec<_> = several.iter().map(|c| format!("{c:?}")).collect();
+                return Err(line.error(
+                    first,
+                    format!("several separators ({}) in the header", names.join(", ")),
+                    "one of comma, semicolon, tab",
+                ));
+            }
+        };
+        let cells: Vec<Cell<'_>> = Cells::new(line.text, separator).collect();
+        if cells.iter().all(|cell| parse_number(cell.text).is_some()) {
+            return Err(line
+                .error(0, "numbers in the first line", "the names of the columns")
+                .with_help(format!("add a line like {}", COLUMNS[..REQUIRED].join(","))));
+        }
+        let mut columns = Vec::with_capacity(cells.len());
+        for cell in &cells {
+            let Some(column) = COLUMNS.iter().position(|name| *name == cell.text) else {
+                return Err(unknown_column(line, *cell));
+            };
+            if columns.contains(&column) {
+                return Err(line.error(
+                    cell.start,
+                    format!("column {} a second time", cell.text),
+                    "each column once",
+                ));
+            }
+            columns.push(column);
+        }
+        if let Some(missing) = (0..REQUIRED).find(|column| !columns.contains(column)) {
+            return Err(line
+                .error(
+                    0,
+                    format!("no column {}", COLUMNS[missing]),
+                    "the columns x, y, z and radius",
+                )
+                .with_help(format!(
+                    "add it to the header and to each line, in SI units (m); found only {}",
+                    line.text.trim()
+                )));
+        }
+        Ok(Self {
+            separator,
+            columns,
+            line: line.number,
+        })
+    }
+
+    fn row(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
+        self.cells_of(line).map_err(|error| {
+            // A wrong number of cells explains a bad cell better than the cell itself.
+            let found = Cells::new(line.text, self.separator).count();
+            if found == self.columns.len() {
+                error
+            } else {
+                self.wrong_count(line)
+            }
+        })
+    }
+
+    fn cells_of(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
+        let mut values = [0.0; COLUMNS.len()];
+        let mut material = None;
+        let mut cells = Cells::new(line.text, self.separator);
+        for &column in &self.columns {
+            let Some(cell) = cells.next() else {
+                return Err(self.wrong_count(line));
+            };
+            if column == MATERIAL {
+                material = (!cell.text.is_empty()).then(|| cell.text.to_owned());
+            } else {
+                values[column] = number(line, cell, column)?;
+            }
+        }
+        if cells.next().is_some() {
+            return Err(self.wrong_count(line));
+        }
+        let vector = |first: usize| DVec3::new(values[first], values[first + 1], values[first + 2]);
+        Ok(ParticleRow {
+            position: vector(0),
+            radius: values[3],
+            material,
+            velocity: vector(5),
+            angular_velocity: vector(8),
+            film_volume: values[11],
+            line: line.number,
+        })
+    }
+
+    /// Points at the first cell too many, or at the end of a line with too few.
+    fn wrong_count(&self, line: Line<'_>) -> FormatError {
+        let surplus = Cells::new(line.text, self.separator).nth(self.columns.len());
+        let byte = surplus.map_or(line.text.len(), |cell| cell.start);
+        let found = Cells::new(line.text, self.separator).count();
+        let error = line.error(
+            byte,
+            format!("{found} {}", if found == 1 { "cell" } else { "cells" }),
+            format!(
+                "{} as in the header (line {})",
+                self.columns.len(),
+                self.line
+            ),
+        );
+        let name = match self.separator {
+            b',' => "comma",
+            b';' => "semicolon",
+            _ => "tab",
+        };
+        error.with_help(format!("cells are separated by {name} here, as in the header; an unused cell of the material may be empty, a number may not"))
+    }
+}
+
+fn number(line: Line<'_>, cell: Cell<'_>, column: usize) -> Result<f64, FormatError> {
+    let name = COLUMNS[column];
+    let found = || format!("\"{}\" in column {name}", shorten(cell.text));
+    let Some(value) = parse_number(cell.text) else {
+        let error = line.error(cell.start, found(), "a number");
+        return Err(if cell.text.is_empty() {
+            error.with_help("every particle needs this number: remove the column or fill it")
+        } else if parse_number(&cell.text.replacen(',', ".", 1)).is_some() {
+            error.with_help("write a decimal point, not a comma")
+        } else {
+            error
+        });
+    };
+    if !value.is_finite() {
+        return Err(line.error(cell.start, found(), "a finite number"));
+    }
+    match name {
+        "radius" if value <= 0.0 => Err(line
+            .error(cell.start, found(), "a radius above 0")
+            .with_help("radii are in m; remove the particle if it should not be there")),
+        "film_volume" if value < 0.0 => {
+            Err(line.error(cell.start, found(), "a volume of at least 0 (m^3)"))
+        }
+        _ => Ok(value),
+    }
+}
+
+fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
+    let error = line.error(
+        cell.start,
+        format!("unknown column \"{}\"", shorten(cell.text)),
+        format!("one of {}", COLUMNS.join(", ")),
+    );
+    let lower = cell.text.to_lowercase();
+    // What people write most often, beside slips of the keyboard.
+    let meant = match lower.as_str() {
+        "r" | "rad" => Some("radius"),
+        "d" | "diameter" => {
+            return error
+                .with_help("radii are wanted: halve the diameters and name the column radius");
+        }
+        "species" | "mat" => Some("material"),
+        "omega_x" | "omegax" => Some("wx"),
+        "omega_y" | "omegay" => Some("wy"),
+        "omega_z" | "omegaz" => Some("wz"),
+        _ => COLUMNS
+            .iter()
+            .map(|name| (edit_distance(&lower, name), *name))
+            .min()
+            .filter(|(distance, name)| *distance <= name.len() / 2)
+            .map(|(_, name)| name),
+    };
+    match meant {
+        Some(name) => error.with_help(format!("did you mean {name}?")),
+        None if cell.text.split_ascii_whitespace().count() > 1 => {
+            error.with_help("separate the columns by comma, semicolon or tab")
+        }
+        None => error.with_help("remove the column, or start the line with # if it is a comment"),
+    }
+}
+
+/// Number of letters to insert, delete or replace (Levenshtein 1966).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    // A header cell may be a whole misread file: names are short.
+    for (i, letter) in a.chars().take(64).enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(letter != *other);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

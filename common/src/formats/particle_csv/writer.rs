@@ -1,0 +1,105 @@
+//! Writing particle tables.
+
+use std::path::Path;
+
+use super::{COLUMNS, MATERIAL, ParticleRow};
+use crate::error::FormatError;
+use crate::formats::number::{NumberStyle, push_number};
+
+/// Writes a particle table that reads back exactly (but for [`ParticleRow::line`]).
+///
+/// # Errors
+/// If the file cannot be written, or the name of a material cannot stand in a table.
+pub fn write_particle_csv(
+    path: impl AsRef<Path>,
+    particles: &[ParticleRow],
+) -> Result<(), FormatError> {
+    let path = path.as_ref();
+    let mut out = Vec::new();
+    push_particle_csv(particles, NumberStyle::Shortest, &mut out)
+        .map_err(|found| FormatError::of_file(path, found))?;
+    crate::formats::write_bytes(path, &out)
+}
+
+/// Appends a table. The columns material and film_volume are left out if no particle uses them.
+///
+/// # Errors
+/// A message if the name of a material is empty or has a quote, a line end, or blanks at its ends: such a name would not
+/// read back.
+pub fn push_particle_csv(
+    particles: &[ParticleRow],
+    style: NumberStyle,
+    out: &mut Vec<u8>,
+) -> Result<(), String> {
+    let with_material = particles.iter().any(|particle| particle.material.is_some());
+    let with_film = particles
+        .iter()
+        .any(|particle| particle.film_volume.to_bits() != 0);
+    let used = |index: usize| match COLUMNS[index] {
+        "material" => with_material,
+        "film_volume" => with_film,
+        _ => true,
+    };
+    let columns: Vec<usize> = (0..COLUMNS.len()).filter(|&index| used(index)).collect();
+
+    let names: Vec<&str> = columns.iter().map(|&index| COLUMNS[index]).collect();
+    out.extend_from_slice(names.join(",").as_bytes());
+    out.push(b'\n');
+    out.reserve(particles.len() * 200);
+    for particle in particles {
+        let (x, v, w) = (
+            particle.position,
+            particle.velocity,
+            particle.angular_velocity,
+        );
+        let values = [
+            x.x,
+            x.y,
+            x.z,
+            particle.radius,
+            0.0,
+            v.x,
+            v.y,
+            v.z,
+            w.x,
+            w.y,
+            w.z,
+            particle.film_volume,
+        ];
+        for (place, &index) in columns.iter().enumerate() {
+            if place > 0 {
+                out.push(b',');
+            }
+            if index == MATERIAL {
+                push_material(out, particle.material.as_deref())?;
+            } else {
+                let style = if index < 3 {
+                    style.for_positions()
+                } else {
+                    style
+                };
+                push_number(out, values[index], style);
+            }
+        }
+        out.push(b'\n');
+    }
+    Ok(())
+}
+
+fn push_material(out: &mut Vec<u8>, material: Option<&str>) -> Result<(), String> {
+    let Some(name) = material else { return Ok(()) };
+    if name.is_empty() || name.trim() != name || name.contains(['"', '\n', '\r']) {
+        return Err(format!(
+            "the name of the material {name:?} cannot be written to a table"
+        ));
+    }
+    let quoted = name.contains(',');
+    if quoted {
+        out.push(b'"');
+    }
+    out.extend_from_slice(name.as_bytes());
+    if quoted {
+        out.push(b'"');
+    }
+    Ok(())
+}
