@@ -1,1 +1,365 @@
-//! The scene file: what was typed, with the place where it was typed.
+//! The scene file: one simulation as its user typed it.
+//!
+//! [`read_scene`] turns `scene.toml` (and the `--set KEY=VALUE` of the command line) into a [`Scene`]:
+//! every key checked by itself, every default filled in, nothing computed. What the keys mean together
+//! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its complaints
+//! look like the reader's, because values keep their place ([`Located`], [`Place::error`]).
+//!
+//! How it works: the text becomes a tree whose every node knows its span ([`tree`]), overrides change
+//! the tree ([`overrides`]), and a cursor ([`cursor`]) walks it, collecting all mistakes. One file per
+//! section of the format holds the types of the section and their reader; `docs/formats/scene.md` is
+//! the users' page.
+
+mod boundaries;
+mod contacts;
+mod cursor;
+mod error;
+mod insertions;
+mod key_path;
+mod laws;
+mod materials;
+mod membranes;
+mod motion;
+mod output;
+mod overrides;
+mod particles;
+mod psd;
+mod region;
+mod settings;
+mod source;
+mod spelling;
+mod sprays;
+mod tree;
+mod walls;
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+pub use boundaries::{Flux, NamedRegion};
+pub use contacts::{
+    ContactOverride, CoupleOverride, LiquidOverride, NormalOverride, TangentialOverride,
+};
+pub use cursor::Files;
+pub use error::{SceneError, SceneErrors};
+pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
+pub use laws::{
+    Couple, HertzDamping, HertzModulus, LinearNormal, LiquidLaw, LiquidLawName, LoadHistory,
+    NormalLaw, NormalLawName, OrDefault, RollingLaw, TangentialLaw, TangentialLawName,
+    TangentialStiffness, TorsionLaw,
+};
+pub use materials::Material;
+pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
+pub use motion::{Motion, MotionKind};
+pub use output::{ClumpsAs, Output};
+pub use particles::{Clump, Lattice, ParticleSource, ParticleValues, Particles, Prescribed, Start};
+pub use psd::{Psd, SizeLaw, Weighting};
+pub use region::Region;
+pub use settings::{
+    Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, TangentialHistory, Time,
+    TimeStep,
+};
+pub use source::{Located, Place, Source};
+pub use sprays::{Spray, SprayPattern};
+pub use walls::{MeshSide, MeshSource, Shape, Side, Turn, Wall, Wear, WearBasis};
+
+use cursor::{Context, Fields, Item};
+use tree::{Node, Value};
+
+/// Row of a material in [`Scene::materials`]; it is also its number in `.data` and `.fstat`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MaterialIndex(pub usize);
+
+/// Row of a clump template in [`Scene::clumps`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ClumpIndex(pub usize);
+
+/// One simulation as typed: every list in the order of the file, SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The file, as the user named it.
+    pub path: PathBuf,
+    /// The whole file, for complaints that belong to no key.
+    pub place: Place,
+    /// `title`; default: the file's name without its ending.
+    pub title: String,
+    /// `seed`; default 0.
+    pub seed: u64,
+    /// `gravity`, m/s2; default 0.
+    pub gravity: Located<DVec3>,
+    /// `[time]`
+    pub time: Time,
+    /// `[domain]`
+    pub domain: Domain,
+    /// `[contact]`
+    pub contact: Conventions,
+    /// `[materials.NAME]`
+    pub materials: Vec<Material>,
+    /// `[[contacts]]`
+    pub contacts: Vec<ContactOverride>,
+    /// `[[walls]]`
+    pub walls: Vec<Wall>,
+    /// `[clumps.NAME]`
+    pub clumps: Vec<Clump>,
+    /// `[[particles]]`
+    pub particles: Vec<Particles>,
+    /// `[[insertions]]`
+    pub insertions: Vec<Insertion>,
+    /// `[[regions]]`
+    pub regions: Vec<NamedRegion>,
+    /// `[[deletions]]`
+    pub deletions: Vec<NamedRegion>,
+    /// `[[fluxes]]`
+    pub fluxes: Vec<Flux>,
+    /// `[[membranes]]`
+    pub membranes: Vec<Membrane>,
+    /// `[[sprays]]`
+    pub sprays: Vec<Spray>,
+    /// `[output]`
+    pub output: Output,
+}
+
+impl Scene {
+    /// The folder that relative file names start from.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
+    }
+}
+
+/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order.
+///
+/// # Errors
+/// All mistakes of the file and the command line at once; of syntax errors one per line.
+pub fn read_scene(path: &Path, overrides: &[String]) -> Result<Scene, SceneErrors> {
+    let name = path.display().to_string();
+    let whole = |message: String| SceneError {
+        place: Place::new(&Source::file(name.clone(), ""), 0..0, ""),
+        message,
+        help: None,
+    };
+    let bytes =
+        std::fs::read(path).map_err(|error| whole(format!("the scene cannot be read: {error}")))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+        Place::new(&Source::file(name.clone(), text), valid..valid + 1, "")
+            .error("this is not UTF-8 text")
+            .with_help("save the file as UTF-8")
+    })?;
+    parse_scene(path, &text, overrides, Files::MustExist)
+}
+
+/// Reads a scene from its text. `path` names it in messages and gives the folder of its files.
+///
+/// # Errors
+/// As [`read_scene`].
+pub fn parse_scene(
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    files: Files,
+) -> Result<Scene, SceneErrors> {
+    let source = Source::file(path.display().to_string(), text);
+    let mut document = tree::parse_document(&source, text)?;
+    let mut wrong_overrides = Vec::new();
+    for argument in overrides {
+        if let Err(error) = overrides::apply(&mut document, argument) {
+            wrong_overrides.push(error);
+        }
+    }
+    let context = Context {
+        errors: RefCell::new(wrong_overrides),
+        directory: path.parent().unwrap_or(Path::new("")).to_owned(),
+        files,
+        materials: keys_below(&document, "materials"),
+        clumps: keys_below(&document, "clumps"),
+    };
+    let place = Place::new(&source, 0..0, "");
+    let scene = read_document(&context, &document, path, &place);
+    let mut errors = context.errors.into_inner();
+    errors.sort_by_key(|error| error.place.order());
+    match scene {
+        Some(scene) if errors.is_empty() => Ok(scene),
+        _ if errors.is_empty() => Err(place.error("this is not a scene").into()),
+        _ => Err(SceneErrors(errors)),
+    }
+}
+
+/// The names of the tables below a table of the document.
+fn keys_below(document: &Node, key: &str) -> Vec<String> {
+    let Value::Table(root) = &document.value else {
+        return Vec::new();
+    };
+    match root.get(key).map(|entry| &entry.node.value) {
+        Some(Value::Table(table)) => table.entries.iter().map(|e| e.key.clone()).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn read_document(context: &Context, document: &Node, path: &Path, place: &Place) -> Option<Scene> {
+    let Value::Table(root) = &document.value else {
+        return None;
+    };
+    let root = Fields::new(context, root, place.clone());
+
+    let title = root
+        .get("title")
+        .and_then(|item| item.text())
+        .map(|title| title.value);
+    let seed = root
+        .get("seed")
+        .and_then(|item| item.whole(0))
+        .map_or(0, |seed| seed.value);
+    let gravity = match root.get("gravity") {
+        Some(item) => item.vector(),
+        None => Some(root.default("gravity", DVec3::ZERO)),
+    };
+    let section = |key| root.need(key).and_then(|item| item.table());
+    let time = section("time").and_then(|fields| settings::read_time(&fields));
+    let domain = section("domain").and_then(|fields| settings::read_domain(&fields));
+    let contact = match root.get("contact") {
+        Some(item) => item
+            .table()
+            .and_then(|fields| settings::read_conventions(&fields)),
+        None => {
+            let nothing = tree::Table::default();
+            settings::read_conventions(&Fields::new(context, &nothing, root.absent("contact")))
+        }
+    };
+
+    let materials = read_named(&root, "materials", materials::read);
+    let clumps = read_named(&root, "clumps", particles::read_clump);
+    let contacts = list(&root, "contacts");
+    let contacts = contacts::read_all(context, &contacts, &law_words(&root));
+    let walls = read_list(&root, "walls", |item| walls::read(item, domain.as_ref()));
+    context.unique(walls.iter().map(|wall| &wall.name));
+    let particle_items = list(&root, "particles");
+    let particles: Vec<Particles> = particle_items.iter().filter_map(particles::read).collect();
+    context.unique(
+        particles
+            .iter()
+            .filter_map(|particles| particles.name.as_ref()),
+    );
+    let insertions = read_list(&root, "insertions", insertions::read);
+    context.unique(insertions.iter().map(|insertion| &insertion.name));
+    let regions = read_list(&root, "regions", boundaries::read_region);
+    context.unique(regions.iter().map(|region| &region.name));
+    let deletions = read_list(&root, "deletions", boundaries::read_region);
+    context.unique(deletions.iter().map(|deletion| &deletion.name));
+    let fluxes = read_list(&root, "fluxes", boundaries::read_flux);
+    context.unique(fluxes.iter().map(|flux| &flux.name));
+    let membranes = read_list(&root, "membranes", membranes::read);
+    context.unique(membranes.iter().map(|membrane| &membrane.name));
+    let sprays = read_list(&root, "sprays", sprays::read);
+    context.unique(sprays.iter().map(|spray| &spray.name));
+
+    let names = tracked_names(&particle_items, &particles);
+    let output = section("output").and_then(|fields| output::read(&fields, &names));
+    root.finish();
+
+    let stem = || {
+        path.file_stem()
+            .map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
+    };
+    Some(Scene {
+        path: path.to_owned(),
+        place: place.clone(),
+        title: title.unwrap_or_else(stem),
+        seed,
+        gravity: gravity?,
+        time: time?,
+        domain: domain?,
+        contact: contact?,
+        materials,
+        contacts,
+        walls,
+        clumps,
+        particles,
+        insertions,
+        regions,
+        deletions,
+        fluxes,
+        membranes,
+        sprays,
+        output: output?,
+    })
+}
+
+/// Every table below `key`, with its name.
+fn read_named<T>(
+    root: &Fields<'_>,
+    key: &'static str,
+    read: impl Fn(Located<String>, &Item<'_>) -> Option<T>,
+) -> Vec<T> {
+    let Some(fields) = root.get(key).and_then(|item| item.table()) else {
+        return Vec::new();
+    };
+    fields
+        .entries()
+        .filter_map(|(name, item)| read(name, &item))
+        .collect()
+}
+
+/// The items of the list `key`, none if it is absent.
+fn list<'a>(root: &Fields<'a>, key: &'static str) -> Vec<Item<'a>> {
+    root.get(key)
+        .and_then(|item| item.list())
+        .unwrap_or_default()
+}
+
+fn read_list<T>(
+    root: &Fields<'_>,
+    key: &'static str,
+    read: impl Fn(&Item<'_>) -> Option<T>,
+) -> Vec<T> {
+    list(root, key).iter().filter_map(read).collect()
+}
+
+/// The words under `normal.law` and `tangential.law` of every material.
+fn law_words(root: &Fields<'_>) -> contacts::LawWords {
+    let word = |material: &Node, kind: &str| -> Option<String> {
+        let Value::Table(material) = &material.value else {
+            return None;
+        };
+        let Value::Table(law) = &material.get(kind)?.node.value else {
+            return None;
+        };
+        match &law.get("law")?.node.value {
+            Value::String(word) => Some(word.clone()),
+            _ => None,
+        }
+    };
+    let mut words = contacts::LawWords {
+        normal: Vec::new(),
+        tangential: Vec::new(),
+    };
+    if let Some(item) = root.get("materials")
+        && let Value::Table(materials) = &item.node.value
+    {
+        for entry in &materials.entries {
+            words.normal.push(word(&entry.node, "normal"));
+            words.tangential.push(word(&entry.node, "tangential"));
+        }
+    }
+    words
+}
+
+/// The names that can be tracked, and whether each is a single particle. An entry that is wrong counts
+/// as single: its own mistake is reported already.
+fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, bool)> {
+    items
+        .iter()
+        .filter_map(|item| item.node.name())
+        .map(|name| {
+            let read = particles
+                .iter()
+                .find(|entry| entry.name.as_ref().is_some_and(|other| other.value == name));
+            (name.to_owned(), read.is_none_or(output::is_single))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests;

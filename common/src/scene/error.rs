@@ -1,0 +1,75 @@
+//! What is wrong with a scene, each problem with its place.
+
+use std::fmt;
+
+use super::source::Place;
+
+/// One problem of a scene.
+///
+/// Printed as `scene.toml:12:9: materials.glass.friction: must be >= 0, got -0.3`, then the source
+/// line with carets under the value, then `help: ...` where there is more to say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneError {
+    /// Where it is; knows the key.
+    pub place: Place,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl SceneError {
+    /// Adds what to do about it.
+    #[must_use]
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The key that the problem belongs to; empty for the whole file.
+    #[must_use]
+    pub fn path(&self) -> &str {
+        self.place.key()
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.place.write_head(f)?;
+        if !self.path().is_empty() {
+            write!(f, ": {}", self.path())?;
+        }
+        write!(f, ": {}", self.message)?;
+        self.place.write_excerpt(f)?;
+        if let Some(help) = &self.help {
+            write!(f, "\nhelp: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+/// All problems of a scene, in the order of the file. Printed one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneErrors(pub Vec<SceneError>);
+
+impl fmt::Display for SceneErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, error) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            error.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneErrors {}
+
+impl From<SceneError> for SceneErrors {
+    fn from(error: SceneError) -> Self {
+        Self(vec![error])
+    }
+}

@@ -1,0 +1,139 @@
+//! `[output]`: what is written, and when.
+
+use super::cursor::Fields;
+use super::particles::{ParticleSource, Particles};
+use super::settings::flag;
+use super::source::Located;
+
+/// `[output]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Between frames and rows, s.
+    pub interval: Located<f64>,
+    /// `.data`; default true.
+    pub data: bool,
+    /// `.ene`; default true.
+    pub ene: bool,
+    /// `.fstat` (and `.contacts.arrow` with frames); default false.
+    pub fstat: bool,
+    /// Between frames of `.fstat`, s; default `interval`.
+    pub fstat_interval: Located<f64>,
+    /// VTK files; default false.
+    pub vtk: bool,
+    /// Between VTK files, s; default `interval`.
+    pub vtk_interval: Located<f64>,
+    /// `.particles.arrow`; default true.
+    pub frames: bool,
+    /// `.walls.csv`; default true.
+    pub walls: bool,
+    /// Pictures at the end; default true.
+    pub pictures: bool,
+    /// Names of particles or clumps with rows in `.track.csv`, each a single one; default none.
+    pub track: Vec<Located<String>>,
+    /// Rows of `.data` for clumps; default bodies.
+    pub clumps_as: ClumpsAs,
+    /// Whether energy is audited by mechanism; default false.
+    pub energy_budget: bool,
+    /// Between checkpoints, s of simulated time; none: by wall time.
+    pub restart_interval: Option<Located<f64>>,
+    /// Significant digits of text files, 1 to 17; none: the shortest that read back exactly.
+    pub digits: Option<Located<u64>>,
+}
+
+/// What a row of `.data` is for clumps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ClumpsAs {
+    /// A body.
+    Bodies,
+    /// A pebble.
+    Pebbles,
+}
+
+/// Reads `[output]`. `names` are the entries of `[[particles]]` by name, and whether each is a single
+/// particle or clump.
+pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Output> {
+    let interval = fields.need("interval").and_then(|item| item.positive());
+    let other_interval = |key| match fields.get(key) {
+        Some(item) => item.positive(),
+        None => interval.clone(),
+    };
+    let fstat_interval = other_interval("fstat_interval");
+    let vtk_interval = other_interval("vtk_interval");
+    let data = flag(fields, "data", true);
+    let ene = flag(fields, "ene", true);
+    let fstat = flag(fields, "fstat", false);
+    let vtk = flag(fields, "vtk", false);
+    let frames = flag(fields, "frames", true);
+    let walls = flag(fields, "walls", true);
+    let pictures = flag(fields, "pictures", true);
+    let track = fields.get("track").map_or(Some(Vec::new()), |item| {
+        let read: Vec<Option<Located<String>>> = item
+            .list()?
+            .iter()
+            .map(|item| {
+                let words: Vec<(&str, bool)> = names
+                    .iter()
+                    .map(|(name, single)| (name.as_str(), *single))
+                    .collect();
+                if words.is_empty() {
+                    item.report("no entry of [[particles]] has a name");
+                    return None;
+                }
+                if !item.word("particle named", &words)? {
+                    item.report("only a single particle or clump can be tracked");
+                    return None;
+                }
+                item.text()
+            })
+            .collect();
+        read.into_iter().collect()
+    });
+    let clumps_as = fields
+        .get("clumps_as")
+        .and_then(|item| {
+            item.word(
+                "choice",
+                &[("bodies", ClumpsAs::Bodies), ("pebbles", ClumpsAs::Pebbles)],
+            )
+        })
+        .unwrap_or(ClumpsAs::Bodies);
+    let energy_budget = flag(fields, "energy_budget", false);
+    let restart_interval = fields
+        .get("restart_interval")
+        .and_then(|item| item.positive());
+    let digits = fields.get("digits").and_then(|item| {
+        let digits = item.whole(1)?;
+        // 17 significant digits tell any two doubles apart.
+        if *digits > 17 {
+            item.report(format!("must be <= 17, got {}", *digits));
+            return None;
+        }
+        Some(digits)
+    });
+    fields.finish();
+    Some(Output {
+        interval: interval?,
+        data,
+        ene,
+        fstat,
+        fstat_interval: fstat_interval?,
+        vtk,
+        vtk_interval: vtk_interval?,
+        frames,
+        walls,
+        pictures,
+        track: track?,
+        clumps_as,
+        energy_budget,
+        restart_interval,
+        digits,
+    })
+}
+
+/// Whether an entry puts exactly one particle or clump.
+pub(super) fn is_single(particles: &Particles) -> bool {
+    matches!(
+        particles.source,
+        ParticleSource::One { .. } | ParticleSource::Clump { .. }
+    )
+}

@@ -1,0 +1,303 @@
+//! `[time]`, `[domain]` and `[contact]`: duration, space and conventions.
+
+use glam::DVec3;
+
+use super::cursor::Fields;
+use super::source::{Located, Place};
+
+/// `[time]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Time {
+    /// Simulated time, s.
+    pub end: Located<f64>,
+    /// The time step.
+    pub step: Located<TimeStep>,
+    /// Whether the run ends early once the particles rest; default false.
+    pub until_at_rest: bool,
+    /// Reference speed of the automatic time step, m/s; none: estimated.
+    pub v_ref: Option<Located<f64>>,
+}
+
+/// How long a step is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimeStep {
+    /// A fraction of the shortest contact.
+    Auto,
+    /// As given, s.
+    Seconds(f64),
+}
+
+/// `[domain]`: particles that leave it through a face without wall are deleted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Domain {
+    /// Where the table stands.
+    pub place: Place,
+    /// Lowest corner, m.
+    pub min: Located<DVec3>,
+    /// Highest corner, m.
+    pub max: Located<DVec3>,
+    /// Which of x, y, z are periodic; default none.
+    pub periodic: [bool; 3],
+    /// Default 3.
+    pub dimensions: Dimensions,
+}
+
+/// The dimensions of space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dimensions {
+    /// Discs in the x-y plane, mass per unit length.
+    Two,
+    /// Spheres.
+    Three,
+}
+
+/// An axis of space with a sign: a face of the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Face {
+    /// 0, 1, 2 for x, y, z.
+    pub axis: usize,
+    /// Whether it is the face at the highest coordinate.
+    pub is_upper: bool,
+}
+
+impl Face {
+    /// All faces, in the order of all outputs.
+    pub const ALL: [Face; 6] = [
+        Face {
+            axis: 0,
+            is_upper: false,
+        },
+        Face {
+            axis: 0,
+            is_upper: true,
+        },
+        Face {
+            axis: 1,
+            is_upper: false,
+        },
+        Face {
+            axis: 1,
+            is_upper: true,
+        },
+        Face {
+            axis: 2,
+            is_upper: false,
+        },
+        Face {
+            axis: 2,
+            is_upper: true,
+        },
+    ];
+
+    /// `-x`, `+x`, `-y`, `+y`, `-z`, `+z`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match (self.axis, self.is_upper) {
+            (0, false) => "-x",
+            (0, true) => "+x",
+            (1, false) => "-y",
+            (1, true) => "+y",
+            (_, false) => "-z",
+            (_, true) => "+z",
+        }
+    }
+}
+
+/// `[contact]`: conventions, each of which changes results.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conventions {
+    /// How tangential springs follow the contact plane; default project.
+    pub tangential_history: TangentialHistory,
+    /// The lever arm of rolling and torsion; default R*.
+    pub rolling_lever: RollingLever,
+    /// Whether tensile visco-elastic forces are cut off; default false.
+    pub clamp_tension: bool,
+    /// What the Coulomb limit of the Mindlin law acts on; default elastic.
+    pub coulomb_limits: CoulombLimits,
+    /// Whether R* includes the curvature of walls; default false.
+    pub wall_curvature: bool,
+    /// Overlap at the start, in smaller radii, that is an error; default 0.5.
+    pub overlap_error: Located<f64>,
+    /// Overlap at the start, in smaller radii, that is a warning; default 0.1.
+    pub overlap_warning: Located<f64>,
+    /// Whether springs advance in the evaluation before the first step; default false.
+    pub startup_increment: bool,
+}
+
+/// How tangential springs follow the contact plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TangentialHistory {
+    /// Projected on the plane and rescaled to the old length.
+    Project,
+    /// Rotated with the pair, infinitesimally.
+    Incremental,
+}
+
+/// The lever arm of rolling and torsion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RollingLever {
+    /// `R*`
+    ReducedRadius,
+    /// `2R*`
+    TwiceReducedRadius,
+}
+
+/// What the Coulomb limit of the Mindlin law acts on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum CoulombLimits {
+    /// The elastic part; damping is added when sticking.
+    Elastic,
+    /// The sum of elastic part and damping.
+    Total,
+}
+
+pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
+    let end = fields.need("end").and_then(|item| {
+        let end = item.number()?;
+        if *end <= 0.0 {
+            item.report(format!(
+                "the end lies before the start: must be > 0, got {}",
+                item.place.text()
+            ));
+            return None;
+        }
+        Some(end)
+    });
+    let step = fields.need("step").and_then(|item| {
+        if item.is_text() {
+            let value = item.word("time step", &[("auto", TimeStep::Auto)])?;
+            return Some(Located {
+                value,
+                place: item.place,
+            });
+        }
+        item.positive().map(|step| step.map(TimeStep::Seconds))
+    });
+    let until_at_rest = flag(fields, "until_at_rest", false);
+    let v_ref = fields.get("v_ref").and_then(|item| item.positive());
+    fields.finish();
+    Some(Time {
+        end: end?,
+        step: step?,
+        until_at_rest,
+        v_ref,
+    })
+}
+
+pub(super) fn read_domain(fields: &Fields<'_>) -> Option<Domain> {
+    let dimensions = match fields.get("dimensions") {
+        None => Some(Dimensions::Three),
+        Some(item) => item.whole(0).and_then(|number| match number.value {
+            2 => Some(Dimensions::Two),
+            3 => Some(Dimensions::Three),
+            other => {
+                item.report(format!("must be 2 or 3, got {other}"));
+                None
+            }
+        }),
+    };
+    let min = fields.need("min").and_then(|item| item.vector());
+    let max = fields.need("max").and_then(|item| item.vector());
+    let periodic = fields.get("periodic").map_or(Some([false; 3]), |item| {
+        let mut axes = [false; 3];
+        for item in item.list()? {
+            axes[item.word("axis", &[("x", 0_usize), ("y", 1), ("z", 2)])?] = true;
+        }
+        Some(axes)
+    });
+    fields.finish();
+    let (min, max) = min.zip(max)?;
+    let dimensions = dimensions?;
+    let periodic = periodic?;
+    let mut is_right = true;
+    // In two dimensions the z range has no meaning for discs, it may be empty.
+    let axes = if dimensions == Dimensions::Two { 2 } else { 3 };
+    for axis in 0..axes {
+        if min[axis] >= max[axis] {
+            let name = ["x", "y", "z"][axis];
+            let message = format!(
+                "must lie above min: in {name} min = {} and max = {}",
+                min[axis], max[axis]
+            );
+            fields.context.report(max.error(message));
+            is_right = false;
+        }
+    }
+    if dimensions == Dimensions::Two && periodic[2] {
+        fields.context.report(
+            fields
+                .absent("periodic")
+                .error("z cannot be periodic in two dimensions"),
+        );
+        is_right = false;
+    }
+    is_right.then(|| Domain {
+        place: fields.place().clone(),
+        min,
+        max,
+        periodic,
+        dimensions,
+    })
+}
+
+pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
+    let fraction = |key, default| match fields.get(key) {
+        Some(item) => item.non_negative(),
+        None => Some(fields.default(key, default)),
+    };
+    let overlap_error = fraction("overlap_error", 0.5);
+    let overlap_warning = fraction("overlap_warning", 0.1);
+    let conventions = Conventions {
+        tangential_history: fields
+            .get("tangential_history")
+            .and_then(|item| {
+                item.word(
+                    "tangential history",
+                    &[
+                        ("project", TangentialHistory::Project),
+                        ("incremental", TangentialHistory::Incremental),
+                    ],
+                )
+            })
+            .unwrap_or(TangentialHistory::Project),
+        rolling_lever: fields
+            .get("rolling_lever")
+            .and_then(|item| {
+                item.word(
+                    "rolling lever",
+                    &[
+                        ("R*", RollingLever::ReducedRadius),
+                        ("2R*", RollingLever::TwiceReducedRadius),
+                    ],
+                )
+            })
+            .unwrap_or(RollingLever::ReducedRadius),
+        clamp_tension: flag(fields, "clamp_tension", false),
+        coulomb_limits: fields
+            .get("coulomb_limits")
+            .and_then(|item| {
+                item.word(
+                    "Coulomb limit",
+                    &[
+                        ("elastic", CoulombLimits::Elastic),
+                        ("total", CoulombLimits::Total),
+                    ],
+                )
+            })
+            .unwrap_or(CoulombLimits::Elastic),
+        wall_curvature: flag(fields, "wall_curvature", false),
+        overlap_error: overlap_error?,
+        overlap_warning: overlap_warning?,
+        startup_increment: flag(fields, "startup_increment", false),
+    };
+    fields.finish();
+    Some(conventions)
+}
+
+/// A switch; the default when it is absent.
+pub(super) fn flag(fields: &Fields<'_>, key: &'static str, default: bool) -> bool {
+    fields
+        .get(key)
+        .and_then(|item| item.boolean())
+        .unwrap_or(default)
+}

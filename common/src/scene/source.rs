@@ -1,0 +1,272 @@
+//! Where a value was written: the text it comes from, its span, its key.
+
+use std::fmt;
+use std::ops::{Deref, Range};
+use std::sync::Arc;
+
+use super::error::SceneError;
+
+/// A text that values come from: a scene file, or one `--set KEY=VALUE` of the command line.
+#[derive(Debug)]
+pub struct Source {
+    name: String,
+    text: String,
+    kind: SourceKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SourceKind {
+    File,
+    Argument,
+}
+
+impl Source {
+    /// The text of a scene file, under the name that messages call it by.
+    pub(super) fn file(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
+        Arc::new(Self {
+            name: name.into(),
+            text: text.into(),
+            kind: SourceKind::File,
+        })
+    }
+
+    /// One `KEY=VALUE` of the command line.
+    pub(super) fn argument(text: impl Into<String>) -> Arc<Self> {
+        Arc::new(Self {
+            name: "--set".to_owned(),
+            text: text.into(),
+            kind: SourceKind::Argument,
+        })
+    }
+
+    /// The byte range of the line that holds byte `at`, without its line end.
+    fn line_around(&self, at: usize) -> Range<usize> {
+        let bytes = self.text.as_bytes();
+        let at = at.min(bytes.len());
+        let start = bytes[..at]
+            .iter()
+            .rposition(|&b| b == b'\n')
+            .map_or(0, |i| i + 1);
+        let end = bytes[at..]
+            .iter()
+            .position(|&b| b == b'\n')
+            .map_or(bytes.len(), |i| at + i);
+        let end = if end > start && bytes[end - 1] == b'\r' {
+            end - 1
+        } else {
+            end
+        };
+        start..end
+    }
+}
+
+/// The place of a value: the text, the span in it, and the key path (`materials.glass.density`).
+///
+/// Cheap to clone. It outlives reading, so that later checks report with the look of the reader:
+/// see [`Place::error`].
+#[derive(Debug, Clone)]
+pub struct Place {
+    source: Arc<Source>,
+    start: usize,
+    end: usize,
+    key: Arc<str>,
+}
+
+impl Place {
+    /// A span of a source, under a key. The span is clipped to the text and to whole characters.
+    pub(super) fn new(source: &Arc<Source>, span: Range<usize>, key: impl Into<Arc<str>>) -> Self {
+        let text = &source.text;
+        let floor = |at: usize| {
+            let mut at = at.min(text.len());
+            while !text.is_char_boundary(at) {
+                at -= 1;
+            }
+            at
+        };
+        let start = floor(span.start);
+        Self {
+            source: Arc::clone(source),
+            start,
+            end: floor(span.end).max(start),
+            key: key.into(),
+        }
+    }
+
+    /// The same span under another key.
+    pub(super) fn with_key(&self, key: impl Into<Arc<str>>) -> Self {
+        Self {
+            key: key.into(),
+            ..self.clone()
+        }
+    }
+
+    /// The path of the key, as `--set` takes it; empty for the whole file.
+    #[must_use]
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The file as the user named it, or `--set`.
+    #[must_use]
+    pub fn source_name(&self) -> &str {
+        &self.source.name
+    }
+
+    /// Whether the value was given on the command line.
+    #[must_use]
+    pub fn is_argument(&self) -> bool {
+        self.source.kind == SourceKind::Argument
+    }
+
+    /// What stands there, as typed.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        self.source
+            .text
+            .get(self.start..self.end)
+            .unwrap_or_default()
+    }
+
+    /// Line of the first character, counted from 1.
+    #[must_use]
+    pub fn line(&self) -> usize {
+        1 + self.source.text.as_bytes()[..self.start]
+            .iter()
+            .filter(|&&b| b == b'\n')
+            .count()
+    }
+
+    /// Column of the first character, counted in characters from 1.
+    #[must_use]
+    pub fn column(&self) -> usize {
+        let line = self.source.line_around(self.start);
+        1 + self
+            .source
+            .text
+            .get(line.start..self.start)
+            .map_or(0, |s| s.chars().count())
+    }
+
+    /// An error at this place.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use mercury_common::scene::{Files, parse_scene};
+    /// let text = "[time]\nend = 1.0\nstep = 0.1\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n";
+    /// let scene = parse_scene(Path::new("box.toml"), text, &[], Files::Unchecked)?;
+    /// let error = scene.time.end.place.error("the end comes too early").with_help("wait longer");
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "box.toml:2:7: time.end: the end comes too early\n    end = 1.0\n          ^^^\nhelp: wait longer"
+    /// );
+    /// # Ok::<(), mercury_common::scene::SceneErrors>(())
+    /// ```
+    #[must_use]
+    pub fn error(&self, message: impl Into<String>) -> SceneError {
+        SceneError {
+            place: self.clone(),
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    /// Sorts as a reader meets the places: file order, the command line last.
+    pub(super) fn order(&self) -> (bool, usize) {
+        (self.is_argument(), self.start)
+    }
+
+    /// `file:line:column` or `--set KEY=VALUE`.
+    pub(super) fn write_head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.source.kind {
+            SourceKind::Argument => write!(f, "--set {}", printable(&self.source.text)),
+            SourceKind::File => {
+                write!(f, "{}:{}:{}", self.source.name, self.line(), self.column())
+            }
+        }
+    }
+
+    /// The source line with carets under the span; nothing for the command line, which the head
+    /// shows already, and nothing for an empty line.
+    pub(super) fn write_excerpt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = self.source.line_around(self.start);
+        let Some(text) = self.source.text.get(line.clone()) else {
+            return Ok(());
+        };
+        if self.is_argument() || text.trim().is_empty() {
+            return Ok(());
+        }
+        let before = self
+            .source
+            .text
+            .get(line.start..self.start.min(line.end))
+            .unwrap_or_default();
+        let under = self
+            .source
+            .text
+            .get(self.start..self.end.min(line.end))
+            .unwrap_or_default()
+            .trim_end();
+        let indent: String = before
+            .chars()
+            .map(|c| if c == '\t' { '\t' } else { ' ' })
+            .collect();
+        let carets = "^".repeat(under.chars().count().max(1));
+        write!(
+            f,
+            "\n    {}\n    {indent}{carets}",
+            printable(text.trim_end())
+        )
+    }
+}
+
+impl PartialEq for Place {
+    fn eq(&self, other: &Self) -> bool {
+        (self.source_name(), self.start, self.end, &self.key)
+            == (other.source_name(), other.start, other.end, &other.key)
+    }
+}
+
+/// The text without characters that would move a terminal's cursor.
+fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| {
+            if c.is_control() && c != '\t' {
+                '\u{fffd}'
+            } else {
+                c
+            }
+        })
+        .collect()
+}
+
+/// A value together with the place where it was typed (or, for a default, where it could be).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Located<T> {
+    /// The value.
+    pub value: T,
+    /// Where it was typed.
+    pub place: Place,
+}
+
+impl<T> Located<T> {
+    /// The same place with the value changed.
+    pub fn map<U>(self, change: impl FnOnce(T) -> U) -> Located<U> {
+        Located {
+            value: change(self.value),
+            place: self.place,
+        }
+    }
+
+    /// An error at the value's place: see [`Place::error`].
+    #[must_use]
+    pub fn error(&self, message: impl Into<String>) -> SceneError {
+        self.place.error(message)
+    }
+}
+
+impl<T> Deref for Located<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}

@@ -1,0 +1,3 @@
+//! The contract of the scene format: the shared scenes, the exact text of errors, overrides, garbage.
+
+mod shared;

@@ -1,0 +1,203 @@
+//! The document as a tree whose every key and value knows its place.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
+
+use super::error::{SceneError, SceneErrors};
+use super::source::{Place, Source};
+
+/// A value and its span.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub(super) value: Value,
+    pub(super) source: Arc<Source>,
+    pub(super) span: Range<usize>,
+}
+
+/// What a TOML value can be.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    String(String),
+    Integer(i64),
+    Float(f64),
+    Boolean(bool),
+    Datetime,
+    Array(Vec<Node>),
+    Table(Table),
+}
+
+impl Value {
+    /// The type in words, with its article.
+    pub(super) fn type_name(&self) -> &'static str {
+        match self {
+            Value::String(_) => "a string",
+            Value::Integer(_) | Value::Float(_) => "a number",
+            Value::Boolean(_) => "true or false",
+            Value::Datetime => "a date or time",
+            Value::Array(_) => "a list",
+            Value::Table(_) => "a table",
+        }
+    }
+}
+
+/// A table in the order of the file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Table {
+    pub(super) entries: Vec<Entry>,
+}
+
+/// A key with its value.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    pub(super) key: String,
+    pub(super) source: Arc<Source>,
+    pub(super) span: Range<usize>,
+    pub(super) node: Node,
+}
+
+impl Table {
+    /// The entry of a key.
+    pub(super) fn get(&self, key: &str) -> Option<&Entry> {
+        self.entries.iter().find(|entry| entry.key == key)
+    }
+}
+
+impl Node {
+    /// The `name` of a table, where it has one.
+    pub(super) fn name(&self) -> Option<&str> {
+        let Value::Table(table) = &self.value else {
+            return None;
+        };
+        match &table.get("name")?.node.value {
+            Value::String(name) if !name.is_empty() => Some(name),
+            _ => None,
+        }
+    }
+}
+
+/// Parses a document. Syntax errors are reported at once, at most one per line.
+pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, SceneErrors> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        return Ok(Node {
+            value: Value::Table(convert_table(table.get_ref(), source, 0)),
+            source: Arc::clone(source),
+            span: 0..0,
+        });
+    }
+    let mut reported: Vec<SceneError> = Vec::new();
+    for error in errors {
+        let error = syntax_error(&error, source, text, 0);
+        if reported
+            .iter()
+            .all(|other| other.place.line() != error.place.line())
+        {
+            reported.push(error);
+        }
+    }
+    reported.sort_by_key(|error| error.place.order());
+    Err(SceneErrors(reported))
+}
+
+/// Parses one value that starts at byte `offset` of its source.
+pub(super) fn parse_value(
+    source: &Arc<Source>,
+    text: &str,
+    offset: usize,
+) -> Result<Node, SceneError> {
+    match DeValue::parse(text) {
+        Ok(value) => Ok(convert(&value, source, offset)),
+        Err(error) => Err(syntax_error(&error, source, text, offset)),
+    }
+}
+
+fn syntax_error(
+    error: &toml::de::Error,
+    source: &Arc<Source>,
+    text: &str,
+    offset: usize,
+) -> SceneError {
+    let span = error.span().unwrap_or(0..0);
+    let found = text.get(span.clone()).unwrap_or_default();
+    let place = Place::new(source, span.start + offset..span.end + offset, "");
+    // The parser's own words, except where they mislead.
+    match error.message() {
+        "duplicate key" => place.error(format!("`{found}` is given twice")),
+        message if message.starts_with("string values must be quoted") => {
+            if found.trim().is_empty() {
+                place.error("a value is missing here")
+            } else {
+                place
+                    .error("this is not a TOML value")
+                    .with_help("text goes in double quotes")
+            }
+        }
+        message => place.error(format!("not valid TOML: {message}")),
+    }
+}
+
+fn convert(value: &Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {
+    let span = value.span();
+    Node {
+        value: match value.get_ref() {
+            DeValue::String(text) => Value::String(text.clone().into_owned()),
+            DeValue::Integer(number) => integer(number),
+            DeValue::Float(number) => Value::Float(float(number)),
+            DeValue::Boolean(value) => Value::Boolean(*value),
+            DeValue::Datetime(_) => Value::Datetime,
+            DeValue::Array(items) => Value::Array(
+                items
+                    .iter()
+                    .map(|item| convert(item, source, offset))
+                    .collect(),
+            ),
+            DeValue::Table(table) => Value::Table(convert_table(table, source, offset)),
+        },
+        source: Arc::clone(source),
+        span: span.start + offset..span.end + offset,
+    }
+}
+
+fn convert_table(table: &DeTable<'_>, source: &Arc<Source>, offset: usize) -> Table {
+    let entries = table
+        .iter()
+        .map(|(key, value)| {
+            let span = key.span();
+            Entry {
+                key: key.get_ref().clone().into_owned(),
+                source: Arc::clone(source),
+                span: span.start + offset..span.end + offset,
+                node: convert(value, source, offset),
+            }
+        })
+        .collect();
+    Table { entries }
+}
+
+/// A whole number; as a float where it is beyond 64 bits, so that the reader can name its limits.
+fn integer(number: &DeInteger<'_>) -> Value {
+    let digits = number.as_str();
+    match i64::from_str_radix(digits, number.radix()) {
+        Ok(value) => Value::Integer(value),
+        Err(_) => {
+            let radix = f64::from(number.radix());
+            let magnitude = digits
+                .chars()
+                .filter_map(|c| c.to_digit(number.radix()))
+                .fold(0.0, |sum, digit| sum * radix + f64::from(digit));
+            Value::Float(if digits.starts_with('-') {
+                -magnitude
+            } else {
+                magnitude
+            })
+        }
+    }
+}
+
+/// A float; one that is too large is infinite, which the reader refuses where it is read.
+fn float(number: &DeFloat<'_>) -> f64 {
+    number.as_str().parse().unwrap_or(f64::NAN)
+}
