@@ -1,1 +1,38 @@
-//! Native frames: Arrow IPC streams of particles and contacts.
+//! Native frames: what a run leaves of its particles and contacts, as Arrow IPC streams.
+//!
+//! A file is one Arrow IPC *stream* with one record batch per frame and flat columns, so pyarrow, pandas, polars, R and
+//! DuckDB open it as it is (`docs/formats/frames.md` holds the layout and the how-to). Two promises go beyond Arrow:
+//!
+//! * **Readable while it grows.** At every instant the file is a complete stream of whole frames, see [`FrameWriter`].
+//! * **Every frame knows its time**, the empty one too: time and step stand in the message of the batch, besides the
+//!   column `time`.
+//!
+//! The rooms: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
+//! [`ParticleFrame`] and [`ContactFrame`] are the two tables that the Mercury tools exchange.
+
+// A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
+#![allow(clippy::result_large_err)]
+
+mod contacts;
+mod frame;
+mod header;
+mod message;
+mod particles;
+mod positioned;
+mod reader;
+mod schema;
+mod table;
+mod writer;
+
+pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};
+pub use frame::{Column, Frame};
+pub use header::FramesHeader;
+pub use particles::{
+    FLAG_FIXED, FLAG_PRESCRIBED, ParticleColumns, ParticleFrame, ParticleReader, ParticleWriter,
+};
+pub use reader::{FrameInfo, FrameReader};
+pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
+pub use writer::{FrameWriteError, FrameWriter};
+
+/// The version of the layout, the value of the schema metadata `mercury_frames`.
+pub const FRAMES_VERSION: &str = "1";

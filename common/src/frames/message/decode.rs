@@ -1,0 +1,197 @@
+//! From the bytes of a message to schema, batch and columns. Nothing in here trusts the bytes.
+
+use arrow_ipc::{Endianness, MessageHeader, convert, root_as_message};
+use arrow_schema::Schema;
+
+use super::{LittleEndian, STEP_KEY, TIME_KEY};
+use crate::frames::{Column, ColumnKind};
+
+/// Bytes read at a time when numbers are converted.
+const CHUNK: usize = 64 * 1024;
+
+/// Reads `bytes.len()` bytes of the body from an offset in it; the error says what went wrong.
+pub(in crate::frames) type ReadBody<'a> = dyn Fn(&mut [u8], u64) -> Result<(), String> + 'a;
+
+/// The head of a record batch, checked against the number of columns and the length of its body.
+pub(in crate::frames) struct Batch {
+    pub(in crate::frames) rows: usize,
+    /// From the metadata of the message, where it has them.
+    pub(in crate::frames) time: Option<f64>,
+    pub(in crate::frames) step: Option<u64>,
+    /// Offset in the body and length of each buffer, in bytes.
+    buffers: Vec<(u64, u64)>,
+}
+
+/// The Arrow schema in the first message of a stream.
+pub(in crate::frames) fn parse_schema(flatbuffer: &[u8]) -> Result<Schema, String> {
+    let message = root_as_message(flatbuffer).map_err(|e| format!("no Arrow message ({e})"))?;
+    let schema = message
+        .header_as_schema()
+        .ok_or("a first message that is no schema")?;
+    if message.bodyLength() != 0 {
+        return Err("a schema message with a body".to_owned());
+    }
+    if schema.endianness() != Endianness::Little {
+        return Err("big-endian numbers".to_owned());
+    }
+    convert::try_fb_to_schema(schema).map_err(|e| e.to_string())
+}
+
+/// Reads the head of a record batch whose columns have these kinds.
+pub(in crate::frames) fn parse_batch(
+    flatbuffer: &[u8],
+    kinds: &[ColumnKind],
+) -> Result<Batch, String> {
+    let message = root_as_message(flatbuffer).map_err(|e| format!("no Arrow message ({e})"))?;
+    let batch = message.header_as_record_batch().ok_or_else(|| {
+        let MessageHeader(kind) = message.header_type();
+        format!("an Arrow message of type {kind} in place of a record batch")
+    })?;
+    if batch.compression().is_some() {
+        return Err("a compressed record batch, which this reader cannot open".to_owned());
+    }
+    let body_length = u64::try_from(message.bodyLength()).map_err(|_| "a negative body length")?;
+    let rows = usize::try_from(batch.length()).map_err(|_| "a negative number of rows")?;
+    let nodes = batch.nodes().ok_or("a batch without columns")?;
+    if nodes.len() != kinds.len() {
+        return Err(format!(
+            "a batch of {} columns in place of {}",
+            nodes.len(),
+            kinds.len()
+        ));
+    }
+    if let Some(node) = nodes.iter().find(|node| node.length() != batch.length()) {
+        return Err(format!(
+            "a column of {} rows in place of {rows}",
+            node.length()
+        ));
+    }
+    let stored = batch.buffers().ok_or("a batch without buffers")?;
+    if stored.len() != kinds.iter().map(|k| k.buffers()).sum::<usize>() {
+        return Err(format!("a batch with {} buffers", stored.len()));
+    }
+    let mut buffers = Vec::with_capacity(stored.len());
+    for buffer in stored {
+        let inside = match (
+            u64::try_from(buffer.offset()),
+            u64::try_from(buffer.length()),
+        ) {
+            (Ok(offset), Ok(length)) => offset
+                .checked_add(length)
+                .filter(|&end| end <= body_length)
+                .map(|_| (offset, length)),
+            _ => None,
+        };
+        buffers.push(inside.ok_or("a buffer outside of its batch")?);
+    }
+
+    let value_of = |key: &str| {
+        let entries = message.custom_metadata()?;
+        let entry = entries.iter().find(|entry| entry.key() == Some(key))?;
+        entry.value()
+    };
+    let time = match value_of(TIME_KEY) {
+        None => None,
+        Some(text) => {
+            let time = text.parse::<f64>().ok().filter(|time| time.is_finite());
+            Some(time.ok_or_else(|| format!("the time `{text}`"))?)
+        }
+    };
+    let step = match value_of(STEP_KEY) {
+        None => None,
+        Some(text) => Some(text.parse().map_err(|_| format!("the step `{text}`"))?),
+    };
+    Ok(Batch {
+        rows,
+        time,
+        step,
+        buffers,
+    })
+}
+
+/// The first `rows` numbers of a buffer.
+fn numbers<T: LittleEndian>(
+    rows: usize,
+    (offset, length): (u64, u64),
+    read: &ReadBody<'_>,
+) -> Result<Vec<T>, String> {
+    // The buffer lies in the body and the body in the file, so a wrong number of rows cannot ask for more memory than
+    // the file has bytes.
+    let bytes = rows.checked_mul(T::WIDTH).filter(|&n| n as u64 <= length);
+    let bytes = bytes.ok_or_else(|| format!("a buffer of {length} bytes for {rows} rows"))?;
+    let mut values = Vec::with_capacity(rows);
+    let mut chunk = vec![0; bytes.min(CHUNK)];
+    let mut done = 0;
+    while done < bytes {
+        let part = &mut chunk[..(bytes - done).min(CHUNK)];
+        read(part, offset + done as u64)?;
+        values.extend(part.chunks_exact(T::WIDTH).map(T::get));
+        done += part.len();
+    }
+    Ok(values)
+}
+
+/// For each row whether it has a value; `None` when all have one.
+fn validity(
+    rows: usize,
+    buffer: (u64, u64),
+    read: &ReadBody<'_>,
+) -> Result<Option<Vec<bool>>, String> {
+    // A buffer of no bytes means that nothing is missing.
+    if rows == 0 || buffer.1 == 0 {
+        return Ok(None);
+    }
+    let bits: Vec<u8> = numbers(rows.div_ceil(8), buffer, read)?;
+    let valid: Vec<bool> = (0..rows).map(|k| bits[k / 8] >> (k % 8) & 1 == 1).collect();
+    Ok(valid.contains(&false).then_some(valid))
+}
+
+fn text(rows: usize, buffers: &[(u64, u64)], read: &ReadBody<'_>) -> Result<Vec<String>, String> {
+    // Arrow lets the offsets of an empty column be left out.
+    if rows == 0 {
+        return Ok(Vec::new());
+    }
+    let offsets: Vec<i32> = numbers(rows + 1, buffers[1], read)?;
+    let length = usize::try_from(buffers[2].1).map_err(|_| "a text too long for this machine")?;
+    let bytes: Vec<u8> = numbers(length, buffers[2], read)?;
+    let word = |ends: &[i32]| -> Option<String> {
+        let start = usize::try_from(ends[0]).ok()?;
+        let end = usize::try_from(ends[1]).ok()?;
+        Some(std::str::from_utf8(bytes.get(start..end)?).ok()?.to_owned())
+    };
+    let words: Option<Vec<String>> = offsets.windows(2).map(word).collect();
+    words.ok_or_else(|| "text that is not UTF-8 or lies outside of its buffer".to_owned())
+}
+
+/// One column of a batch: `field` counts the columns of the file. The error says what was found in it.
+pub(in crate::frames) fn read_column(
+    batch: &Batch,
+    kinds: &[ColumnKind],
+    field: usize,
+    read: &ReadBody<'_>,
+) -> Result<Column, String> {
+    let first = kinds[..field].iter().map(|k| k.buffers()).sum::<usize>();
+    let buffers = &batch.buffers[first..first + kinds[field].buffers()];
+    let (rows, values) = (batch.rows, buffers[1]);
+    let valid = validity(rows, buffers[0], read)?;
+    if kinds[field] != ColumnKind::OptionalU32
+        && let Some(row) = valid.as_ref().and_then(|v| v.iter().position(|v| !v))
+    {
+        return Err(format!("no value in row {row}"));
+    }
+    Ok(match kinds[field] {
+        ColumnKind::F64 => Column::F64(numbers(rows, values, read)?),
+        ColumnKind::I32 => Column::I32(numbers(rows, values, read)?),
+        ColumnKind::U8 => Column::U8(numbers(rows, values, read)?),
+        ColumnKind::U32 => Column::U32(numbers(rows, values, read)?),
+        ColumnKind::U64 => Column::U64(numbers(rows, values, read)?),
+        ColumnKind::Text => Column::Text(text(rows, buffers, read)?),
+        ColumnKind::OptionalU32 => {
+            let values = numbers(rows, values, read)?.into_iter();
+            Column::OptionalU32(match valid {
+                None => values.map(Some).collect(),
+                Some(valid) => values.zip(valid).map(|(x, v)| v.then_some(x)).collect(),
+            })
+        }
+    })
+}
