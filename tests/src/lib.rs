@@ -1,1 +1,4 @@
 //! End-to-end tests, validation cases and the plain reference path.
+
+pub mod closed_forms;
+pub mod reference;

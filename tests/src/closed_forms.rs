@@ -1,0 +1,12 @@
+//! Closed-form physics that simulations are judged against: binary collisions, spheres on planes,
+//! and the parameters that belong to a wanted collision.
+//!
+//! Pure functions of numbers in SI units; outside the stated domain they return NaN.
+
+mod collisions;
+mod parameters;
+mod sphere_on_plane;
+
+pub use collisions::*;
+pub use parameters::*;
+pub use sphere_on_plane::*;

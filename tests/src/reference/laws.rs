@@ -1,0 +1,222 @@
+//! What two touching bodies do to each other.
+//!
+//! A contact law has up to four parts, evaluated in this order: the normal force; sliding friction,
+//! which is limited by the normal force; rolling and torsion resistance, which are couples. Each
+//! part is a pure function of the geometry, the relative motion and what the contact remembers.
+
+mod normal;
+mod resistance;
+mod tangential;
+
+use glam::DVec3;
+
+pub use normal::{LinearDamping, Normal};
+pub use resistance::{Resistance, ResistanceStiffness};
+pub use tangential::{LoadHistory, Tangential};
+
+/// The four parts of a contact law, with the parameters of one pair of materials.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactLaw {
+    /// Repulsion along the normal.
+    pub normal: Normal,
+    /// Sliding friction.
+    pub tangential: Tangential,
+    /// Resistance against rolling over each other.
+    pub rolling: Option<Resistance>,
+    /// Resistance against spinning about the normal.
+    pub torsion: Option<Resistance>,
+}
+
+impl ContactLaw {
+    /// A law without friction.
+    pub fn frictionless(normal: Normal) -> Self {
+        Self {
+            normal,
+            tangential: Tangential::None,
+            rolling: None,
+            torsion: None,
+        }
+    }
+}
+
+/// How a tangential spring follows the contact as it turns in space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TangentialHistory {
+    /// Project it on the new tangent plane, give it back its length, then let it grow.
+    #[default]
+    Project,
+    /// MercuryDPM's linear law: turn it by an infinitesimal rotation with the pair; not at all at a
+    /// wall. The Mindlin law and its rolling always project.
+    Incremental,
+}
+
+/// The lever that turns relative rotation into a rolling or torsion displacement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RollingLever {
+    /// The effective radius R* (Luding 2008).
+    #[default]
+    EffectiveRadius,
+    /// 2 R*, as MercuryDPM's `Friction`.
+    EffectiveDiameter,
+}
+
+/// What Coulomb's limit applies to in the Mindlin law (the linear law always limits the sum).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum CoulombLimits {
+    /// The elastic force; damping comes on top while the contact sticks, and vanishes in sliding.
+    #[default]
+    Elastic,
+    /// Elastic plus viscous force, as in the linear law.
+    Total,
+}
+
+/// Choices among published variants; the defaults are the physically right ones.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Conventions {
+    /// How tangential springs turn with the contact.
+    pub tangential_history: TangentialHistory,
+    /// Lever of rolling and torsion.
+    pub rolling_lever: RollingLever,
+    /// True: damping may not make a contact pull. Cohesion of the plastic law still pulls.
+    pub clamp_tension: bool,
+    /// What Coulomb's limit applies to.
+    pub coulomb_limits: CoulombLimits,
+    /// True: springs grow by one step in the force evaluation before the first step.
+    pub startup_increment: bool,
+}
+
+/// Geometry and relative motion of a contact (A, B).
+#[derive(Debug, Clone, Copy)]
+pub struct Kinematics {
+    /// Unit normal n, from B to A.
+    pub normal: DVec3,
+    /// Overlap δ > 0 \[m\].
+    pub overlap: f64,
+    /// From the centre of A to the contact point: −(R_A − δ/2) n \[m\].
+    pub arm_a: DVec3,
+    /// From the centre of B to the contact point: (R_B − δ/2) n; zero for a wall \[m\].
+    pub arm_b: DVec3,
+    /// Velocity u of A relative to B at the contact point \[m/s\].
+    pub relative_velocity: DVec3,
+    /// ω_A − ω_B \[rad/s\].
+    pub relative_spin: DVec3,
+    /// For two particles: velocity of centre A relative to centre B \[m/s\], and their distance \[m\].
+    pub pair: Option<(DVec3, f64)>,
+    /// m* = 1/(1/m_A + 1/m_B), with 1/m = 0 for walls and fixed particles \[kg\].
+    pub effective_mass: f64,
+    /// R* = 1/(1/R_A + 1/R_B), with 1/R = 0 for walls \[m\].
+    pub effective_radius: f64,
+}
+
+impl Kinematics {
+    /// u_n = u·n, positive when the bodies separate \[m/s\].
+    pub fn normal_velocity(&self) -> f64 {
+        self.relative_velocity.dot(self.normal)
+    }
+
+    /// u_t = u − u_n n \[m/s\].
+    pub fn tangential_velocity(&self) -> DVec3 {
+        self.relative_velocity - self.normal_velocity() * self.normal
+    }
+
+    /// Radius a = √(R* δ) of the Hertzian contact area \[m\].
+    pub fn contact_radius(&self) -> f64 {
+        (self.effective_radius * self.overlap).sqrt()
+    }
+}
+
+/// What a contact remembers. It begins with zeros when two bodies touch and is lost when they part.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct History {
+    /// Sliding spring ξ \[m\]; with [`LoadHistory::Rescale`] the elastic force on A \[N\] instead.
+    pub sliding: DVec3,
+    /// Contact radius of the last evaluation \[m\]; only with [`LoadHistory::Rescale`].
+    pub contact_radius: f64,
+    /// Rolling spring \[m\].
+    pub rolling: DVec3,
+    /// Torsion spring, along the normal \[m\].
+    pub torsion: DVec3,
+    /// Largest overlap δ_m so far \[m\]; only with [`Normal::Plastic`].
+    pub largest_overlap: f64,
+}
+
+/// What a contact does.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ContactForce {
+    /// Force on A, B feels the opposite \[N\].
+    pub force: DVec3,
+    /// Couple on A besides the moment of the force, B feels the opposite \[N m\].
+    pub couple: DVec3,
+    /// Elastic plus viscous normal force F_n, positive when it repels \[N\].
+    pub normal_force: f64,
+    /// Tangential part of `force` \[N\].
+    pub tangential_force: DVec3,
+    /// Energy that the springs store \[J\].
+    pub elastic_energy: f64,
+}
+
+/// Evaluates a contact law; the springs in `history` grow over `spring_time` \[s\].
+pub fn contact_force(
+    law: &ContactLaw,
+    conventions: &Conventions,
+    kinematics: &Kinematics,
+    history: &mut History,
+    spring_time: f64,
+) -> ContactForce {
+    let (normal_force, normal_energy) = law.normal.evaluate(
+        kinematics,
+        conventions.clamp_tension,
+        &mut history.largest_overlap,
+    );
+    let mut response = ContactForce {
+        force: normal_force * kinematics.normal,
+        normal_force,
+        elastic_energy: normal_energy,
+        ..ContactForce::default()
+    };
+    // Friction takes the magnitude of the normal force, also where damping makes it pull.
+    let pressure = normal_force.abs();
+    if pressure == 0.0 {
+        return response;
+    }
+
+    let (tangential_force, energy) =
+        law.tangential
+            .evaluate(kinematics, conventions, pressure, history, spring_time);
+    response.tangential_force = tangential_force;
+    response.force += tangential_force;
+    response.elastic_energy += energy;
+
+    let lever = match conventions.rolling_lever {
+        RollingLever::EffectiveRadius => kinematics.effective_radius,
+        RollingLever::EffectiveDiameter => 2.0 * kinematics.effective_radius,
+    };
+    let sliding_stiffness = law.tangential.stiffness(kinematics);
+    if let Some(rolling) = &law.rolling {
+        let follows = law.tangential.history_of_springs(conventions);
+        let (couple, energy) = rolling.rolling_couple(
+            kinematics,
+            follows,
+            lever,
+            sliding_stiffness,
+            pressure,
+            &mut history.rolling,
+            spring_time,
+        );
+        response.couple += couple;
+        response.elastic_energy += energy;
+    }
+    if let Some(torsion) = &law.torsion {
+        let (couple, energy) = torsion.torsion_couple(
+            kinematics,
+            lever,
+            sliding_stiffness,
+            pressure,
+            &mut history.torsion,
+            spring_time,
+        );
+        response.couple += couple;
+        response.elastic_energy += energy;
+    }
+    response
+}

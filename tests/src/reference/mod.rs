@@ -1,0 +1,313 @@
+//! The plain reference path: discrete particle simulation as one would explain it at a blackboard.
+//!
+//! Every pair of particles is looked at in every step, everything is computed in the obvious order
+//! by one thread, nothing is cached. It is slow, and it exists for two reasons: to be read, and to
+//! have something independent that the fast engine must agree with.
+//!
+//! * `mod.rs`: the time step (this page),
+//! * [`state`]: what is remembered between steps,
+//! * [`laws`]: what two touching bodies do to each other,
+//! * [`walls`]: where a sphere touches a wall, and how the wall moves there.
+//!
+//! Conventions. A contact is an ordered pair (A, B): A is the lower index, or the particle at a
+//! wall. The normal points from B to A. Force laws see the velocities of the half step, which is
+//! what makes the damping lag by dt/2 and the elastic part exactly second order.
+
+pub mod laws;
+pub mod state;
+pub mod walls;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
+
+use laws::{ContactLaw, Conventions, History, Kinematics, contact_force};
+use state::{Contact, ContactKey, Energies, Particle, PeriodicBox};
+use walls::Wall;
+
+/// Looks up the contact parameters of two materials; must not depend on their order.
+pub type PairParameters = Box<dyn Fn(usize, usize) -> ContactLaw>;
+
+/// A scene and its present state. Fill in the fields, then call [`Simulation::advance`].
+pub struct Simulation {
+    /// The particles; their order decides who is A in a contact.
+    pub particles: Vec<Particle>,
+    /// The walls.
+    pub walls: Vec<Wall>,
+    /// Contact parameters of a pair of materials.
+    pub pair_parameters: PairParameters,
+    /// The choices among published variants.
+    pub conventions: Conventions,
+    /// Acceleration of gravity \[m/s²\].
+    pub gravity: DVec3,
+    /// Periodic axes.
+    pub periodic_box: PeriodicBox,
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Steps made so far.
+    pub step: u64,
+    /// The contacts of the last force evaluation, with their histories.
+    pub contacts: BTreeMap<ContactKey, Contact>,
+    /// Whether the forces of the first instant are known.
+    pub started: bool,
+}
+
+impl Simulation {
+    /// An empty scene with one contact law for all materials and the default conventions.
+    pub fn new(time_step: f64, law: ContactLaw) -> Self {
+        Self {
+            particles: Vec::new(),
+            walls: Vec::new(),
+            pair_parameters: Box::new(move |_, _| law),
+            conventions: Conventions::default(),
+            gravity: DVec3::ZERO,
+            periodic_box: PeriodicBox::default(),
+            time_step,
+            step: 0,
+            contacts: BTreeMap::new(),
+            started: false,
+        }
+    }
+
+    /// Time t_k = k dt \[s\]: a product, since a running sum would drift.
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.time_step
+    }
+
+    /// One step of velocity Verlet, kick-drift-kick (Swope et al. 1982).
+    pub fn advance(&mut self) {
+        self.start();
+        self.half_kick(); //  v, ω: t -> t + dt/2
+        self.drift(); //      x   : t -> t + dt
+        self.step += 1;
+        self.evaluate_forces(self.time_step);
+        self.half_kick(); //  v, ω: t + dt/2 -> t + dt
+    }
+
+    /// `steps` steps.
+    pub fn advance_by(&mut self, steps: u64) {
+        for _ in 0..steps {
+            self.advance();
+        }
+    }
+
+    /// Computes the forces of the first instant, once; [`Simulation::advance`] does so by itself.
+    ///
+    /// No time has passed, so the springs do not grow (unless `startup_increment` asks for it).
+    pub fn start(&mut self) {
+        if !self.started {
+            self.started = true;
+            let grown = self.conventions.startup_increment;
+            self.evaluate_forces(if grown { self.time_step } else { 0.0 });
+        }
+    }
+
+    /// v += (F/m + g) dt/2 and ω += T/I dt/2, except where a value is held.
+    fn half_kick(&mut self) {
+        let half = 0.5 * self.time_step;
+        for particle in self.particles.iter_mut().filter(|particle| !particle.fixed) {
+            let acceleration = particle.force / particle.mass + self.gravity;
+            let angular_acceleration = particle.torque / particle.inertia;
+            for axis in 0..3 {
+                if !particle.velocity_held[axis] {
+                    particle.velocity[axis] += acceleration[axis] * half;
+                }
+                if !particle.angular_velocity_held[axis] {
+                    particle.angular_velocity[axis] += angular_acceleration[axis] * half;
+                }
+            }
+        }
+    }
+
+    /// x += v dt, wrapped into the periodic box; the orientation turns by the angle |ω| dt.
+    fn drift(&mut self) {
+        for particle in &mut self.particles {
+            let moved = particle.position + particle.velocity * self.time_step;
+            particle.position = self.periodic_box.wrap(moved);
+            let turn = DQuat::from_scaled_axis(particle.angular_velocity * self.time_step);
+            particle.orientation = (turn * particle.orientation).normalize();
+        }
+    }
+
+    /// All contact forces at the present positions, with the present (half-step) velocities.
+    /// The springs of all contacts grow over `spring_time`.
+    fn evaluate_forces(&mut self, spring_time: f64) {
+        for particle in &mut self.particles {
+            particle.force = DVec3::ZERO;
+            particle.torque = DVec3::ZERO;
+        }
+        // Only what touches now is put back: a contact that opened has lost its history.
+        let previous = std::mem::take(&mut self.contacts);
+        let remembered =
+            |key: &ContactKey| previous.get(key).map_or(History::default(), |c| c.history);
+
+        for a in 0..self.particles.len() {
+            for b in a + 1..self.particles.len() {
+                if let Some(kinematics) = self.pair_kinematics(a, b) {
+                    let key = ContactKey::Pair(a, b);
+                    let materials = (self.particles[a].material, self.particles[b].material);
+                    self.add_contact(key, kinematics, materials, remembered(&key), spring_time);
+                }
+            }
+            for wall in 0..self.walls.len() {
+                let materials = (self.particles[a].material, self.walls[wall].material);
+                for (feature, kinematics) in self.wall_kinematics(a, wall) {
+                    let key = ContactKey::Wall {
+                        particle: a,
+                        wall,
+                        feature,
+                    };
+                    self.add_contact(key, kinematics, materials, remembered(&key), spring_time);
+                }
+            }
+        }
+    }
+
+    /// Evaluates the law of one contact, adds force and torque to its partners, and files it.
+    fn add_contact(
+        &mut self,
+        key: ContactKey,
+        kinematics: Kinematics,
+        (material_a, material_b): (usize, usize),
+        mut history: History,
+        spring_time: f64,
+    ) {
+        let law = (self.pair_parameters)(material_a, material_b);
+        let response = contact_force(
+            &law,
+            &self.conventions,
+            &kinematics,
+            &mut history,
+            spring_time,
+        );
+        let (a, b) = match key {
+            ContactKey::Pair(a, b) => (a, Some(b)),
+            ContactKey::Wall { particle, .. } => (particle, None),
+        };
+        // Equal and opposite forces on one line through one point, and equal and opposite couples:
+        // linear and angular momentum are conserved whatever the law.
+        let particle = &mut self.particles[a];
+        particle.force += response.force;
+        particle.torque += response.couple + kinematics.arm_a.cross(response.force);
+        let point = particle.position + kinematics.arm_a;
+        if let Some(b) = b {
+            let partner = &mut self.particles[b];
+            partner.force -= response.force;
+            partner.torque -= response.couple + kinematics.arm_b.cross(response.force);
+        }
+        self.contacts.insert(
+            key,
+            Contact {
+                kinematics,
+                point,
+                response,
+                history,
+            },
+        );
+    }
+
+    /// Geometry and relative motion of two particles, if they touch.
+    fn pair_kinematics(&self, a: usize, b: usize) -> Option<Kinematics> {
+        let (a, b) = (&self.particles[a], &self.particles[b]);
+        let branch = self.periodic_box.minimum_image(a.position - b.position);
+        let distance = branch.length();
+        let overlap = a.radius + b.radius - distance;
+        if overlap <= 0.0 || (a.fixed && b.fixed) {
+            return None;
+        }
+        let normal = branch.try_normalize().unwrap_or(DVec3::X); // concentric: any direction will do
+        // The contact point lies halfway through the overlap.
+        let arm_a = -(a.radius - 0.5 * overlap) * normal;
+        let arm_b = (b.radius - 0.5 * overlap) * normal;
+        let velocity_a = a.velocity + a.angular_velocity.cross(arm_a);
+        let velocity_b = b.velocity + b.angular_velocity.cross(arm_b);
+        Some(Kinematics {
+            normal,
+            overlap,
+            arm_a,
+            arm_b,
+            relative_velocity: velocity_a - velocity_b,
+            relative_spin: a.angular_velocity - b.angular_velocity,
+            pair: Some((a.velocity - b.velocity, distance)),
+            effective_mass: 1.0 / (a.inverse_mass() + b.inverse_mass()),
+            effective_radius: 1.0 / (1.0 / a.radius + 1.0 / b.radius),
+        })
+    }
+
+    /// The same for every place where a particle touches a wall. A wall has no end to its mass and
+    /// no curvature in the contact laws. The wall stands where it is at t_k, like the particles;
+    /// its motion is constant, so its velocity is that of the half step as well.
+    fn wall_kinematics(&self, particle: usize, wall: usize) -> Vec<(usize, Kinematics)> {
+        let (a, wall) = (&self.particles[particle], &self.walls[wall]);
+        if a.fixed {
+            return Vec::new();
+        }
+        let touches = wall.contacts(a.position, a.radius, self.time());
+        let kinematics = touches.into_iter().map(|touch| {
+            let overlap = a.radius - touch.distance;
+            let arm_a = -(a.radius - 0.5 * overlap) * touch.normal;
+            let velocity_a = a.velocity + a.angular_velocity.cross(arm_a);
+            let velocity_b = wall.motion.velocity_at(a.position + arm_a);
+            let kinematics = Kinematics {
+                normal: touch.normal,
+                overlap,
+                arm_a,
+                arm_b: DVec3::ZERO,
+                relative_velocity: velocity_a - velocity_b,
+                relative_spin: a.angular_velocity - wall.motion.angular_velocity(),
+                pair: None,
+                effective_mass: a.mass,
+                effective_radius: a.radius,
+            };
+            (touch.feature, kinematics)
+        });
+        kinematics.collect()
+    }
+
+    /// The energies of this instant.
+    pub fn energies(&self) -> Energies {
+        let mut energies = Energies::default();
+        for particle in self.particles.iter().filter(|particle| !particle.fixed) {
+            energies.kinetic += 0.5 * particle.mass * particle.velocity.length_squared();
+            energies.rotational +=
+                0.5 * particle.inertia * particle.angular_velocity.length_squared();
+            energies.gravitational -= particle.mass * self.gravity.dot(particle.position);
+        }
+        energies.elastic = self
+            .contacts
+            .values()
+            .map(|c| c.response.elastic_energy)
+            .sum();
+        energies
+    }
+
+    /// Linear momentum, and angular momentum about the origin, of the particles that are not fixed
+    /// \[kg m/s, kg m²/s\].
+    pub fn momentum(&self) -> (DVec3, DVec3) {
+        let free = self.particles.iter().filter(|particle| !particle.fixed);
+        free.fold((DVec3::ZERO, DVec3::ZERO), |(linear, angular), particle| {
+            let momentum = particle.mass * particle.velocity;
+            let spin = particle.inertia * particle.angular_velocity;
+            (
+                linear + momentum,
+                angular + particle.position.cross(momentum) + spin,
+            )
+        })
+    }
+
+    /// Force of the particles on a wall, and their torque on it about a point \[N, N m\].
+    pub fn load_on_wall(&self, wall: usize, about: DVec3) -> (DVec3, DVec3) {
+        let of_this_wall = self.contacts.iter().filter_map(|(key, contact)| match key {
+            ContactKey::Wall { wall: w, .. } if *w == wall => Some(contact),
+            _ => None,
+        });
+        of_this_wall.fold((DVec3::ZERO, DVec3::ZERO), |(force, torque), contact| {
+            let response = &contact.response;
+            let moment = (contact.point - about).cross(response.force) + response.couple;
+            (force - response.force, torque - moment)
+        })
+    }
+}
