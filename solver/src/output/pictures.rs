@@ -3,21 +3,27 @@
 //! Each is drawn once and written twice, as PNG (1200 x 900 pixels) and as SVG. Nothing here knows the engine:
 //! the caller hands over plain values in SI units. The font is embedded, so no machine needs one.
 //!
-//! The rooms: [`camera`] decides what is seen and where, [`shade`] which sphere each pixel shows, [`final_state`]
-//! and [`energies`] lay a page out, [`raster`] and [`svg`] are the pages (a [`canvas`] each), and [`colour`],
-//! [`font`], [`scale`] and [`file`] serve them.
+//! The rooms: `framing` and `camera` decide what is seen and where, `shade` which sphere each pixel shows,
+//! `colouring` what colours mean; `final_state` (with `annotation` and `svg_spheres`) and `energies` lay a
+//! page out; `raster` and `svg` are the pages, a `canvas` each; `colour`, `font`, `scale`, `curve` and `file`
+//! serve them.
 
+mod annotation;
 mod camera;
 mod canvas;
 mod colour;
+mod colouring;
+mod curve;
 mod energies;
 mod file;
 mod final_state;
 mod font;
+mod framing;
 mod raster;
 mod scale;
 mod shade;
 mod svg;
+mod svg_spheres;
 #[cfg(test)]
 mod tests;
 

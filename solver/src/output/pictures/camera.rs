@@ -1,22 +1,14 @@
 //! The orthographic camera: where it stands, what it frames, and where things fall on the page.
 
 use super::canvas::Spot;
-use super::{PictureScene, PictureSphere, PictureWall};
+use super::framing::{self, drawable};
+use super::{PictureScene, PictureSphere};
 use glam::DVec3;
 
 /// Degrees by which the camera stands above the horizon.
 const ELEVATION: f64 = 20.0;
 /// Degrees by which the camera is turned to the side, so that a box shows two of its sides.
 const AZIMUTH: f64 = 24.0;
-/// The bed fills at least this share of the frame in one direction ...
-const SMALLEST_BED: f64 = 0.3;
-/// ... or its median sphere is at least this many points wide; else the frame closes in on the bed.
-const SMALLEST_SPHERE: f64 = 12.0;
-/// Free space around what is framed, as a share of the window.
-const MARGIN: f64 = 0.03;
-/// Coordinates beyond this (m) are taken for errors: their squares would overflow.
-const FARTHEST: f64 = 1e100;
-
 /// A place in the camera's window: points on the page, and depth away from the camera in points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Seen {
@@ -98,188 +90,19 @@ fn axes(scene: &PictureScene) -> (DVec3, DVec3, DVec3) {
     (right, right.cross(ahead), ahead)
 }
 
-/// Whether a sphere can be drawn at all.
-fn drawable(sphere: &PictureSphere) -> bool {
-    sphere.centre.is_finite()
-        && sphere.centre.abs().max_element() < FARTHEST
-        && sphere.radius > 0.0
-        && sphere.radius < FARTHEST
-}
-
-/// The corners of the domain: eight, or four in two dimensions; none if it has no finite extent.
-pub(super) fn domain_corners(scene: &PictureScene) -> Vec<DVec3> {
-    let (low, mut high) = (scene.domain_min, scene.domain_max);
-    if scene.dimensions == 2 {
-        high.z = low.z;
-    }
-    let sane = |v: DVec3| v.is_finite() && v.abs().max_element() < FARTHEST;
-    if !sane(low) || !sane(high) || low == high {
-        return Vec::new();
-    }
-    let number = if scene.dimensions == 2 { 4 } else { 8 };
-    (0..number)
-        .map(|corner| {
-            let pick =
-                |bit: u32, low: f64, high: f64| if corner & (1 << bit) == 0 { low } else { high };
-            DVec3::new(
-                pick(0, low.x, high.x),
-                pick(1, low.y, high.y),
-                pick(2, low.z, high.z),
-            )
-        })
-        .collect()
-}
-
-/// An axis-parallel rectangle in the camera's plane (m).
-#[derive(Debug, Clone, Copy)]
-struct Extent {
-    low: (f64, f64),
-    high: (f64, f64),
-}
-
-impl Extent {
-    const EMPTY: Self = Self {
-        low: (f64::MAX, f64::MAX),
-        high: (f64::MIN, f64::MIN),
-    };
-
-    fn add(&mut self, (x, y): (f64, f64), radius: f64) {
-        self.low = (self.low.0.min(x - radius), self.low.1.min(y - radius));
-        self.high = (self.high.0.max(x + radius), self.high.1.max(y + radius));
-    }
-
-    fn union(mut self, other: Self) -> Self {
-        if !other.is_empty() {
-            self.add(other.low, 0.0);
-            self.add(other.high, 0.0);
-        }
-        self
-    }
-
-    fn is_empty(&self) -> bool {
-        self.low.0 > self.high.0
-    }
-
-    fn size(&self) -> (f64, f64) {
-        (self.high.0 - self.low.0, self.high.1 - self.low.1)
-    }
-}
-
-/// The extent of the spheres. A few that have left the bed by several times its size do not count, or they
-/// would shrink it to a dot.
-fn bed_extent(flat: &[(f64, f64, f64)]) -> Extent {
-    let mut full = Extent::EMPTY;
-    for (x, y, radius) in flat {
-        full.add((*x, *y), *radius);
-    }
-    if flat.len() < 50 {
-        return full;
-    }
-    // The middle 98 % along each axis, widened by its own size, holds any bed without stragglers.
-    let largest = flat.iter().map(|s| s.2).fold(0.0, f64::max);
-    let middle = |pick: fn(&(f64, f64, f64)) -> f64| {
-        let mut values: Vec<f64> = flat.iter().map(pick).collect();
-        let last = values.len() - 1;
-        let low = *values.select_nth_unstable_by(last / 100, f64::total_cmp).1;
-        let high = *values
-            .select_nth_unstable_by(last - last / 100, f64::total_cmp)
-            .1;
-        let reach = (high - low) + 2.0 * largest;
-        (low - reach, high + reach)
-    };
-    let (x, y) = (middle(|s| s.0), middle(|s| s.1));
-    Extent {
-        low: (full.low.0.max(x.0), full.low.1.max(y.0)),
-        high: (full.high.0.min(x.1), full.high.1.min(y.1)),
-    }
-}
-
 impl Camera {
     /// A camera that frames the bed and as much of walls and domain as leaves the bed well visible.
     pub(super) fn new(scene: &PictureScene, window: Window) -> Self {
         let (right, up, ahead) = axes(scene);
         let plane = |p: DVec3| (p.dot(right), p.dot(up));
-        let flat: Vec<(f64, f64, f64)> = scene
-            .spheres
-            .iter()
-            .filter(|sphere| drawable(sphere))
-            .map(|sphere| {
-                let (x, y) = plane(sphere.centre);
-                (x, y, sphere.radius)
-            })
-            .collect();
-        let bed = bed_extent(&flat);
-        let mut walls = Extent::EMPTY;
-        for PictureWall::Polyline(points) in scene.walls {
-            for point in points
-                .iter()
-                .filter(|p| p.is_finite() && p.abs().max_element() < FARTHEST)
-            {
-                walls.add(plane(*point), 0.0);
-            }
+        let (middle, scale) = framing::frame(scene, window, plane);
+        // Depths count from the middle of the bed, so that their differences keep their digits.
+        let (mut sum, mut number) = (0.0, 0.0);
+        for sphere in scene.spheres.iter().filter(|sphere| drawable(sphere)) {
+            sum += sphere.centre.dot(ahead);
+            number += 1.0;
         }
-        let mut domain = Extent::EMPTY;
-        for corner in domain_corners(scene) {
-            domain.add(plane(corner), 0.0);
-        }
-
-        let mut radii: Vec<f64> = flat.iter().map(|s| s.2).collect();
-        let median = if radii.is_empty() {
-            0.0
-        } else {
-            let half = radii.len() / 2;
-            *radii.select_nth_unstable_by(half, f64::total_cmp).1
-        };
-        let (room_x, room_y) = (
-            window.width() * (1.0 - 2.0 * MARGIN),
-            window.height() * (1.0 - 2.0 * MARGIN),
-        );
-        let scale_of = |extent: &Extent| {
-            let (width, height) = extent.size();
-            (room_x / width).min(room_y / height)
-        };
-        let shows_bed = |extent: &Extent| {
-            let ((width, height), (bed_width, bed_height)) = (extent.size(), bed.size());
-            bed_width >= SMALLEST_BED * width
-                || bed_height >= SMALLEST_BED * height
-                || 2.0 * median * scale_of(extent) >= SMALLEST_SPHERE
-        };
-        let everything = bed.union(walls).union(domain);
-        let frame = if bed.is_empty() {
-            everything
-        } else {
-            let candidates = [everything, bed.union(walls)];
-            candidates.into_iter().find(shows_bed).unwrap_or(bed)
-        };
-        let (middle, scale) = if frame.is_empty() {
-            ((0.0, 0.0), room_x.min(room_y))
-        } else {
-            let middle = (
-                0.5 * (frame.low.0 + frame.high.0),
-                0.5 * (frame.low.1 + frame.high.1),
-            );
-            let scale = scale_of(&frame);
-            // A frame without any size: a metre across.
-            (
-                middle,
-                if scale.is_finite() && scale > 0.0 {
-                    scale
-                } else {
-                    room_x.min(room_y)
-                },
-            )
-        };
-        let depths: f64 = scene
-            .spheres
-            .iter()
-            .filter(|s| drawable(s))
-            .map(|s| s.centre.dot(ahead))
-            .sum();
-        let depth = if flat.is_empty() {
-            0.0
-        } else {
-            depths / flat.len() as f64
-        };
+        let depth = if number > 0.0 { sum / number } else { 0.0 };
         Self {
             right,
             up,

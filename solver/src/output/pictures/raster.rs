@@ -4,6 +4,7 @@ use super::PictureError;
 use super::canvas::{Anchor, Canvas, HEIGHT, Lettering, Spot, Stroke, WIDTH};
 use super::colour::Colour;
 use super::font;
+use rayon::prelude::*;
 
 /// Drawn pixels per point along each axis; their average smooths every edge.
 pub(super) const SAMPLES: usize = 2;
@@ -24,9 +25,16 @@ impl Raster {
         }
     }
 
-    /// The row of fine pixels `row` from `first` on, for writing many at once.
-    pub(super) fn row(&mut self, row: usize, first: usize) -> &mut [Colour] {
-        &mut self.pixels[row * COLUMNS + first..(row + 1) * COLUMNS]
+    /// The rows of fine pixels from `first` on, for painting them side by side.
+    pub(super) fn rows_from(
+        &mut self,
+        first: usize,
+    ) -> impl IndexedParallelIterator<Item = &mut [Colour]> {
+        self.pixels[first * COLUMNS..].par_chunks_mut(COLUMNS)
+    }
+
+    fn row(&mut self, row: usize) -> &mut [Colour] {
+        &mut self.pixels[row * COLUMNS..(row + 1) * COLUMNS]
     }
 
     fn blend(&mut self, x: i64, y: i64, colour: Colour, coverage: f64) {
@@ -157,7 +165,7 @@ impl Canvas for Raster {
         };
         for y in fine(y0, ROWS)..fine(y1, ROWS) {
             let (from, to) = (fine(x0, COLUMNS), fine(x1, COLUMNS));
-            self.row(y, 0)[from..to.max(from)].fill(fill);
+            self.row(y)[from..to.max(from)].fill(fill);
         }
     }
 

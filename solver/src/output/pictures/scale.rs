@@ -120,8 +120,19 @@ impl Ticks {
             .find(|step| *step >= raw * (1.0 - 1e-9))
             .unwrap_or(10.0 * power);
         let slack = 1e-9 * span;
-        let first = ((low - slack) / step).ceil();
-        let last = ((high + slack) / step).floor();
+        let ends = |step: f64| {
+            (
+                ((low - slack) / step).ceil(),
+                ((high + slack) / step).floor(),
+            )
+        };
+        // One tick is no scale: rather some more than asked for.
+        let step = if ends(step).1 - ends(step).0 < 1.0 {
+            below
+        } else {
+            step
+        };
+        let (first, last) = ends(step);
         let number = (last - first).clamp(0.0, 4.0 * count as f64) as usize;
         let at = (0..=number).map(|i| (first + i as f64) * step).collect();
         let decimals =
@@ -161,6 +172,9 @@ pub(super) fn short_number(value: f64, digits: usize) -> String {
 
 /// A value with its unit and a fitting prefix, to `digits` significant digits: `12.5 mm/s`.
 pub(super) fn quantity(value: f64, plain: &str, digits: usize) -> String {
+    if decimal_exponent(value).is_some_and(|exponent| exponent >= 0) {
+        return format!("{} {plain}", short_number(value, digits));
+    }
     let unit = Unit::not_above_plain(value, plain);
     format!("{} {}", short_number(value / unit.size, digits), unit.name)
 }
@@ -227,6 +241,7 @@ mod tests {
         assert_eq!(short_number(100.0, 2), "100");
         assert_eq!(short_number(0.0, 2), "0");
         assert_eq!(quantity(0.0125, "s", 4), "12.5 ms");
+        assert_eq!(quantity(2e7, "s", 4), "2×10⁷ s");
         assert_eq!(count(1234), "1234");
         assert_eq!(count(100_000), "100\u{202f}000");
         assert_eq!(round_down(0.9), 0.5);
@@ -239,13 +254,16 @@ mod tests {
         let labels: Vec<String> = ticks.at.iter().map(|v| ticks.label(*v)).collect();
         assert_eq!(labels, ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(Ticks::new(3.0, 3.0, 5).at, [3.0]);
+        // 5000 would be the step for two ticks, but no multiple of it lies inside.
+        assert_eq!(Ticks::new(203.0, 4958.0, 2).at, [2000.0, 4000.0]);
     }
 
     proptest! {
         #[test]
         fn ticks_never_leave_the_range_nor_crowd(low in -1e3..1e3f64, span in 1e-3..1e4f64, n in 2usize..9) {
             let ticks = Ticks::new(low, low + span, n);
-            prop_assert!(ticks.at.len() <= n + 1);
+            prop_assert!(ticks.at.len() >= 2);
+            prop_assert!(n < 5 || ticks.at.len() <= n + 1);
             let slack = 2e-9 * span;
             prop_assert!(ticks.at.iter().all(|t| *t >= low - slack && *t <= low + span + slack));
             let labels: std::collections::BTreeSet<String> = ticks.at.iter().map(|v| ticks.label(*v)).collect();

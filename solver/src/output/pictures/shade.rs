@@ -195,39 +195,46 @@ impl DepthBuffer {
                 (near.min(*d), far.max(*d))
             });
         let span = f64::from(far - near);
-        for row in 0..self.rows {
-            let line = page.row(self.origin.1 + row, self.origin.0);
-            for (column, pixel) in line.iter_mut().take(self.columns).enumerate() {
-                let here = row * self.columns + column;
-                let owner = self.owner[here] as usize;
-                let (Some(sphere), Some(colour)) = (spheres.get(owner), colours.get(owner)) else {
-                    continue;
-                };
-                let radius = (sphere.radius * fine).max(SMALLEST_RADIUS);
-                let nx = (column as f64 + 0.5 + self.origin.0 as f64 - sphere.at.x * fine) / radius;
-                let ny = -(row as f64 + 0.5 + self.origin.1 as f64 - sphere.at.y * fine) / radius;
-                let nz = (1.0 - nx * nx - ny * ny).max(0.0).sqrt();
-                let cosine = nx * TO_LAMP[0] + ny * TO_LAMP[1] + nz * TO_LAMP[2];
-                let light = ((cosine + WRAP) / (1.0 + WRAP)).max(0.0);
-                let depth = f64::from(self.depth[here]);
-                // The sphere's own rim is no crevice: count from its shoulder.
-                let shoulder = depth.min((sphere.at.depth - 0.5 * sphere.radius) * fine);
-                let behind = ((shoulder - f64::from(mean[here])) / (1.5 * reach)).clamp(0.0, 1.0);
-                // The outline: the last pixels before the rim, gone on spheres too small to bear it.
-                let rim = (nz * radius.sqrt() * 0.45).min(1.0);
-                let outline = if radius > 3.0 { 0.6 + 0.4 * rim } else { 1.0 };
-                let strength = (AMBIENT + LAMP * light) * (1.0 - CREVICE * behind) * outline;
-                let gloss = 0.22 * light.powi(24);
-                let haze = if span > 4.0 * radius {
-                    HAZE * (depth - f64::from(near)) / span
-                } else {
-                    0.0
-                };
-                *pixel = colour
-                    .lit(strength)
-                    .mix(Colour::WHITE, gloss)
-                    .mix(Colour(236, 239, 243), haze);
-            }
-        }
+        page.rows_from(self.origin.1)
+            .take(self.rows)
+            .enumerate()
+            .for_each(|(row, line)| {
+                let line = &mut line[self.origin.0..];
+                for (column, pixel) in line.iter_mut().take(self.columns).enumerate() {
+                    let here = row * self.columns + column;
+                    let owner = self.owner[here] as usize;
+                    let (Some(sphere), Some(colour)) = (spheres.get(owner), colours.get(owner))
+                    else {
+                        continue;
+                    };
+                    let radius = (sphere.radius * fine).max(SMALLEST_RADIUS);
+                    let nx =
+                        (column as f64 + 0.5 + self.origin.0 as f64 - sphere.at.x * fine) / radius;
+                    let ny =
+                        -(row as f64 + 0.5 + self.origin.1 as f64 - sphere.at.y * fine) / radius;
+                    let nz = (1.0 - nx * nx - ny * ny).max(0.0).sqrt();
+                    let cosine = nx * TO_LAMP[0] + ny * TO_LAMP[1] + nz * TO_LAMP[2];
+                    let light = ((cosine + WRAP) / (1.0 + WRAP)).max(0.0);
+                    let depth = f64::from(self.depth[here]);
+                    // The sphere's own rim is no crevice: count from its shoulder.
+                    let shoulder = depth.min((sphere.at.depth - 0.5 * sphere.radius) * fine);
+                    let behind =
+                        ((shoulder - f64::from(mean[here])) / (1.5 * reach)).clamp(0.0, 1.0);
+                    // The outline: the last pixels before the rim, gone on spheres too small to bear it.
+                    let rim = (nz * radius.sqrt() * 0.45).min(1.0);
+                    let outline = if radius > 3.0 { 0.6 + 0.4 * rim } else { 1.0 };
+                    let strength = (AMBIENT + LAMP * light) * (1.0 - CREVICE * behind) * outline;
+                    let gloss = 0.22 * light.powi(24);
+                    let haze = if span > 4.0 * radius {
+                        HAZE * (depth - f64::from(near)) / span
+                    } else {
+                        0.0
+                    };
+                    *pixel = colour
+                        .lit(strength)
+                        .mix(Colour::WHITE, gloss)
+                        .mix(Colour(236, 239, 243), haze);
+                }
+            });
     }
 }

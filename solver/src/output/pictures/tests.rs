@@ -305,25 +305,29 @@ fn strange_scenes_draw_something() {
     .into_iter()
     .enumerate()
     {
-        for spheres in [&strange[..], &strange[..5], &strange[5..6], &[]] {
-            for dimensions in [2, 3] {
-                let mut scene = scene("\u{0}\u{7}]]> strange\u{fffe}", spheres, size);
-                scene.dimensions = dimensions;
-                scene.gravity = [
-                    DVec3::ZERO,
-                    DVec3::splat(nan),
-                    DVec3::X,
-                    DVec3::splat(1e300),
-                ][which];
-                scene.time = [0.0, nan, -1e-300, 1e300][which];
-                let walls = [PictureWall::Polyline(vec![
-                    DVec3::splat(nan),
-                    DVec3::ONE,
-                    DVec3::splat(1e200),
-                ])];
-                scene.walls = &walls;
-                assert!(final_of("strange", &scene).says("strange"));
-            }
+        for (dimensions, spheres) in [
+            (2, &strange[..]),
+            (3, &strange[..]),
+            (3, &strange[..5]),
+            (3, &strange[5..6]),
+            (2, &[]),
+        ] {
+            let mut scene = scene("\u{0}\u{7}]]> strange\u{fffe}", spheres, size);
+            scene.dimensions = dimensions;
+            scene.gravity = [
+                DVec3::ZERO,
+                DVec3::splat(nan),
+                DVec3::X,
+                DVec3::splat(1e300),
+            ][which];
+            scene.time = [0.0, nan, -1e-300, 1e300][which];
+            let walls = [PictureWall::Polyline(vec![
+                DVec3::splat(nan),
+                DVec3::ONE,
+                DVec3::splat(1e200),
+            ])];
+            scene.walls = &walls;
+            assert!(final_of("strange", &scene).says("strange"));
         }
     }
 }
