@@ -22,8 +22,9 @@ impl Colour {
     /// The colour `share` of the way from `self` to `other`; `share` is held to `0..=1`.
     pub(super) fn mix(self, other: Self, share: f64) -> Self {
         let share = share.clamp(0.0, 1.0);
+        // Adding a half and cutting rounds what is not negative; `round` would be a call per channel and pixel.
         let channel =
-            |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
+            |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a)) + 0.5) as u8;
         Self(
             channel(self.0, other.0),
             channel(self.1, other.1),
@@ -33,7 +34,8 @@ impl Colour {
 
     /// The colour under light of the given strength (1 = as it is).
     pub(super) fn lit(self, strength: f64) -> Self {
-        let channel = |a: u8| (f64::from(a) * strength).round().clamp(0.0, 255.0) as u8;
+        // The cast holds the result to 0..=255.
+        let channel = |a: u8| (f64::from(a) * strength + 0.5) as u8;
         Self(channel(self.0), channel(self.1), channel(self.2))
     }
 

@@ -309,7 +309,6 @@ fn strange_scenes_draw_something() {
             (2, &strange[..]),
             (3, &strange[..]),
             (3, &strange[..5]),
-            (3, &strange[5..6]),
             (2, &[]),
         ] {
             let mut scene = scene("\u{0}\u{7}]]> strange\u{fffe}", spheres, size);
