@@ -19,7 +19,7 @@ pub struct FormatError {
     /// What should stand there; empty when `found` says all.
     pub expected: String,
     /// What to do about it, if there is more to say than "correct it".
-    pub help: Option<String>,
+    pub help: Option<Box<str>>,
 }
 
 impl FormatError {
@@ -56,7 +56,7 @@ impl FormatError {
     /// Adds what to do about it.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(help.into().into_boxed_str());
         self
     }
 }

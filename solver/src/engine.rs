@@ -1,1 +1,549 @@
-//! The time step.
+//! The engine: it owns the state and makes time steps.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+
+use crate::boundaries::Boundaries;
+use crate::contact::registry::contact_loop;
+use crate::forces::{ContactForces, Observation, StepContext, Watch, block_size, find_near_walls};
+use crate::neighbours::{Images, Skin, Validity, build};
+use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
+use crate::plan::Plan;
+use crate::walls::{Pose, WallState};
+
+/// Why a run cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// A position or velocity is no longer a number.
+    #[error(
+        "step {step} (t = {time} s): particle {id} has left the numbers (position {position}, velocity {velocity})\n\
+         help: the time step is too large for the contacts that occur, or particles were placed deep inside one another; \
+         see the plan for the critical step"
+    )]
+    NotFinite {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Id of the particle.
+        id: u32,
+        /// Position, m.
+        position: DVec3,
+        /// Velocity, m/s.
+        velocity: DVec3,
+    },
+    /// Threads could not be started.
+    #[error("the threads cannot be started: {0}")]
+    Threads(String),
+}
+
+/// The engine: the whole state of a run and the way from one step to the next.
+pub struct Engine {
+    plan: Arc<Plan>,
+    /// All particles.
+    pub particles: Particles,
+    forces: Box<dyn ContactForces>,
+    law_names: String,
+    images: Images,
+    boundaries: Boundaries,
+    wall_states: Vec<WallState>,
+    skin: Skin,
+    validity: Validity,
+    /// Poses of the walls when the list was built.
+    listed_poses: Vec<Pose>,
+    /// Walls that move.
+    moving_walls: Vec<usize>,
+    step: u64,
+    /// The second half kick of the last step is still to be made; it is made together with the next one.
+    kick_due: bool,
+    /// Rows were added or removed since the list was built.
+    rows_changed: bool,
+    /// How often the list was built.
+    rebuilds: u64,
+    inverse_inertia: f64,
+    turns: bool,
+    pool: Option<rayon::ThreadPool>,
+    /// Running sums of the energy audit.
+    audit: Audit,
+}
+
+/// What happened to the energy since the start, J; filled only in audited runs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Audit {
+    /// By viscous and plastic normal forces.
+    pub dissipated_normal: f64,
+    /// By sliding friction and tangential dashpots.
+    pub dissipated_tangential: f64,
+    /// By rolling and torsion resistance.
+    pub dissipated_rolling: f64,
+    /// Done by the walls on the particles.
+    pub wall_work: f64,
+}
+
+impl Engine {
+    /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
+    ///
+    /// # Errors
+    /// If threads cannot be started, or the start is not a number.
+    pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
+        let (forces, law_names) = contact_loop(&plan.laws);
+        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+        let mut particles = Particles::new(plan.orientations);
+        for new in &plan.particles {
+            let (record, mass, prescribed) = new.build(&plan);
+            particles.push(record, mass, prescribed);
+        }
+        let pool = match threads {
+            0 | 1 => None,
+            _ => Some(
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .map_err(|error| RunError::Threads(error.to_string()))?,
+            ),
+        };
+        let wall_states: Vec<_> = plan
+            .walls
+            .iter()
+            .map(|wall| wall.state(0.0, plan.time_step))
+            .collect();
+        let moving_walls = plan
+            .walls
+            .iter()
+            .enumerate()
+            .filter(|(_, wall)| !wall.motion.is_static())
+            .map(|(index, _)| index)
+            .collect();
+        let mut skin = Skin::new(plan.smallest_radius, plan.mean_radius);
+        let mut room = f64::INFINITY;
+        for axis in 0..3 {
+            if plan.periodic[axis] {
+                room = room.min(0.5 * images.size[axis] - 2.0 * plan.largest_radius);
+            }
+        }
+        skin.limit(0.99 * room);
+        let mut engine = Self {
+            boundaries: Boundaries::new(&plan),
+            inverse_inertia: inverse_inertia_factor(plan.dimensions),
+            turns: plan.laws.turns(),
+            plan,
+            particles,
+            forces,
+            law_names,
+            images,
+            wall_states,
+            skin,
+            validity: Validity::default(),
+            listed_poses: Vec::new(),
+            moving_walls,
+            step: 0,
+            kick_due: false,
+            rows_changed: true,
+            rebuilds: 0,
+            pool,
+            audit: Audit::default(),
+        };
+        engine.exchange_particles();
+        engine.keep_lists_valid(0.0)?;
+        let spring_time = if engine.plan.startup_increment {
+            engine.plan.time_step
+        } else {
+            0.0
+        };
+        engine.evaluate_forces(
+            spring_time,
+            Some(Watch {
+                records: true,
+                audit: None,
+            }),
+        );
+        Ok(engine)
+    }
+
+    /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
+    ///
+    /// `watch` says what to see of the contacts; the [`Engine::observation`] then belongs to the end of the step.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn step(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
+        let fastest = self.kick_and_drift()?;
+        self.step += 1;
+        self.move_walls();
+        self.exchange_particles();
+        self.keep_lists_valid(fastest)?;
+        self.evaluate_forces(self.plan.time_step, watch);
+        self.kick_due = true;
+        Ok(())
+    }
+
+    /// First half kick and drift, with the second half kick of the step before if it is still due. Returns the largest speed.
+    fn kick_and_drift(&mut self) -> Result<f64, RunError> {
+        let kicks = if self.kick_due { 2 } else { 1 };
+        self.kick_due = false;
+        let (largest, sum) = self.advance(kicks, self.plan.time_step);
+        if sum.is_finite() {
+            Ok(largest.sqrt())
+        } else {
+            Err(self.not_finite())
+        }
+    }
+
+    /// Makes the second half kick if it is still due, so that positions, velocities and forces belong to the same time.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn complete_step(&mut self) -> Result<(), RunError> {
+        if std::mem::take(&mut self.kick_due) {
+            let (_, sum) = self.advance(1, 0.0);
+            if !sum.is_finite() {
+                return Err(self.not_finite());
+            }
+        }
+        Ok(())
+    }
+
+    /// `kicks` half kicks, then a drift of `drift` seconds. Returns the largest squared speed and the sum of squared speeds,
+    /// which is not finite if any velocity is not.
+    fn advance(&mut self, kicks: u32, drift: f64) -> (f64, f64) {
+        let pass = KickDrift {
+            half: 0.5 * self.plan.time_step,
+            drift,
+            kicks,
+            gravity: self.plan.gravity,
+            inverse_inertia: self.inverse_inertia,
+            turns: self.turns,
+        };
+        let special = self.hold_prescribed();
+        let size = block_size(self.particles.len());
+        let records = &mut self.particles.records;
+        let loads = &self.particles.loads;
+        let merge = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1 + b.1);
+        let result = match &self.pool {
+            Some(pool) if records.len() > size => pool.install(|| {
+                records
+                    .par_chunks_mut(size)
+                    .zip(loads.par_chunks(size))
+                    .map(|(records, loads)| pass.run(records, loads))
+                    .reduce(|| (0.0, 0.0), merge)
+            }),
+            _ => records
+                .chunks_mut(size)
+                .zip(loads.chunks(size))
+                .map(|(records, loads)| pass.run(records, loads))
+                .fold((0.0, 0.0), merge),
+        };
+        self.release_prescribed(special, drift);
+        if drift > 0.0 {
+            self.turn_orientations(drift);
+        }
+        result
+    }
+
+    /// Remembers where prescribed particles stand before a pass that ignores what is prescribed.
+    fn hold_prescribed(&self) -> Vec<Particle> {
+        let rows = self.particles.prescribed.iter();
+        rows.map(|prescribed| self.particles.records[prescribed.row as usize])
+            .collect()
+    }
+
+    /// Puts the prescribed components back and drifts them with their prescribed velocity.
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) {
+        for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
+            let record = &mut self.particles.records[prescribed.row as usize];
+            for axis in 0..3 {
+                if let Some(velocity) = prescribed.velocity[axis] {
+                    record.velocity[axis] = velocity;
+                    record.position[axis] = before.position[axis] + velocity * drift;
+                }
+                if let Some(spin) = prescribed.angular_velocity[axis] {
+                    record.angular_velocity[axis] = spin;
+                }
+            }
+        }
+    }
+
+    /// Turns the orientations by the angular velocities over `drift` seconds, exactly for constant ones.
+    fn turn_orientations(&mut self, drift: f64) {
+        let Some(orientations) = &mut self.particles.orientations else {
+            return;
+        };
+        for (orientation, record) in orientations.iter_mut().zip(&self.particles.records) {
+            let half_turn = record.angular_velocity * (0.5 * drift);
+            *orientation = (turn(half_turn) * *orientation).normalize();
+        }
+    }
+
+    /// Moves the walls to the present time.
+    fn move_walls(&mut self) {
+        let time = self.time();
+        for (wall, state) in self.plan.walls.iter().zip(&mut self.wall_states) {
+            if wall.motion.is_static() {
+                state.present = time >= wall.from && time < wall.until;
+            } else {
+                *state = wall.state(time, self.plan.time_step);
+            }
+        }
+    }
+
+    /// Removes and inserts particles.
+    fn exchange_particles(&mut self) {
+        let time = self.time();
+        let changed = self.boundaries.exchange(
+            &mut self.particles,
+            &self.plan,
+            &self.images,
+            &self.wall_states,
+            time,
+        );
+        self.rows_changed |= changed;
+    }
+
+    /// Builds the candidate list anew if it may miss a contact. `fastest` is the largest speed of this step, m/s.
+    fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
+        let dt = self.plan.time_step;
+        let mut valid = !self.rows_changed;
+        if valid {
+            valid = self
+                .validity
+                .advance(fastest, dt, 0.5 * self.skin.thickness, &self.particles);
+        }
+        // Particles use up to half of the skin; the other half is the walls'.
+        let reach = self.images.size.length();
+        let about = self.images.min + 0.5 * self.images.size;
+        valid = valid
+            && self.moving_walls.iter().all(|&index| {
+                let (from, to) = (&self.listed_poses[index], &self.wall_states[index].pose);
+                self.plan.walls[index]
+                    .shape
+                    .displacement(from, to, about, reach)
+                    <= 0.5 * self.skin.thickness
+            });
+        if !valid {
+            self.rebuild()?;
+        }
+        Ok(())
+    }
+
+    /// Sorts the particles and builds the candidate lists.
+    fn rebuild(&mut self) -> Result<(), RunError> {
+        let finite = |record: &Particle| record.position.is_finite();
+        if !self.particles.records.iter().all(finite) {
+            return Err(self.not_finite());
+        }
+        if self.validity.steps > 0 {
+            let idle = self.forces.listed().saturating_sub(self.forces.touching());
+            self.skin.adapt(
+                self.validity.steps,
+                idle as f64 / self.particles.len().max(1) as f64,
+            );
+        }
+        let removed = self.boundaries.take_row_map(self.particles.len());
+        let (list, sorted) = build(&mut self.particles, self.skin.thickness, &self.images);
+        let near_walls = find_near_walls(
+            &self.particles,
+            &self.plan.walls,
+            &self.wall_states,
+            &self.images,
+            self.skin.thickness,
+        );
+        let new_row: Vec<u32> = removed
+            .into_iter()
+            .map(|row| {
+                if row == u32::MAX {
+                    row
+                } else {
+                    sorted[row as usize]
+                }
+            })
+            .collect();
+        self.forces.adopt(&list, &near_walls, &new_row);
+        self.boundaries.listed(&self.particles, self.skin.thickness);
+        self.listed_poses = self.wall_states.iter().map(|state| state.pose).collect();
+        self.validity.reset();
+        self.rows_changed = false;
+        self.rebuilds += 1;
+        Ok(())
+    }
+
+    /// Evaluates all contact forces; springs are stretched by `spring_time` seconds of motion.
+    fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>) {
+        let watch = match watch {
+            Some(watch) => Some(watch),
+            None if self.plan.energy_budget => Some(Watch::default()),
+            None => None,
+        };
+        let watch = watch.map(|watch| Watch {
+            audit: (self.plan.energy_budget && self.step > 0).then_some(self.plan.time_step),
+            ..watch
+        });
+        let context = StepContext {
+            spring_time,
+            images: &self.images,
+            walls: &self.plan.walls,
+            wall_states: &self.wall_states,
+            wall_curvature: self.plan.wall_curvature,
+            watch,
+        };
+        self.forces
+            .compute(&mut self.particles, &context, self.pool.as_ref());
+        if self.plan.energy_budget {
+            let seen = self.forces.observation(self.plan.walls.len());
+            self.audit.dissipated_normal += seen.dissipated_normal;
+            self.audit.dissipated_tangential += seen.dissipated_tangential;
+            self.audit.dissipated_rolling += seen.dissipated_rolling;
+            self.audit.wall_work += seen.wall_work;
+        }
+    }
+
+    /// The first particle whose motion is not a number.
+    fn not_finite(&self) -> RunError {
+        let lost = |record: &Particle| {
+            !(record.position.is_finite()
+                && record.velocity.is_finite()
+                && record.angular_velocity.is_finite())
+        };
+        let row = self.particles.records.iter().position(lost).unwrap_or(0);
+        RunError::NotFinite {
+            step: self.step,
+            time: self.time(),
+            id: self.particles.ids[row],
+            position: self.particles.records[row].position,
+            velocity: self.particles.records[row].velocity,
+        }
+    }
+
+    /// Time of the present state, s: step number times step, never a running sum.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.plan.time_step
+    }
+
+    /// Steps made.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+
+    /// The plan it follows.
+    #[must_use]
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    /// Periodic images of the domain.
+    #[must_use]
+    pub fn images(&self) -> &Images {
+        &self.images
+    }
+
+    /// Insertions and deletions, and what they counted.
+    #[must_use]
+    pub fn boundaries(&self) -> &Boundaries {
+        &self.boundaries
+    }
+
+    /// Where the walls stand.
+    #[must_use]
+    pub fn wall_states(&self) -> &[WallState] {
+        &self.wall_states
+    }
+
+    /// What was seen of the contacts in the last watched step.
+    #[must_use]
+    pub fn observation(&self) -> Observation {
+        self.forces.observation(self.plan.walls.len())
+    }
+
+    /// What became of the energy, if the plan asks for it.
+    #[must_use]
+    pub fn audit(&self) -> Audit {
+        self.audit
+    }
+
+    /// The laws that the contact loop was compiled for.
+    #[must_use]
+    pub fn law_names(&self) -> &str {
+        &self.law_names
+    }
+
+    /// Times the candidate list was built, and the listed pairs of the present one.
+    #[must_use]
+    pub fn list_statistics(&self) -> (u64, usize) {
+        (self.rebuilds, self.forces.listed())
+    }
+}
+
+/// Half kicks and a drift of a block of particles.
+struct KickDrift {
+    /// Half the time step, s.
+    half: f64,
+    /// Drift, s.
+    drift: f64,
+    kicks: u32,
+    gravity: DVec3,
+    inverse_inertia: f64,
+    turns: bool,
+}
+
+impl KickDrift {
+    fn run(&self, records: &mut [Particle], loads: &[Load]) -> (f64, f64) {
+        let (mut largest, mut sum) = (0.0f64, 0.0);
+        for (record, load) in records.iter_mut().zip(loads) {
+            if record.flags & FIXED != 0 {
+                continue;
+            }
+            let kick = (load.force * record.inverse_mass + self.gravity) * self.half;
+            let mut velocity = record.velocity + kick;
+            if self.kicks == 2 {
+                velocity += kick;
+            }
+            record.velocity = velocity;
+            record.position += velocity * self.drift;
+            if self.turns {
+                let per_torque =
+                    self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
+                let kick = load.torque * (per_torque * self.half);
+                record.angular_velocity += kick;
+                if self.kicks == 2 {
+                    record.angular_velocity += kick;
+                }
+                sum += record.angular_velocity.length_squared();
+            }
+            let squared = velocity.length_squared();
+            largest = largest.max(squared);
+            sum += squared;
+        }
+        (largest, sum)
+    }
+}
+
+/// The rotation exp(h) for half the rotation vector h: (cos |h|, sin |h| h/|h|).
+///
+/// For the small angles of a time step by its series, which is exact to round-off below |h| = 0.1.
+fn turn(half: DVec3) -> DQuat {
+    let squared = half.length_squared();
+    let (cosine, sinc) = if squared < 0.01 {
+        // remainders below squared^6/12! and squared^6/13!: 2e-21
+        let s = squared;
+        (
+            1.0 - s / 2.0
+                * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0)))),
+            1.0 - s / 6.0
+                * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0)))),
+        )
+    } else {
+        let angle = squared.sqrt();
+        (angle.cos(), angle.sin() / angle)
+    };
+    let vector = half * sinc;
+    DQuat::from_xyzw(vector.x, vector.y, vector.z, cosine)
+}
+
+/// Whether any of the flags mark a particle that does not move freely.
+#[must_use]
+pub fn is_constrained(record: &Particle) -> bool {
+    record.flags & (FIXED | PRESCRIBED) != 0
+}

@@ -1,1 +1,86 @@
-//! forces.
+//! Forces: the one contact loop, generic over the laws, and what is seen of it.
+//!
+//! The sorted rows are cut into blocks whose size depends on the number of particles alone. A contact inside a block adds to
+//! both its particles at once. A contact that reaches into a later block is computed once, by the block of its first row,
+//! which parks the partner's share in an outbox; a second pass adds what was parked, in fixed order. So the sum on every
+//! particle has one order, whatever the number of threads.
+
+mod blocks;
+mod contact_loop;
+mod near_walls;
+mod observation;
+
+pub use blocks::block_size;
+pub use contact_loop::ContactLoop;
+pub use near_walls::{NearWall, find_near_walls};
+pub use observation::{ContactRecord, Observation, Partner, Watch};
+
+use crate::neighbours::{CandidateList, Images};
+use crate::particles::Particles;
+use crate::walls::{Wall, WallState};
+
+/// What the force evaluation of one step is told.
+pub struct StepContext<'a> {
+    /// By how much springs are stretched: the time step, or 0 in the evaluation before the first step, s.
+    pub spring_time: f64,
+    /// Periodic images.
+    pub images: &'a Images,
+    /// Walls and where they stand.
+    pub walls: &'a [Wall],
+    /// One state for each wall.
+    pub wall_states: &'a [WallState],
+    /// Whether R* includes the curvature of walls.
+    pub wall_curvature: bool,
+    /// What to see of the contacts; `None` in most steps.
+    pub watch: Option<Watch>,
+}
+
+/// The history of one contact, in numbers, by ids that survive sorting: for restarts.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedSlot {
+    /// Row of the first particle.
+    pub row: u32,
+    /// Row of the partner, or index of the wall.
+    pub partner: u32,
+    /// Image code of the partner; for walls the image of the particle.
+    pub image: u32,
+    /// Whether the two touched in the last evaluation.
+    pub touching: bool,
+    /// Wall contacts: the feature of the wall; `u32::MAX` for a slot that is free.
+    pub feature: u32,
+    /// The numbers of the history.
+    pub history: Vec<f64>,
+}
+
+/// A contact loop with its slots, whatever its laws.
+pub trait ContactForces: Send {
+    /// Takes a new candidate list. Histories of touching pairs go along: `new_row[old]` says where each row of the last list
+    /// went, `u32::MAX` for rows that were removed.
+    fn adopt(&mut self, list: &CandidateList, near_walls: &[NearWall], new_row: &[u32]);
+
+    /// Computes all loads on `particles`; with a pool, in parallel.
+    fn compute(
+        &mut self,
+        particles: &mut Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+    );
+
+    /// What the last watched evaluation saw.
+    fn observation(&self, walls: usize) -> Observation;
+
+    /// Listed pairs.
+    fn listed(&self) -> usize;
+
+    /// Pairs that touched in the last evaluation.
+    fn touching(&self) -> usize;
+
+    /// Every slot in order, pairs first, then walls: the state that a restart needs.
+    fn save(&self) -> (Vec<SavedSlot>, Vec<SavedSlot>);
+
+    /// Takes back what [`ContactForces::save`] gave for `rows` particles.
+    fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]);
+
+    /// Bytes of one slot, for the memory estimate.
+    fn slot_bytes(&self) -> usize;
+}

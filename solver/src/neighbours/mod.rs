@@ -1,1 +1,16 @@
-//! neighbours.
+//! Finding neighbours: cells, the sort, and the list of candidate pairs.
+//!
+//! The list holds every pair whose surfaces are closer than a skin. It stays valid until a particle has moved half the
+//! skin; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
+
+mod grid;
+mod images;
+mod list;
+mod skin;
+mod validity;
+
+pub use grid::Grid;
+pub use images::{Images, NO_SHIFT};
+pub use list::{Candidate, CandidateList, build};
+pub use skin::Skin;
+pub use validity::Validity;

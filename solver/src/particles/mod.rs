@@ -1,1 +1,73 @@
-//! particles.
+//! Particles: what the force loop reads in one compact record, everything else in columns.
+//!
+//! Rows are kept sorted in space (`neighbours`), so a row index is valid only until the next sort; what
+//! users see and what files hold is the `id`, which never changes.
+
+mod columns;
+
+pub use columns::{Particles, Prescribed};
+
+use glam::DVec3;
+
+/// The record that the contact loop reads: 96 bytes, position and radius within one cache line.
+///
+/// For discs (`dimensions = 2`) masses are per unit length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(32))]
+pub struct Particle {
+    /// Centre, m. Between two sorts a particle of a periodic scene may stand up to half a skin outside the domain.
+    pub position: DVec3,
+    /// Radius, m.
+    pub radius: f64,
+    /// Velocity of the centre, m/s.
+    pub velocity: DVec3,
+    /// One over the mass, 1/kg; 0 for particles that contacts cannot move (fixed, or fully prescribed).
+    pub inverse_mass: f64,
+    /// Angular velocity in the global frame, rad/s.
+    pub angular_velocity: DVec3,
+    /// Index of the material in the order of the scene file.
+    pub material: u32,
+    /// [`FIXED`] and [`PRESCRIBED`].
+    pub flags: u32,
+}
+
+/// The particle never moves and feels no gravity.
+pub const FIXED: u32 = 1;
+/// Some components of its velocities are prescribed.
+pub const PRESCRIBED: u32 = 2;
+
+/// What contacts do to one particle in one step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct Load {
+    /// Force, N.
+    pub force: DVec3,
+    /// Torque about the centre, N m.
+    pub torque: DVec3,
+}
+
+impl Load {
+    /// Adds a force (N) and a torque (N m).
+    #[inline(always)]
+    pub fn add(&mut self, force: DVec3, torque: DVec3) {
+        self.force += force;
+        self.torque += torque;
+    }
+}
+
+/// Volume of a sphere (m^3), or area of a disc (m^2).
+#[must_use]
+pub fn volume(radius: f64, dimensions: u8) -> f64 {
+    if dimensions == 2 {
+        std::f64::consts::PI * radius * radius
+    } else {
+        4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius
+    }
+}
+
+/// One over the moment of inertia divided by one over the mass times the squared radius: 5/2 for solid
+/// spheres (I = 2/5 m R^2), 2 for discs (I = 1/2 m R^2).
+#[must_use]
+pub fn inverse_inertia_factor(dimensions: u8) -> f64 {
+    if dimensions == 2 { 2.0 } else { 2.5 }
+}

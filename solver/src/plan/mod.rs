@@ -1,1 +1,165 @@
-//! plan.
+//! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
+
+use glam::DVec3;
+
+use crate::boundaries::{DeletionPlan, InsertionPlan};
+use crate::contact::registry::LawTable;
+use crate::particles::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
+use crate::walls::Wall;
+
+/// A run, resolved and checked.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Title of the scene.
+    pub title: String,
+    /// Prefix of all output files: the stem of the scene file.
+    pub prefix: String,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// Gravity, m/s^2.
+    pub gravity: DVec3,
+    /// 3, or 2 for discs.
+    pub dimensions: u8,
+    /// Time step, s.
+    pub time_step: f64,
+    /// Steps to make.
+    pub steps: u64,
+    /// Also ends when the particles have come to rest.
+    pub until_at_rest: bool,
+    /// Lower corner of the domain, m.
+    pub domain_min: DVec3,
+    /// Upper corner of the domain, m.
+    pub domain_max: DVec3,
+    /// Periodic axes.
+    pub periodic: [bool; 3],
+    /// Materials in the order of the file.
+    pub materials: Vec<Material>,
+    /// Laws of all pairs of materials.
+    pub laws: LawTable,
+    /// R* includes the curvature of walls.
+    pub wall_curvature: bool,
+    /// Springs advance in the force evaluation before the first step.
+    pub startup_increment: bool,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Particles of the start, in the order of their ids.
+    pub particles: Vec<NewParticle>,
+    /// Insertions.
+    pub insertions: Vec<InsertionPlan>,
+    /// Deletions.
+    pub deletions: Vec<DeletionPlan>,
+    /// Smallest radius that can occur, m.
+    pub smallest_radius: f64,
+    /// Mean radius expected, m.
+    pub mean_radius: f64,
+    /// Largest radius that can occur, m.
+    pub largest_radius: f64,
+    /// Whether rotations are integrated: something writes them.
+    pub orientations: bool,
+    /// Whether the energy is audited in every step.
+    pub energy_budget: bool,
+    /// What is written, and when.
+    pub output: OutputPlan,
+}
+
+/// A material as the engine needs it; its laws are in the [`LawTable`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name in the scene.
+    pub name: String,
+    /// Density, kg/m^3.
+    pub density: f64,
+}
+
+/// A particle to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewParticle {
+    /// Centre, m.
+    pub position: DVec3,
+    /// Radius, m.
+    pub radius: f64,
+    /// Velocity, m/s.
+    pub velocity: DVec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: DVec3,
+    /// Index of the material.
+    pub material: u32,
+    /// Does not move.
+    pub fixed: bool,
+    /// Prescribed velocity components, m/s.
+    pub prescribed_velocity: [Option<f64>; 3],
+    /// Prescribed angular velocity components, rad/s.
+    pub prescribed_angular_velocity: [Option<f64>; 3],
+}
+
+impl NewParticle {
+    /// A free particle at rest.
+    #[must_use]
+    pub fn at(position: DVec3, radius: f64, material: u32) -> Self {
+        Self {
+            position,
+            radius,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+            material,
+            fixed: false,
+            prescribed_velocity: [None; 3],
+            prescribed_angular_velocity: [None; 3],
+        }
+    }
+
+    /// The record, the mass (kg) and the prescribed components. Fixed particles and those whose whole velocity is prescribed
+    /// count as infinitely heavy in contacts.
+    #[must_use]
+    pub fn build(&self, plan: &Plan) -> (Particle, f64, Option<Prescribed>) {
+        let density = plan.materials[self.material as usize].density;
+        let mass = density * volume(self.radius, plan.dimensions);
+        let is_prescribed = self.prescribed_velocity.iter().any(Option::is_some)
+            || self.prescribed_angular_velocity.iter().any(Option::is_some);
+        let driven = self.prescribed_velocity.iter().all(Option::is_some);
+        let record = Particle {
+            position: self.position,
+            radius: self.radius,
+            velocity: self.velocity,
+            inverse_mass: if self.fixed || driven {
+                0.0
+            } else {
+                1.0 / mass
+            },
+            angular_velocity: self.angular_velocity,
+            material: self.material,
+            flags: if self.fixed { FIXED } else { 0 } | if is_prescribed { PRESCRIBED } else { 0 },
+        };
+        let prescribed = is_prescribed.then_some(Prescribed {
+            row: 0,
+            velocity: self.prescribed_velocity,
+            angular_velocity: self.prescribed_angular_velocity,
+        });
+        (record, mass, prescribed)
+    }
+}
+
+/// What is written, and when.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputPlan {
+    /// Time between frames, s.
+    pub interval: f64,
+    /// Time between contact frames, s.
+    pub fstat_interval: f64,
+    /// `.data`.
+    pub data: bool,
+    /// `.ene`.
+    pub ene: bool,
+    /// `.fstat` and `.contacts.arrow`.
+    pub fstat: bool,
+    /// `.particles.arrow`.
+    pub frames: bool,
+    /// `.walls.csv`.
+    pub walls: bool,
+    /// Pictures at the end.
+    pub pictures: bool,
+    /// Particles to follow: name and id.
+    pub track: Vec<(String, u32)>,
+    /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
+    pub digits: Option<u8>,
+}

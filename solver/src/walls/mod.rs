@@ -53,6 +53,7 @@ mod symmetry;
 #[cfg(test)]
 mod tests;
 mod touch;
+mod wall;
 
 pub use cone::Cone;
 pub use cylinder::Cylinder;
@@ -67,3 +68,4 @@ pub use shape::Shape;
 pub use side::Side;
 pub use sphere::SphereShell;
 pub use touch::{MAX_TOUCHES, Touch, Touches};
+pub use wall::{Wall, WallState};

@@ -1,0 +1,83 @@
+//! The composition of one contact from its parts.
+
+use glam::DVec3;
+
+use super::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
+
+/// The law of one pair of materials.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairLaw<N, T, R> {
+    /// Normal part.
+    pub normal: N,
+    /// Tangential part.
+    pub tangential: T,
+    /// Rolling and torsion.
+    pub rolling: R,
+}
+
+/// What a contact does to A; B gets the opposite force and couple.
+#[derive(Debug, Clone, Copy)]
+pub struct Action {
+    /// Whole force on A, N.
+    pub force: DVec3,
+    /// Its part in the tangent plane, N.
+    pub tangential: DVec3,
+    /// Couple on A beyond the lever arm of the force, N m.
+    pub couple: DVec3,
+    /// Normal part: elastic and viscous, N.
+    pub normal: super::NormalForce,
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
+    /// Force and couple, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
+    ///
+    /// Order: the normal force gives N = |F_n| (absolute value: also a tensile viscous force limits
+    /// friction), then friction and rolling, which do nothing if N = 0.
+    #[inline(always)]
+    pub fn act(
+        &self,
+        contact: &Contact,
+        dt: f64,
+        history: &mut (N::History, T::History, R::History),
+    ) -> Action {
+        let normal = self.normal.force(contact, &mut history.0);
+        let normal_total = normal.total();
+        let limit = normal_total.abs();
+        let tangential = self.tangential.force(contact, limit, dt, &mut history.1);
+        let couple = if R::ACTIVE {
+            let stiffness = self.tangential.stiffness(contact);
+            self.rolling
+                .couple(contact, limit, stiffness, dt, &mut history.2)
+        } else {
+            DVec3::ZERO
+        };
+        Action {
+            force: contact.normal * normal_total + tangential,
+            tangential,
+            couple,
+            normal,
+        }
+    }
+
+    /// Energy that the contact could still give back, J.
+    pub fn energy(&self, contact: &Contact, history: &(N::History, T::History, R::History)) -> f64 {
+        self.normal.energy(contact, &history.0) + self.friction_energy(contact, history)
+    }
+
+    /// The part of [`PairLaw::energy`] stored in the tangential, rolling and torsion springs, J.
+    pub fn friction_energy(
+        &self,
+        contact: &Contact,
+        history: &(N::History, T::History, R::History),
+    ) -> f64 {
+        let mut energy = self.tangential.energy(contact, &history.1);
+        if R::ACTIVE {
+            let stiffness = self.tangential.stiffness(contact);
+            energy += self.rolling.energy(stiffness, &history.2);
+        }
+        energy
+    }
+
+    /// Numbers in the history of one contact.
+    pub const HISTORY_LENGTH: usize = <(N::History, T::History, R::History) as History>::LENGTH;
+}

@@ -1,0 +1,64 @@
+//! What a contact remembers.
+
+use glam::DVec3;
+
+/// The memory of one part of a contact. It lives in the neighbour list's slot and starts at its default.
+pub trait History: Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 'static {
+    /// How many numbers it holds.
+    const LENGTH: usize;
+    /// The same memory seen by the pair (B, A).
+    #[must_use]
+    fn swapped(self) -> Self;
+    /// Appends its numbers, for restart files and output.
+    fn write(&self, numbers: &mut Vec<f64>);
+    /// Reads [`History::LENGTH`] numbers.
+    #[must_use]
+    fn read(numbers: &[f64]) -> Self;
+}
+
+impl History for () {
+    const LENGTH: usize = 0;
+    fn swapped(self) -> Self {}
+    fn write(&self, _: &mut Vec<f64>) {}
+    fn read(_: &[f64]) -> Self {}
+}
+
+impl<A: History, B: History, C: History> History for (A, B, C) {
+    const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH;
+
+    fn swapped(self) -> Self {
+        (self.0.swapped(), self.1.swapped(), self.2.swapped())
+    }
+
+    fn write(&self, numbers: &mut Vec<f64>) {
+        self.0.write(numbers);
+        self.1.write(numbers);
+        self.2.write(numbers);
+    }
+
+    fn read(numbers: &[f64]) -> Self {
+        let (a, rest) = numbers.split_at(A::LENGTH);
+        let (b, c) = rest.split_at(B::LENGTH);
+        (A::read(a), B::read(b), C::read(c))
+    }
+}
+
+/// A spring in the tangent plane, stretched by the motion of A relative to B, m.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TangentialSpring(pub DVec3);
+
+impl History for TangentialSpring {
+    const LENGTH: usize = 3;
+
+    fn swapped(self) -> Self {
+        Self(-self.0)
+    }
+
+    fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(self.0.to_array());
+    }
+
+    fn read(numbers: &[f64]) -> Self {
+        Self(DVec3::from_slice(numbers))
+    }
+}

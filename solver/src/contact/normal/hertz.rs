@@ -1,0 +1,158 @@
+//! Hertz' law with the damping that makes the restitution independent of the velocity.
+
+use std::f64::consts::PI;
+
+use super::super::normal::linear::damping_ratio;
+use super::{Contact, NormalForce, NormalLaw};
+
+/// F_n = k_n overlap - beta sqrt(m* k_n) u_n with the secant stiffness k_n = 4/3 E* a, a = sqrt(R* overlap)
+/// (Hertz 1882; damping: Tsuji, Tanaka & Ishida 1992, constant from Antypov & Elliott 2011, eq. 17).
+///
+/// ```
+/// use mercury_solver::contact::normal::{Hertz, effective_modulus};
+/// let law = Hertz::new(effective_modulus((1e7, 0.3), (1e7, 0.3)), 0.0);
+/// assert!((law.effective_modulus - 5494505.494505494).abs() < 1e-6);
+/// // two spheres of 5 mm: R* = 2.5 mm, overlap 1e-5 m
+/// assert!((law.elastic_force(2.5e-3, 1e-5) / 0.01158343465263 - 1.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hertz {
+    /// E*, Pa.
+    pub effective_modulus: f64,
+    /// beta >= 0; sqrt(5) times the fraction of critical damping.
+    pub damping: f64,
+    /// 4/3 E*, Pa.
+    stiffness_per_radius: f64,
+    /// beta sqrt(4/3 E*), so that the dashpot is `dashpot` sqrt(m* a).
+    dashpot: f64,
+    /// Cut tensile forces.
+    pub clamp_tension: bool,
+}
+
+impl Hertz {
+    /// From E* (Pa) and beta.
+    #[must_use]
+    pub fn new(effective_modulus: f64, damping: f64) -> Self {
+        let stiffness_per_radius = 4.0 / 3.0 * effective_modulus;
+        Self {
+            effective_modulus,
+            damping,
+            stiffness_per_radius,
+            dashpot: damping * stiffness_per_radius.sqrt(),
+            clamp_tension: false,
+        }
+    }
+
+    /// 4/3 E* sqrt(R* overlap) overlap, N, for R* and overlap in m.
+    #[must_use]
+    pub fn elastic_force(&self, effective_radius: f64, overlap: f64) -> f64 {
+        self.stiffness_per_radius * (effective_radius * overlap).sqrt() * overlap
+    }
+
+    /// Duration (s) of an elastic collision at the relative speed v (m/s): 2.868... (m*^2/(R* E*^2 v))^(1/5).
+    ///
+    /// The constant is 2 sqrt(pi) Gamma(2/5) / (5 Gamma(9/10)) (15/16)^(2/5) (Hertz 1882).
+    #[must_use]
+    pub fn collision_time(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
+        2.868_265_699_19
+            * (effective_mass * effective_mass
+                / (effective_radius * self.effective_modulus * self.effective_modulus * speed))
+                .powf(0.2)
+    }
+
+    /// Largest overlap (m) of an elastic collision at the relative speed v (m/s):
+    /// (15/16 m* v^2 / (E* sqrt R*))^(2/5).
+    #[must_use]
+    pub fn largest_overlap(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
+        (15.0 / 16.0 * effective_mass * speed * speed
+            / (self.effective_modulus * effective_radius.sqrt()))
+        .powf(0.4)
+    }
+}
+
+impl NormalLaw for Hertz {
+    type History = ();
+
+    #[inline(always)]
+    fn force(&self, contact: &Contact, (): &mut ()) -> NormalForce {
+        let radius = contact.contact_radius();
+        let force = NormalForce {
+            elastic: self.stiffness_per_radius * radius * contact.overlap,
+            viscous: -self.dashpot
+                * (contact.effective_mass * radius).sqrt()
+                * contact.normal_velocity,
+        };
+        if self.clamp_tension {
+            force.clamped()
+        } else {
+            force
+        }
+    }
+
+    #[inline(always)]
+    fn energy(&self, contact: &Contact, (): &()) -> f64 {
+        0.4 * self.stiffness_per_radius
+            * contact.contact_radius()
+            * contact.overlap
+            * contact.overlap
+    }
+}
+
+/// beta for a restitution e in [0, 1]: sqrt(5) |ln e| / sqrt(pi^2 + ln^2 e); sqrt(5) for e = 0
+/// (Antypov & Elliott 2011).
+#[must_use]
+pub fn hertz_damping(restitution: f64) -> f64 {
+    5.0f64.sqrt() * damping_ratio(restitution)
+}
+
+/// E* of two materials given as (E, nu): 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, Pa.
+#[must_use]
+pub fn effective_modulus(one: (f64, f64), other: (f64, f64)) -> f64 {
+    1.0 / ((1.0 - one.1 * one.1) / one.0 + (1.0 - other.1 * other.1) / other.0)
+}
+
+/// G* of two materials given as (E, nu): 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2, G = E/(2 (1 + nu)), Pa.
+#[must_use]
+pub fn effective_shear_modulus(one: (f64, f64), other: (f64, f64)) -> f64 {
+    let compliance = |(e, nu): (f64, f64)| (2.0 - nu) * 2.0 * (1.0 + nu) / e;
+    1.0 / (compliance(one) + compliance(other))
+}
+
+/// Rayleigh time of a sphere (s), pi R sqrt(rho/G) / (0.1631 nu + 0.8766) (Thornton 2015): how long a
+/// surface wave needs round half of it.
+#[must_use]
+pub fn rayleigh_time(radius: f64, density: f64, youngs_modulus: f64, poisson_ratio: f64) -> f64 {
+    let shear_modulus = youngs_modulus / (2.0 * (1.0 + poisson_ratio));
+    PI * radius * (density / shear_modulus).sqrt() / (0.1631 * poisson_ratio + 0.8766)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moduli_mix_as_the_theory_says() {
+        // contact-model case T18
+        let (soft, steel) = ((1e7, 0.3), (210e9, 0.25));
+        assert!((effective_modulus(soft, steel) / 10988471.91562423 - 1.0).abs() < 1e-14);
+        assert!((effective_shear_modulus(soft, steel) / 2262336.80539190 - 1.0).abs() < 1e-14);
+        assert!((effective_shear_modulus(soft, soft) / 1131221.719457014 - 1.0).abs() < 1e-14);
+        // the harmonic mean of the like-like moduli is the same thing
+        let mean = |a: f64, b: f64| 2.0 / (1.0 / a + 1.0 / b);
+        let like = mean(
+            effective_modulus(soft, soft),
+            effective_modulus(steel, steel),
+        );
+        assert!((like / effective_modulus(soft, steel) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn damping_and_rayleigh_time_have_their_tabulated_values() {
+        for (e, beta) in [(0.95, 0.03650378), (0.7, 0.25224736), (0.1, 1.32186284)] {
+            assert!((hertz_damping(e) - beta).abs() < 5e-9);
+        }
+        assert!((hertz_damping(0.0) - 5.0f64.sqrt()).abs() < 1e-15);
+        let time = rayleigh_time(5e-3, 2500.0, 1e7, 0.3);
+        assert!((time / 4.326991627612e-4 - 1.0).abs() < 1e-12);
+    }
+}

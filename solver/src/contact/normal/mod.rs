@@ -1,0 +1,53 @@
+//! Normal force laws.
+
+mod any;
+mod hertz;
+mod linear;
+mod plastic;
+
+pub use any::AnyNormal;
+pub use hertz::{Hertz, effective_modulus, effective_shear_modulus, hertz_damping, rayleigh_time};
+pub use linear::{Linear, damping_ratio, damping_ratio_clamped};
+pub use plastic::{MaxOverlap, Plastic};
+
+use super::{Contact, History};
+
+/// Normal force on A along the normal, N; positive pushes A away from B.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalForce {
+    /// Depends on the overlap and its history alone.
+    pub elastic: f64,
+    /// Depends on the normal velocity.
+    pub viscous: f64,
+}
+
+impl NormalForce {
+    /// Elastic and viscous force, N.
+    #[inline(always)]
+    #[must_use]
+    pub fn total(self) -> f64 {
+        self.elastic + self.viscous
+    }
+
+    /// The same without tension: the viscous part is cut so that the sum is never below zero.
+    #[inline(always)]
+    #[must_use]
+    fn clamped(self) -> Self {
+        Self {
+            elastic: self.elastic,
+            viscous: self.viscous.max(-self.elastic),
+        }
+    }
+}
+
+/// A normal law; its fields are its parameters for one pair of materials.
+pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// What it remembers.
+    type History: History;
+
+    /// The force at this contact; called for overlap > 0 only.
+    fn force(&self, contact: &Contact, history: &mut Self::History) -> NormalForce;
+
+    /// Energy that unloading would give back, J.
+    fn energy(&self, contact: &Contact, history: &Self::History) -> f64;
+}

@@ -1,0 +1,718 @@
+//! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::blocks::Outbox;
+use super::{
+    ContactForces, ContactRecord, NearWall, Observation, Partner, SavedSlot, StepContext, Watch,
+    block_size,
+};
+use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::neighbours::CandidateList;
+use crate::particles::{Load, Particle, Particles};
+use crate::walls::{MAX_TOUCHES, Touches};
+
+type Histories<N, T, R> = (
+    <N as NormalLaw>::History,
+    <T as TangentialLaw>::History,
+    <R as RollingLaw>::History,
+);
+
+/// A listed pair with its history.
+#[derive(Debug, Clone, Copy)]
+struct Slot<H> {
+    /// Row of the partner.
+    partner: u32,
+    /// Image code of the partner, and [`TOUCHING`].
+    state: u32,
+    history: H,
+}
+
+/// Set in [`Slot::state`] while the two touch.
+const TOUCHING: u32 = 1 << 8;
+const IMAGE: u32 = TOUCHING - 1;
+
+/// A feature of a wall that a particle touches, with its history.
+#[derive(Debug, Clone, Copy)]
+struct WallSlot<H> {
+    /// Feature of the wall; [`FREE`] while the slot holds no contact.
+    feature: u32,
+    history: H,
+}
+
+const FREE: u32 = u32::MAX;
+
+/// A block of consecutive rows with the slots that they own.
+#[derive(Debug)]
+struct Block<H> {
+    rows: Range<usize>,
+    /// First slot of each row of the block, and the number of slots at the end.
+    start: Vec<u32>,
+    slots: Vec<Slot<H>>,
+    near_walls: Vec<NearWall>,
+    /// `features` slots for each entry of `near_walls`.
+    wall_slots: Vec<WallSlot<H>>,
+    outbox: Outbox,
+    observation: Observation,
+}
+
+/// The loop over contacts for one combination of laws.
+#[derive(Debug)]
+pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
+    /// Laws of all pairs of materials, row by row.
+    laws: Vec<PairLaw<N, T, R>>,
+    materials: usize,
+    block_size: usize,
+    blocks: Vec<Block<Histories<N, T, R>>>,
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
+    /// Without slots; [`ContactForces::adopt`] brings them.
+    #[must_use]
+    pub fn new(laws: Vec<PairLaw<N, T, R>>, materials: usize) -> Self {
+        Self {
+            laws,
+            materials,
+            block_size: block_size(0),
+            blocks: Vec::new(),
+        }
+    }
+
+    /// Cuts `rows` rows into empty blocks.
+    fn cut(&mut self, rows: usize) {
+        self.block_size = block_size(rows);
+        let count = rows.div_ceil(self.block_size);
+        self.blocks = (0..count)
+            .map(|index| {
+                let first = index * self.block_size;
+                Block {
+                    rows: first..rows.min(first + self.block_size),
+                    start: vec![0],
+                    slots: Vec::new(),
+                    near_walls: Vec::new(),
+                    wall_slots: Vec::new(),
+                    outbox: Outbox::new(count - 1 - index),
+                    observation: Observation::default(),
+                }
+            })
+            .collect();
+    }
+
+    /// Histories of touching pairs by their new rows, lower row first, in the order of the lower row.
+    fn carried(&self, new_row: &[u32]) -> Vec<(u32, u32, Histories<N, T, R>)> {
+        let mut carried = Vec::new();
+        if <Histories<N, T, R>>::LENGTH == 0 {
+            return carried;
+        }
+        for block in &self.blocks {
+            for (k, row) in block.rows.clone().enumerate() {
+                let row = new_row[row];
+                for slot in &block.slots[block.start[k] as usize..block.start[k + 1] as usize] {
+                    let partner = new_row[slot.partner as usize];
+                    if slot.state & TOUCHING != 0 && row != u32::MAX && partner != u32::MAX {
+                        carried.push(if row < partner {
+                            (row, partner, slot.history)
+                        } else {
+                            (partner, row, slot.history.swapped())
+                        });
+                    }
+                }
+            }
+        }
+        carried.sort_unstable_by_key(|&(row, partner, _)| (row, partner));
+        carried
+    }
+
+    /// Wall histories by new row, wall and image.
+    fn carried_from_walls(&self, new_row: &[u32]) -> Vec<CarriedFromWall<Histories<N, T, R>>> {
+        let mut carried = Vec::new();
+        for block in &self.blocks {
+            let mut first = 0;
+            for near in &block.near_walls {
+                let row = new_row[near.row as usize];
+                for slot in &block.wall_slots[first..first + near.features as usize] {
+                    if slot.feature != FREE && row != u32::MAX {
+                        carried.push(((row, near.wall, near.image), *slot));
+                    }
+                }
+                first += near.features as usize;
+            }
+        }
+        carried.sort_by_key(|&(key, _)| key);
+        carried
+    }
+}
+
+type CarriedFromWall<H> = ((u32, u16, u8), WallSlot<H>);
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoop<N, T, R> {
+    fn adopt(&mut self, list: &CandidateList, near_walls: &[NearWall], new_row: &[u32]) {
+        let carried = self.carried(new_row);
+        let from_walls = self.carried_from_walls(new_row);
+        let rows = list.start.len() - 1;
+        self.cut(rows);
+        let (mut next, mut next_near) = (0, 0);
+        for block in &mut self.blocks {
+            block.start.reserve(block.rows.len());
+            for row in block.rows.clone() {
+                let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
+                // What this row carries lies in one run, in no particular relation to the order of its entries.
+                let run = next;
+                while next < carried.len() && carried[next].0 == row as u32 {
+                    next += 1;
+                }
+                let kept = &carried[run..next];
+                for entry in entries {
+                    let history = kept
+                        .iter()
+                        .find(|kept| kept.1 == entry.partner)
+                        .map(|kept| kept.2);
+                    let touching = if history.is_some() { TOUCHING } else { 0 };
+                    block.slots.push(Slot {
+                        partner: entry.partner,
+                        state: entry.image | touching,
+                        history: history.unwrap_or_default(),
+                    });
+                }
+                block.start.push(block.slots.len() as u32);
+            }
+            while next_near < near_walls.len()
+                && (near_walls[next_near].row as usize) < block.rows.end
+            {
+                let near = near_walls[next_near];
+                next_near += 1;
+                let key = (near.row, near.wall, near.image);
+                let run = from_walls.partition_point(|kept| kept.0 < key);
+                let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
+                // As many slots as features may be touched, and no fewer than hold a history.
+                let held = kept.clone().count().max(near.features as usize);
+                block.near_walls.push(NearWall {
+                    features: held as u8,
+                    ..near
+                });
+                for _ in 0..held {
+                    let slot = kept.next().map(|kept| kept.1);
+                    let free = WallSlot {
+                        feature: FREE,
+                        history: Default::default(),
+                    };
+                    block.wall_slots.push(slot.unwrap_or(free));
+                }
+            }
+        }
+    }
+
+    fn compute(
+        &mut self,
+        particles: &mut Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        let pass = Pass {
+            laws: &self.laws,
+            materials: self.materials,
+            block_size: self.block_size,
+            records: &particles.records,
+            context,
+        };
+        let run = |(block, loads): (&mut Block<_>, &mut [Load])| match (
+            context.images.any(),
+            context.watch,
+        ) {
+            (false, None) => pass.run::<false, false>(block, loads),
+            (false, Some(_)) => pass.run::<false, true>(block, loads),
+            (true, None) => pass.run::<true, false>(block, loads),
+            (true, Some(_)) => pass.run::<true, true>(block, loads),
+        };
+        let size = self.block_size;
+        match pool {
+            Some(pool) if self.blocks.len() > 1 => pool.install(|| {
+                let loads = particles.loads.par_chunks_mut(size);
+                self.blocks.par_iter_mut().zip(loads).for_each(run);
+            }),
+            _ => {
+                self.blocks
+                    .iter_mut()
+                    .zip(particles.loads.chunks_mut(size))
+                    .for_each(run);
+            }
+        }
+        let blocks = &self.blocks;
+        let deliver = |(index, loads): (usize, &mut [Load])| {
+            for (from, block) in blocks[..index].iter().enumerate() {
+                block.outbox.deliver(index - 1 - from, loads);
+            }
+        };
+        match pool {
+            Some(pool) if blocks.len() > 1 => pool.install(|| {
+                particles
+                    .loads
+                    .par_chunks_mut(size)
+                    .enumerate()
+                    .for_each(deliver);
+            }),
+            _ => particles
+                .loads
+                .chunks_mut(size)
+                .enumerate()
+                .for_each(deliver),
+        }
+    }
+
+    fn observation(&self, walls: usize) -> Observation {
+        let mut sum = Observation::empty(walls);
+        for block in &self.blocks {
+            sum.merge(&block.observation);
+        }
+        sum
+    }
+
+    fn listed(&self) -> usize {
+        self.blocks.iter().map(|block| block.slots.len()).sum()
+    }
+
+    fn touching(&self) -> usize {
+        let slots = self.blocks.iter().flat_map(|block| &block.slots);
+        slots.filter(|slot| slot.state & TOUCHING != 0).count()
+    }
+
+    fn save(&self) -> (Vec<SavedSlot>, Vec<SavedSlot>) {
+        let numbers = |history: &Histories<N, T, R>| {
+            let mut numbers = Vec::new();
+            history.write(&mut numbers);
+            numbers
+        };
+        let (mut pairs, mut walls) = (Vec::new(), Vec::new());
+        for block in &self.blocks {
+            for (k, row) in block.rows.clone().enumerate() {
+                for slot in &block.slots[block.start[k] as usize..block.start[k + 1] as usize] {
+                    pairs.push(SavedSlot {
+                        row: row as u32,
+                        partner: slot.partner,
+                        image: slot.state & IMAGE,
+                        touching: slot.state & TOUCHING != 0,
+                        feature: FREE,
+                        history: numbers(&slot.history),
+                    });
+                }
+            }
+            let mut first = 0;
+            for near in &block.near_walls {
+                for slot in &block.wall_slots[first..first + near.features as usize] {
+                    walls.push(SavedSlot {
+                        row: near.row,
+                        partner: u32::from(near.wall),
+                        image: u32::from(near.image),
+                        touching: slot.feature != FREE,
+                        feature: slot.feature,
+                        history: numbers(&slot.history),
+                    });
+                }
+                first += near.features as usize;
+            }
+        }
+        (pairs, walls)
+    }
+
+    fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]) {
+        self.cut(rows);
+        let (mut next, mut next_wall) = (0, 0);
+        for block in &mut self.blocks {
+            for row in block.rows.clone() {
+                while next < pairs.len() && pairs[next].row as usize == row {
+                    let saved = &pairs[next];
+                    let touching = if saved.touching { TOUCHING } else { 0 };
+                    block.slots.push(Slot {
+                        partner: saved.partner,
+                        state: saved.image | touching,
+                        history: <Histories<N, T, R>>::read(&saved.history),
+                    });
+                    next += 1;
+                }
+                block.start.push(block.slots.len() as u32);
+            }
+            while next_wall < walls.len() && (walls[next_wall].row as usize) < block.rows.end {
+                let saved = &walls[next_wall];
+                next_wall += 1;
+                let near = NearWall {
+                    row: saved.row,
+                    wall: saved.partner as u16,
+                    image: saved.image as u8,
+                    features: 1,
+                };
+                match block.near_walls.last_mut() {
+                    Some(last)
+                        if NearWall {
+                            features: 1,
+                            ..*last
+                        } == near =>
+                    {
+                        last.features += 1
+                    }
+                    _ => block.near_walls.push(near),
+                }
+                block.wall_slots.push(WallSlot {
+                    feature: saved.feature,
+                    history: <Histories<N, T, R>>::read(&saved.history),
+                });
+            }
+        }
+    }
+
+    fn slot_bytes(&self) -> usize {
+        size_of::<Slot<Histories<N, T, R>>>()
+    }
+}
+
+/// What all blocks of one force evaluation share.
+struct Pass<'a, N, T, R> {
+    laws: &'a [PairLaw<N, T, R>],
+    materials: usize,
+    block_size: usize,
+    records: &'a [Particle],
+    context: &'a StepContext<'a>,
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+    /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
+    fn run<const PERIODIC: bool, const WATCHED: bool>(
+        &self,
+        block: &mut Block<Histories<N, T, R>>,
+        loads: &mut [Load],
+    ) {
+        loads.fill(Load::default());
+        block.outbox.clear();
+        if WATCHED {
+            block.observation = Observation::empty(self.context.walls.len());
+        }
+        self.pairs::<PERIODIC, WATCHED>(block, loads);
+        self.walls::<WATCHED>(block, loads);
+    }
+
+    fn pairs<const PERIODIC: bool, const WATCHED: bool>(
+        &self,
+        block: &mut Block<Histories<N, T, R>>,
+        loads: &mut [Load],
+    ) {
+        let first_row = block.rows.start;
+        let mut begin = block.start[0] as usize;
+        for k in 0..block.rows.len() {
+            let end = block.start[k + 1] as usize;
+            let a = &self.records[first_row + k];
+            let laws = &self.laws[a.material as usize * self.materials..][..self.materials];
+            let mut load = Load::default();
+            for slot in &mut block.slots[begin..end] {
+                let b = &self.records[slot.partner as usize];
+                let mut offset = a.position - b.position;
+                if PERIODIC {
+                    offset -= self.context.images.shift(slot.state & IMAGE);
+                }
+                let reach = a.radius + b.radius;
+                let squared = offset.length_squared();
+                if squared >= reach * reach {
+                    if slot.state & TOUCHING != 0 {
+                        slot.state &= IMAGE;
+                        slot.history = Default::default();
+                    }
+                    continue;
+                }
+                slot.state |= TOUCHING;
+                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, squared);
+                let law = &laws[b.material as usize];
+                let before = slot.history;
+                let action = law.act(&contact, self.context.spring_time, &mut slot.history);
+                let turning = contact.normal.cross(action.tangential);
+                load.add(action.force, action.couple - turning * lever_a);
+                let share = Load {
+                    force: -action.force,
+                    torque: -action.couple - turning * lever_b,
+                };
+                let ahead = slot.partner as usize - first_row;
+                match loads.get_mut(ahead) {
+                    Some(partner) => partner.add(share.force, share.torque),
+                    None => block.outbox.park(
+                        ahead - self.block_size,
+                        self.block_size,
+                        share.force,
+                        share.torque,
+                    ),
+                }
+                if WATCHED {
+                    let partner = Partner::Particle {
+                        row: slot.partner,
+                        image: slot.state & IMAGE,
+                    };
+                    block.observation.particle_contacts += 1;
+                    let depth = contact.overlap / a.radius.min(b.radius);
+                    let seen = Seen {
+                        row: first_row + k,
+                        partner,
+                        lever: lever_a,
+                        depth,
+                    };
+                    let histories = (before, slot.history);
+                    self.see(
+                        &mut block.observation,
+                        a,
+                        seen,
+                        law,
+                        &contact,
+                        &action,
+                        histories,
+                    );
+                }
+            }
+            loads[k].add(load.force, load.torque);
+            begin = end;
+        }
+    }
+
+    fn walls<const WATCHED: bool>(
+        &self,
+        block: &mut Block<Histories<N, T, R>>,
+        loads: &mut [Load],
+    ) {
+        let context = self.context;
+        let mut touches = Touches::default();
+        let mut first = 0;
+        for near in &block.near_walls {
+            let slots = &mut block.wall_slots[first..first + near.features as usize];
+            first += near.features as usize;
+            let wall = &context.walls[near.wall as usize];
+            let state = &context.wall_states[near.wall as usize];
+            touches.clear();
+            let a = &self.records[near.row as usize];
+            let centre = a.position + context.images.shift(u32::from(near.image));
+            if state.present {
+                wall.shape
+                    .touches(state.into_wall(centre), a.radius, &mut touches);
+            }
+            // Slots whose feature is touched no longer give their history to an adjacent feature that is new, then go free.
+            let mut given = [false; MAX_TOUCHES];
+            for touch in touches.iter() {
+                if slots.iter().any(|slot| slot.feature == touch.feature) {
+                    continue;
+                }
+                let old = slots.iter().position(|slot| {
+                    slot.feature != FREE
+                        && !touches.iter().any(|touch| touch.feature == slot.feature)
+                        && wall.shape.adjacent(slot.feature, touch.feature)
+                });
+                let free = || {
+                    slots.iter().position(|slot| {
+                        slot.feature == FREE
+                            || !touches.iter().any(|touch| touch.feature == slot.feature)
+                    })
+                };
+                match old.or_else(free) {
+                    Some(index) => {
+                        if old.is_none() {
+                            slots[index].history = Default::default();
+                        }
+                        slots[index].feature = touch.feature;
+                    }
+                    // More features than were near when the list was built cannot be: the margin covers the motion.
+                    None => debug_assert!(false, "no slot for a wall feature"),
+                }
+            }
+            for (index, slot) in slots.iter_mut().enumerate() {
+                let touch = touches.iter().find(|touch| touch.feature == slot.feature);
+                given[index] = touch.is_some();
+                let Some(touch) = touch else {
+                    if slot.feature != FREE {
+                        *slot = WallSlot {
+                            feature: FREE,
+                            history: Default::default(),
+                        };
+                    }
+                    continue;
+                };
+                let normal = state.out_of_wall(touch.normal);
+                let overlap = a.radius - touch.distance;
+                let lever = a.radius - 0.5 * overlap;
+                let arm = normal * -lever;
+                let velocity =
+                    a.velocity + a.angular_velocity.cross(arm) - state.velocity.at(centre + arm);
+                let normal_velocity = velocity.dot(normal);
+                let contact = Contact {
+                    normal,
+                    distance: touch.distance,
+                    overlap,
+                    effective_radius: if context.wall_curvature {
+                        curved_radius(a.radius, touch.curvature)
+                    } else {
+                        a.radius
+                    },
+                    effective_mass: 1.0 / a.inverse_mass,
+                    normal_velocity,
+                    tangential_velocity: velocity - normal * normal_velocity,
+                    centre_velocity: DVec3::ZERO,
+                    spin: a.angular_velocity - state.velocity.angular_velocity,
+                };
+                let law = &self.laws[a.material as usize * self.materials + wall.material as usize];
+                let before = slot.history;
+                let action = law.act(&contact, context.spring_time, &mut slot.history);
+                let torque = action.couple + arm.cross(action.tangential);
+                loads[near.row as usize - block.rows.start].add(action.force, torque);
+                if WATCHED {
+                    let observation = &mut block.observation;
+                    observation.wall_contacts += 1;
+                    let partner = Partner::Wall {
+                        wall: near.wall,
+                        image: u32::from(near.image),
+                    };
+                    let depth = overlap / a.radius;
+                    let seen = Seen {
+                        row: near.row as usize,
+                        partner,
+                        lever,
+                        depth,
+                    };
+                    let histories = (before, slot.history);
+                    self.see(observation, a, seen, law, &contact, &action, histories);
+                    let point = centre + arm;
+                    let (load, power) = &mut observation.walls[near.wall as usize];
+                    let about = point - state.reference;
+                    load.add(-action.force, -about.cross(action.force) - action.couple);
+                    let watts = action.force.dot(state.velocity.at(point))
+                        + action.couple.dot(state.velocity.angular_velocity);
+                    *power += watts;
+                    if let Some(Watch {
+                        audit: Some(dt), ..
+                    }) = context.watch
+                    {
+                        observation.wall_work += watts * dt;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds a contact to an observation.
+    #[inline(never)]
+    fn see(
+        &self,
+        observation: &mut Observation,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        (before, after): (Histories<N, T, R>, Histories<N, T, R>),
+    ) {
+        observation.elastic_energy += law.energy(contact, &after);
+        observation.largest_overlap = observation.largest_overlap.max(seen.depth);
+        let Some(watch) = self.context.watch else {
+            return;
+        };
+        if let Some(dt) = watch.audit {
+            // The elastic work by the trapezoidal rule over this step's overlaps: exact for straight branches.
+            let mut last = *contact;
+            last.overlap = contact.overlap + contact.normal_velocity * dt;
+            let (mut work, mut gained) = (0.0, law.normal.energy(contact, &after.0));
+            if last.overlap > 0.0 {
+                let mut history = before.0;
+                let elastic = law.normal.force(&last, &mut history).elastic;
+                work = 0.5 * (elastic + action.normal.elastic);
+                gained -= law.normal.energy(&last, &before.0);
+            } else {
+                last.overlap = 0.0;
+                work += 0.5 * action.normal.elastic;
+            }
+            let elastic_loss = work * (contact.overlap - last.overlap) - gained;
+            observation.dissipated_normal +=
+                elastic_loss - action.normal.viscous * contact.normal_velocity * dt;
+            let stiffness = law.tangential.stiffness(contact);
+            let tangential_gain = law.tangential.energy(contact, &after.1)
+                - law.tangential.energy(contact, &before.1);
+            observation.dissipated_tangential -=
+                action.tangential.dot(contact.tangential_velocity) * dt + tangential_gain;
+            if R::ACTIVE {
+                let gain = law.rolling.energy(stiffness, &after.2)
+                    - law.rolling.energy(stiffness, &before.2);
+                observation.dissipated_rolling -= action.couple.dot(contact.spin) * dt + gain;
+            }
+        }
+        if watch.records {
+            let mut history = Vec::with_capacity(<Histories<N, T, R>>::LENGTH);
+            after.write(&mut history);
+            observation.records.push(ContactRecord {
+                row: seen.row as u32,
+                partner: seen.partner,
+                point: a.position - contact.normal * seen.lever,
+                normal: contact.normal,
+                overlap: contact.overlap,
+                force: action.force,
+                tangential: action.tangential,
+                couple: action.couple,
+                tangential_overlap: law.tangential.tangential_overlap(contact, &after.1),
+                history,
+            });
+        }
+    }
+}
+
+/// A contact that is being observed.
+struct Seen {
+    row: usize,
+    partner: Partner,
+    /// R_A - overlap/2, m.
+    lever: f64,
+    /// Overlap over the smaller radius.
+    depth: f64,
+}
+
+/// Geometry and kinematics of two particles that overlap, and the lever arms R - overlap/2 of both.
+///
+/// `offset` = x_A - x_B (of the image that is near), `squared` its square.
+#[inline(always)]
+fn meet<T: TangentialLaw, R: RollingLaw>(
+    a: &Particle,
+    b: &Particle,
+    offset: DVec3,
+    squared: f64,
+) -> (Contact, f64, f64) {
+    let distance = squared.sqrt();
+    // Concentric particles have no normal; any will do to push them apart.
+    let normal = if distance > 0.0 {
+        offset * (1.0 / distance)
+    } else {
+        DVec3::X
+    };
+    let reach = a.radius + b.radius;
+    let overlap = reach - distance;
+    let (lever_a, lever_b) = (a.radius - 0.5 * overlap, b.radius - 0.5 * overlap);
+    let centre_velocity = a.velocity - b.velocity;
+    let normal_velocity = centre_velocity.dot(normal);
+    let (mut tangential_velocity, mut spin) = (DVec3::ZERO, DVec3::ZERO);
+    if T::ACTIVE {
+        let turning = a.angular_velocity * lever_a + b.angular_velocity * lever_b;
+        tangential_velocity = centre_velocity - normal * normal_velocity - turning.cross(normal);
+    }
+    if R::ACTIVE {
+        spin = a.angular_velocity - b.angular_velocity;
+    }
+    let contact = Contact {
+        normal,
+        distance,
+        overlap,
+        effective_radius: a.radius * b.radius / reach,
+        effective_mass: 1.0 / (a.inverse_mass + b.inverse_mass),
+        normal_velocity,
+        tangential_velocity,
+        centre_velocity,
+        spin,
+    };
+    (contact, lever_a, lever_b)
+}
+
+/// R* at a wall with the given principal curvatures (1/m, positive if convex towards the particle): the geometric mean of the
+/// effective radii in the two principal planes, which Hertz' theory gives for nearly circular contacts (Johnson 1985, eq. 4.28).
+fn curved_radius(radius: f64, curvature: [f64; 2]) -> f64 {
+    // A concave wall of nearly the particle's own radius would conform to it; the radius is bounded at ten times.
+    let in_plane = |kappa: f64| 1.0 / (1.0 / radius + kappa).max(0.1 / radius);
+    (in_plane(curvature[0]) * in_plane(curvature[1])).sqrt()
+}

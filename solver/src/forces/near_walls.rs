@@ -1,0 +1,69 @@
+//! Which particles are near which walls: found with the candidate list, so that a step tests only those.
+
+use crate::neighbours::{Images, NO_SHIFT};
+use crate::particles::Particles;
+use crate::walls::{Touches, Wall, WallState};
+
+/// A particle that may touch a wall before the list is built again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NearWall {
+    /// Row of the particle.
+    pub row: u32,
+    /// Index of the wall.
+    pub wall: u16,
+    /// Code of the particle's image that is near the wall.
+    pub image: u8,
+    /// Features of the wall that may be touched at once.
+    pub features: u8,
+}
+
+/// Finds every particle whose surface is closer than `margin` (m) to a wall, by rows.
+///
+/// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once.
+#[must_use]
+pub fn find_near_walls(
+    particles: &Particles,
+    walls: &[Wall],
+    states: &[WallState],
+    images: &Images,
+    margin: f64,
+) -> Vec<NearWall> {
+    let codes: Vec<Vec<u32>> = walls
+        .iter()
+        .map(|wall| {
+            let (low, high) = wall.shape.bounds();
+            let spans = |axis: usize| high[axis] - low[axis] >= images.size[axis] * (1.0 - 1e-9);
+            std::iter::once(NO_SHIFT)
+                .chain(images.neighbours().filter(|&code| {
+                    let shift = images.shift(code);
+                    (0..3).all(|axis| shift[axis] == 0.0 || !spans(axis))
+                }))
+                .collect()
+        })
+        .collect();
+    let mut near = Vec::new();
+    let mut touches = Touches::default();
+    for (row, record) in particles.records.iter().enumerate() {
+        // Particles that contacts cannot move do not feel walls.
+        if record.inverse_mass == 0.0 {
+            continue;
+        }
+        for (index, wall) in walls.iter().enumerate() {
+            for &image in &codes[index] {
+                let centre = states[index].into_wall(record.position + images.shift(image));
+                touches.clear();
+                wall.shape
+                    .touches(centre, record.radius + margin, &mut touches);
+                if !touches.is_empty() {
+                    near.push(NearWall {
+                        row: row as u32,
+                        wall: index as u16,
+                        image: image as u8,
+                        features: touches.len() as u8,
+                    });
+                }
+            }
+        }
+    }
+    near
+}

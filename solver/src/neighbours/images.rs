@@ -1,0 +1,119 @@
+//! Periodic images as integer shifts.
+
+use glam::DVec3;
+
+/// The code of "no shift" among the 27 shifts of -1, 0, +1 periods along x, y, z.
+pub const NO_SHIFT: u32 = 13;
+
+/// The periodic axes of a domain and the 27 image shifts, by code 9 (z+1) + 3 (y+1) + (x+1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Images {
+    /// Lower corner of the domain, m.
+    pub min: DVec3,
+    /// Edge lengths of the domain, m.
+    pub size: DVec3,
+    /// Which axes are periodic.
+    pub periodic: [bool; 3],
+    shifts: [DVec3; 27],
+}
+
+impl Images {
+    /// Of a domain with the given corners (m).
+    #[must_use]
+    pub fn new(min: DVec3, max: DVec3, periodic: [bool; 3]) -> Self {
+        let size = max - min;
+        let mut shifts = [DVec3::ZERO; 27];
+        for (code, shift) in shifts.iter_mut().enumerate() {
+            *shift = steps(code as u32) * size;
+        }
+        Self {
+            min,
+            size,
+            periodic,
+            shifts,
+        }
+    }
+
+    /// Whether any axis is periodic.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.periodic.contains(&true)
+    }
+
+    /// Displacement of the image with this code, m.
+    #[inline(always)]
+    #[must_use]
+    pub fn shift(&self, code: u32) -> DVec3 {
+        self.shifts[code as usize]
+    }
+
+    /// The codes of all images other than the original that the periodic axes allow.
+    pub fn neighbours(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..27).filter(|&code| {
+            let steps = steps(code);
+            code != NO_SHIFT && (0..3).all(|axis| steps[axis] == 0.0 || self.periodic[axis])
+        })
+    }
+
+    /// The position inside the domain that is the same place, m.
+    #[must_use]
+    pub fn wrap(&self, position: DVec3) -> DVec3 {
+        let mut wrapped = position;
+        for axis in 0..3 {
+            if self.periodic[axis] {
+                let (min, size) = (self.min[axis], self.size[axis]);
+                let mut x = position[axis];
+                if x < min || x >= min + size {
+                    x -= ((x - min) / size).floor() * size;
+                    // Round-off may leave a hair above the upper face, which is the lower one.
+                    if x >= min + size || x < min {
+                        x = min;
+                    }
+                }
+                wrapped[axis] = x;
+            }
+        }
+        wrapped
+    }
+}
+
+/// The whole periods along each axis that a code stands for.
+fn steps(code: u32) -> DVec3 {
+    let digit = |place: u32| f64::from(code / place % 3) - 1.0;
+    DVec3::new(digit(1), digit(3), digit(9))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_shifts_and_opposites_agree() {
+        let images = Images::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), [true, false, true]);
+        assert_eq!(images.shift(NO_SHIFT), DVec3::ZERO);
+        for code in 0..27 {
+            assert_eq!(images.shift(26 - code), -images.shift(code), "the opposite shift");
+        }
+        assert_eq!(images.neighbours().count(), 8);
+        assert!(images.neighbours().all(|code| images.shift(code).y == 0.0));
+    }
+
+    #[test]
+    fn wrapping_lands_inside_and_changes_whole_periods_only() {
+        let images = Images::new(DVec3::splat(-1.0), DVec3::splat(2.0), [true; 3]);
+        for x in [
+            -1.0,
+            2.0,
+            -1.0 - 1e-17,
+            2.0 - 1e-16,
+            5.5,
+            -7.25,
+            -1.0 - 1e-300,
+        ] {
+            let wrapped = images.wrap(DVec3::new(x, 0.0, 0.0)).x;
+            assert!((-1.0..2.0).contains(&wrapped), "{x} -> {wrapped}");
+            let periods = (x - wrapped) / 3.0;
+            assert!((periods - periods.round()).abs() < 1e-15);
+        }
+    }
+}

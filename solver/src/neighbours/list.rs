@@ -1,0 +1,304 @@
+//! The candidate list: every pair that may touch before the list is built again.
+
+use super::{Grid, Images, NO_SHIFT};
+use crate::particles::{Particle, Particles};
+
+/// A listed partner of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Candidate {
+    /// Row of the partner; larger than the row that owns the entry.
+    pub partner: u32,
+    /// Code of the partner's image that is near ([`Images::shift`]).
+    pub image: u32,
+}
+
+/// Half list in rows: `entries[start[i]..start[i + 1]]` are the partners of row `i`, each pair once.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CandidateList {
+    /// First entry of each row, and the number of entries at the end.
+    pub start: Vec<u32>,
+    /// Partners.
+    pub entries: Vec<Candidate>,
+}
+
+/// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
+/// R_i + R_j + `skin` (m), except pairs that contacts cannot move. Returns the list and where each old row went
+/// (`new_row[old]`).
+///
+/// Requires finite positions, and periodic edges of at least twice the largest listing distance.
+#[must_use]
+pub fn build(particles: &mut Particles, skin: f64, images: &Images) -> (CandidateList, Vec<u32>) {
+    let mut largest_radius: f64 = 0.0;
+    for record in &mut particles.records {
+        record.position = images.wrap(record.position);
+        largest_radius = largest_radius.max(record.radius);
+    }
+    let reach = 2.0 * largest_radius + skin;
+    let (grid, order) = Grid::sort(particles, reach, images);
+    particles.reorder(&order);
+    let mut new_row = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        new_row[old as usize] = new as u32;
+    }
+    for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
+        *listed = record.position;
+    }
+    (list(particles, &grid, reach, skin, images), new_row)
+}
+
+/// Lists the pairs of sorted particles.
+///
+/// The partners of a row in later cells lie in five runs of rows: the rest of its own cell with the next one, and three
+/// neighbouring cells in each of four later rows of cells.
+fn list(
+    particles: &Particles,
+    grid: &Grid,
+    reach: f64,
+    skin: f64,
+    images: &Images,
+) -> CandidateList {
+    let records = &particles.records;
+    let spots: Vec<Spot> = records
+        .iter()
+        .map(|record| Spot {
+            position: record.position.to_array(),
+            radius: signed_radius(record),
+        })
+        .collect();
+    let mut through = ImagePairs::find(particles, grid, reach, skin, images);
+    let [fast, middle, slow] = grid.ordered_counts();
+    let mut result = CandidateList {
+        start: Vec::with_capacity(records.len() + 1),
+        entries: Vec::with_capacity(4 * records.len()),
+    };
+    result.start.push(0);
+    for c in 0..slow {
+        for b in 0..middle {
+            for a in 0..fast {
+                let cell = a + fast * (b + middle * c);
+                let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
+                let mut runs = [0..0, 0..0, 0..0, 0..0];
+                let mut used = 0;
+                let mut add = |b: usize, c: usize| {
+                    let row = fast * (b + middle * c);
+                    runs[used] = grid.rows(row + left, row + right);
+                    used += 1;
+                };
+                if b + 1 < middle {
+                    add(b + 1, c);
+                }
+                if c + 1 < slow {
+                    if b > 0 {
+                        add(b - 1, c + 1);
+                    }
+                    add(b, c + 1);
+                    if b + 1 < middle {
+                        add(b + 1, c + 1);
+                    }
+                }
+                let own = grid.rows(cell, cell);
+                let end = grid.rows(cell, cell + right - a).end;
+                for row in own {
+                    let spot = spots[row];
+                    scan(&spots, spot, row + 1..end, skin, &mut result.entries);
+                    for run in &runs[..used] {
+                        scan(&spots, spot, run.clone(), skin, &mut result.entries);
+                    }
+                    through.append(row as u32, &mut result.entries);
+                    result.start.push(result.entries.len() as u32);
+                }
+            }
+        }
+    }
+    result
+}
+
+/// Position and radius; the radius of a particle that contacts cannot move is negated.
+#[derive(Clone, Copy)]
+struct Spot {
+    position: [f64; 3],
+    radius: f64,
+}
+
+fn signed_radius(record: &Particle) -> f64 {
+    if record.inverse_mass > 0.0 {
+        record.radius
+    } else {
+        -record.radius
+    }
+}
+
+/// Appends the partners among the rows `run`.
+#[inline]
+fn scan(
+    spots: &[Spot],
+    spot: Spot,
+    run: std::ops::Range<usize>,
+    skin: f64,
+    entries: &mut Vec<Candidate>,
+) {
+    let first = run.start;
+    for (k, other) in spots[run].iter().enumerate() {
+        if near(spot, other.position, other.radius, skin) {
+            entries.push(Candidate {
+                partner: (first + k) as u32,
+                image: NO_SHIFT,
+            });
+        }
+    }
+}
+
+/// Whether two particles are closer than the sum of their radii and the skin, and can be moved.
+#[inline]
+fn near(spot: Spot, position: [f64; 3], radius: f64, skin: f64) -> bool {
+    let [x, y, z] = [
+        spot.position[0] - position[0],
+        spot.position[1] - position[1],
+        spot.position[2] - position[2],
+    ];
+    let distance = spot.radius.abs() + radius.abs() + skin;
+    x * x + y * y + z * z < distance * distance && (spot.radius > 0.0 || radius > 0.0)
+}
+
+/// Pairs that are near only through a periodic face, by their lower row.
+struct ImagePairs {
+    pairs: Vec<(u32, Candidate)>,
+    next: usize,
+}
+
+impl ImagePairs {
+    fn find(particles: &Particles, grid: &Grid, reach: f64, skin: f64, images: &Images) -> Self {
+        let mut pairs = Vec::new();
+        if images.any() {
+            let (low, high) = (images.min, images.min + images.size);
+            let records = &particles.records;
+            for (partner, other) in records.iter().enumerate() {
+                for image in images.neighbours() {
+                    let position = other.position + images.shift(image);
+                    // Only images that stand within reach of the domain can have a neighbour inside it.
+                    let outside = (low - position).max(position - high);
+                    if outside.max_element() > reach {
+                        continue;
+                    }
+                    let radius = signed_radius(other);
+                    grid.visit_near(position, reach, |row| {
+                        if row < partner {
+                            let record = &records[row];
+                            let spot = Spot {
+                                position: record.position.to_array(),
+                                radius: signed_radius(record),
+                            };
+                            if near(spot, position.to_array(), radius, skin) {
+                                let candidate = Candidate {
+                                    partner: partner as u32,
+                                    image,
+                                };
+                                pairs.push((row as u32, candidate));
+                            }
+                        }
+                    });
+                }
+            }
+            pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner));
+        }
+        Self { pairs, next: 0 }
+    }
+
+    /// Appends the partners of `row`; rows are asked for in ascending order.
+    fn append(&mut self, row: u32, entries: &mut Vec<Candidate>) {
+        while let Some(&(owner, candidate)) = self.pairs.get(self.next) {
+            if owner != row {
+                break;
+            }
+            entries.push(candidate);
+            self.next += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::particles::FIXED;
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    fn cloud(seed: u64, count: usize, size: DVec3, ratio: f64, fixed_every: usize) -> Particles {
+        let mut random = mercury_common::random::Stream::new(seed, "list test", 0);
+        let mut particles = Particles::new(false);
+        for k in 0..count {
+            let position = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * size;
+            let radius = 0.01 * ratio.powf(random.uniform());
+            let fixed = fixed_every > 0 && k % fixed_every == 0;
+            let record = Particle {
+                position,
+                radius,
+                velocity: DVec3::ZERO,
+                inverse_mass: f64::from(!fixed),
+                angular_velocity: DVec3::ZERO,
+                material: 0,
+                flags: u32::from(fixed),
+            };
+            particles.push(record, 1.0, None);
+        }
+        particles
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(96))]
+
+        /// The list is the brute-force set of pairs: every pair once, with the right image, none that is not near.
+        #[test]
+        fn lists_exactly_the_pairs_that_are_near(
+            seed in any::<u64>(),
+            count in 0usize..220,
+            flat in any::<bool>(),
+            ratio in prop_oneof![Just(1.0), 1.0..10.0f64],
+            periodic in any::<[bool; 3]>(),
+            skin in 0.0..0.02f64,
+            fixed_every in 0usize..5,
+            outside in any::<bool>(),
+        ) {
+            let size = DVec3::new(0.5, 0.7, if flat { 0.45 } else { 1.3 });
+            let mut particles = cloud(seed, count, size, ratio, fixed_every);
+            if outside {
+                // particles may stand outside a domain's faces, far or near
+                for (k, record) in particles.records.iter_mut().enumerate() {
+                    record.position += DVec3::new(0.1, -0.3, 0.2) * (k % 4) as f64;
+                }
+            }
+            let images = Images::new(DVec3::ZERO, size, periodic);
+            let (list, new_row) = build(&mut particles, skin, &images);
+
+            let mut moved = new_row.clone();
+            moved.sort_unstable();
+            prop_assert!(moved.iter().enumerate().all(|(k, &row)| k as u32 == row));
+
+            let mut expected = Vec::new();
+            for i in 0..count {
+                for j in i + 1..count {
+                    let (a, b) = (&particles.records[i], &particles.records[j]);
+                    if a.flags & b.flags & FIXED != 0 {
+                        continue;
+                    }
+                    for image in 0..27 {
+                        let allowed = image == NO_SHIFT || images.neighbours().any(|c| c == image);
+                        let gap = (a.position - b.position - images.shift(image)).length();
+                        if allowed && gap < a.radius + b.radius + skin {
+                            expected.push((i as u32, j as u32, image));
+                        }
+                    }
+                }
+            }
+            let mut found = Vec::new();
+            for i in 0..count {
+                for entry in &list.entries[list.start[i] as usize..list.start[i + 1] as usize] {
+                    found.push((i as u32, entry.partner, entry.image));
+                }
+            }
+            found.sort_unstable();
+            expected.sort_unstable();
+            prop_assert_eq!(found, expected);
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! The thickness of the skin, adapted from counts.
+
+/// Time of building a list, per particle, over the time of testing one listed pair that does not touch
+/// (measured; see `docs/performance.md`). Only the ratio matters, and only to speed.
+const REBUILD_OVER_TEST: f64 = 50.0;
+
+/// How far beyond contact a pair is listed, and the rule by which that follows the scene.
+///
+/// A thick skin lists pairs that never touch, a thin one is used up quickly. With v the skin used per step and g the listed
+/// pairs that do not touch per particle and metre of skin, a step costs g s + c v / s per particle, c the cost of a rebuild:
+/// least at s = sqrt(c v / g). Both v and g are counts and lengths that the state determines, so the skin is the same for every
+/// number of threads and every machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skin {
+    /// Present thickness, m.
+    pub thickness: f64,
+    /// Least thickness, m.
+    pub least: f64,
+    /// Largest thickness, m.
+    pub largest: f64,
+}
+
+impl Skin {
+    /// For particles of these radii (m): starts at 0.3 of the mean radius.
+    #[must_use]
+    pub fn new(smallest_radius: f64, mean_radius: f64) -> Self {
+        Self {
+            thickness: 0.3 * mean_radius,
+            least: 0.02 * smallest_radius,
+            largest: 1.0 * mean_radius,
+        }
+    }
+
+    /// Sets the thickness for the next list: `steps` is how long the last one lasted, `idle_pairs` how many of its pairs per
+    /// particle did not touch in the end.
+    pub fn adapt(&mut self, steps: u64, idle_pairs: f64) {
+        if steps == 0 {
+            return;
+        }
+        let used_per_step = self.thickness / steps as f64;
+        let pairs_per_metre = (idle_pairs / self.thickness).max(0.1 / self.thickness);
+        let best = (REBUILD_OVER_TEST * used_per_step / pairs_per_metre).sqrt();
+        self.thickness = best
+            .clamp(self.thickness / 1.5, self.thickness * 1.5)
+            .clamp(self.least, self.largest);
+    }
+
+    /// Keeps the skin below the room that a periodic domain leaves (m).
+    pub fn limit(&mut self, largest: f64) {
+        self.largest = self.largest.min(largest);
+        self.least = self.least.min(self.largest);
+        self.thickness = self.thickness.min(self.largest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn follows_the_motion_within_its_limits() {
+        let mut skin = Skin::new(1e-3, 1e-3);
+        for _ in 0..50 {
+            skin.adapt(1, 1.0);
+        }
+        assert!(
+            skin.thickness > 0.9 * skin.largest,
+            "a fast scene wants a thick skin"
+        );
+        for _ in 0..50 {
+            skin.adapt(1_000_000, 1.0);
+        }
+        assert!(skin.thickness < 0.1e-3, "a quiet scene wants a thin one");
+        assert!(skin.thickness >= skin.least);
+    }
+}

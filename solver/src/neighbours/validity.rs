@@ -1,0 +1,39 @@
+//! How long a candidate list stays valid.
+
+use crate::particles::Particles;
+
+/// Upper bound of the largest displacement since the list was built.
+///
+/// The bound grows by the largest speed times the step, which costs nothing. When it reaches its limit, the true largest
+/// displacement is taken once and the bound goes on from there, so that particles which rattle about do not force rebuilds.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Validity {
+    bound: f64,
+    /// Steps since the list was built.
+    pub steps: u64,
+}
+
+impl Validity {
+    /// The list is new.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// A step of `dt` (s) was made in which no particle was faster than `speed` (m/s). Returns whether every particle is
+    /// surely within `limit` (m) of where it was listed.
+    pub fn advance(&mut self, speed: f64, dt: f64, limit: f64, particles: &Particles) -> bool {
+        self.steps += 1;
+        // Round-off of the positions is far below this factor's margin.
+        self.bound += speed * dt * (1.0 + 1e-9);
+        if self.bound <= limit {
+            return true;
+        }
+        let mut largest: f64 = 0.0;
+        for (record, listed) in particles.records.iter().zip(&particles.listed_at) {
+            largest = largest.max((record.position - *listed).length_squared());
+        }
+        self.bound = largest.sqrt();
+        // Close to the limit a true measurement would be due in every step: rebuild instead.
+        self.bound + 2.0 * speed * dt <= 0.97 * limit
+    }
+}

@@ -1,0 +1,91 @@
+//! A wall of a scene, and where it stands in a step.
+
+use glam::{DQuat, DVec3};
+
+use super::{Motion, Pose, RigidVelocity, Shape};
+
+/// A wall: a surface with a material, perhaps in motion, perhaps there only for a while.
+#[derive(Debug, Clone)]
+pub struct Wall {
+    /// Name as in the scene; faces of a box are `box.-z` ...
+    pub name: String,
+    /// Index of the material.
+    pub material: u32,
+    /// The surface where it stands at the start.
+    pub shape: Shape,
+    /// How it moves.
+    pub motion: Motion,
+    /// Present from this time on, s.
+    pub from: f64,
+    /// Removed at this time, s.
+    pub until: f64,
+    /// The point about which its torque is given, in the frame of the start, m.
+    pub reference: DVec3,
+}
+
+/// Where a wall stands in a step, and how it moves.
+#[derive(Debug, Clone, Copy)]
+pub struct WallState {
+    /// Whether it is there.
+    pub present: bool,
+    /// From the frame of the start to where it stands.
+    pub pose: Pose,
+    /// Velocity half a step earlier: at the time of the particles' velocities that contacts see.
+    pub velocity: RigidVelocity,
+    /// The point about which its torque is given, now, m.
+    pub reference: DVec3,
+    /// Inverse of the pose's rotation.
+    inverse: DQuat,
+    /// Whether the pose is the start's, so that nothing needs to be transformed.
+    at_start: bool,
+}
+
+impl Wall {
+    /// The state at `time` (s) for steps of `dt` (s).
+    #[must_use]
+    pub fn state(&self, time: f64, dt: f64) -> WallState {
+        let at_start = self.motion.is_static();
+        let pose = if at_start {
+            Pose::IDENTITY
+        } else {
+            self.motion.pose(time)
+        };
+        let velocity = if at_start {
+            RigidVelocity::REST
+        } else {
+            self.motion.velocity((time - 0.5 * dt).max(0.0))
+        };
+        WallState {
+            present: time >= self.from && time < self.until,
+            pose,
+            velocity,
+            reference: pose.to_global(self.reference),
+            inverse: pose.rotation.conjugate(),
+            at_start,
+        }
+    }
+}
+
+impl WallState {
+    /// A global position in the frame of the start, m.
+    #[inline]
+    #[must_use]
+    pub fn into_wall(&self, position: DVec3) -> DVec3 {
+        if self.at_start {
+            position
+        } else {
+            self.inverse * (position - self.pose.translation)
+        }
+    }
+
+    /// A direction of the frame of the start in the global frame.
+    #[inline]
+    #[must_use]
+    pub fn out_of_wall(&self, direction: DVec3) -> DVec3 {
+        if self.at_start {
+            direction
+        } else {
+            self.pose.rotation * direction
+        }
+    }
+}
