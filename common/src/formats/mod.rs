@@ -5,6 +5,11 @@
 //! operating system in one call, and takes a [`NumberStyle`](number::NumberStyle): the shortest text
 //! that reads back exactly, or a fixed number of significant digits like MercuryDPM.
 
+#![allow(
+    clippy::result_large_err,
+    reason = "an error ends the reading, so its size (128 bytes) does not matter"
+)]
+
 pub mod data;
 pub mod ene;
 pub mod fstat;
