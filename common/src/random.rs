@@ -74,7 +74,7 @@ impl Stream {
     #[must_use]
     pub fn at(mut self, position: u64) -> Self {
         self.position = position;
-        if position % 2 == 1 {
+        if !position.is_multiple_of(2) {
             self.second_half = self.block(position / 2)[1];
         }
         self
@@ -96,7 +96,7 @@ impl Stream {
 
     /// 64 random bits. One word.
     pub fn next_u64(&mut self) -> u64 {
-        let word = if self.position % 2 == 0 {
+        let word = if self.position.is_multiple_of(2) {
             let [first, second] = self.block(self.position / 2);
             self.second_half = second;
             first

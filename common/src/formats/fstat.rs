@@ -18,7 +18,7 @@ pub use writer::write_frame;
 pub struct FstatFrame {
     /// Time in s.
     pub time: f64,
-    /// True if the files holds contact points (marker 1). Files of very old versions have the marker 0
+    /// True if the file holds contact points (marker 1). Files of very old versions have the marker 0
     /// and another point in these columns: take the contact point from the particle then.
     pub has_contact_points: bool,
     /// Lower corner of the domain in m.

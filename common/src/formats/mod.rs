@@ -1,9 +1,14 @@
 //! Readers and writers of `.data`, `.fstat`, `.ene`, particle tables and surface meshes.
 //!
-//! Every reader reports a problem as a [`FormatError`](crate::error::FormatError) with path, line and
+//! Every reader reports a problem as a [`FormatError`] with path, line and
 //! column. Every writer appends to a `Vec<u8>`, so that the caller can hand a whole frame to the
 //! operating system in one call, and takes a [`NumberStyle`](number::NumberStyle): the shortest text
 //! that reads back exactly, or a fixed number of significant digits like MercuryDPM.
+
+#![allow(
+    clippy::result_large_err,
+    reason = "an error ends the reading, so its size (128 bytes) does not matter"
+)]
 
 pub mod data;
 pub mod ene;

@@ -1,4 +1,8 @@
 //! The inverse of the cumulative normal distribution.
+#![expect(
+    clippy::excessive_precision,
+    reason = "the coefficients are printed as in the paper"
+)]
 
 /// The number that a standard normal variable stays below with probability `p`.
 ///

@@ -29,7 +29,7 @@ fn columns_in_any_order_with_any_separator() {
         line: 4,
     };
     let table = "# a comment, with comma\n\nradius,z,film_volume,y,x,vy,wz,material\n0.5,3,1e-12,2,1,-4,5,glass\n  # end\n\n";
-    assert_eq!(read(table).unwrap(), [expected.clone()]);
+    assert_eq!(read(table).unwrap(), std::slice::from_ref(&expected));
     for other in [
         table.replace(',', ";"),
         table.replace(',', "\t"),
@@ -39,7 +39,11 @@ fn columns_in_any_order_with_any_separator() {
         table.replace("glass", "\"glass\""),
         table.trim_end().to_owned(),
     ] {
-        assert_eq!(read(&other).unwrap(), [expected.clone()], "{other:?}");
+        assert_eq!(
+            read(&other).unwrap(),
+            std::slice::from_ref(&expected),
+            "{other:?}"
+        );
     }
 }
 
@@ -239,7 +243,7 @@ fn a_material_that_would_not_read_back_is_refused() {
         row.material = Some(bad.into());
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.csv");
-        assert!(write_particle_csv(&path, &[row.clone()]).is_err());
+        assert!(write_particle_csv(&path, std::slice::from_ref(&row)).is_err());
         assert!(!path.exists());
     }
 }
