@@ -1,6 +1,7 @@
 //! How fast frames of a million particles are written and read.
 //!
-//! `cargo run --release -p mercury-common --example frames_speed -- [FILE] [PARTICLES] [FRAMES]`
+//! `cargo run --release -p mercury-common --example frames_speed -- [FILE] [PARTICLES] [FRAMES]`; a file that is named
+//! stays.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -12,8 +13,9 @@ use mercury_common::frames::{
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
+    let named = arguments.next().map(PathBuf::from);
     let default = std::env::temp_dir().join("frames_speed.particles.arrow");
-    let path = arguments.next().map_or(default, PathBuf::from);
+    let path = named.clone().unwrap_or(default);
     let particles: usize = arguments
         .next()
         .map_or(Ok(1_000_000), |text| text.parse())?;
@@ -48,7 +50,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         film_volume: None,
     };
 
-    let mut writer = ParticleWriter::create(&path, columns, &FramesHeader::default())?;
     let (mut split, mut appended) = (0.0, 0.0);
     for step in 0..frames {
         let frame = frame(step);
@@ -57,6 +58,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         split += start.elapsed().as_secs_f64();
         drop(flat);
     }
+    let mut writer = ParticleWriter::create(&path, columns, &FramesHeader::default())?;
     for step in 0..frames {
         let frame = frame(step);
         let start = Instant::now();
@@ -91,6 +93,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         frame?;
     }
     println!("read as vectors  {}", rate(start.elapsed().as_secs_f64()));
-    std::fs::remove_file(&path)?;
+    if named.is_none() {
+        std::fs::remove_file(&path)?;
+    }
     Ok(())
 }
