@@ -373,7 +373,7 @@ impl Motion {
             })
     }
 
-    /// Upper bound, over all times up to `end` (s), of the speed in m/s of the material points of the
+    /// Upper bound, over all times before `end` (s), of the speed in m/s of the material points of the
     /// wall that are within `reach` (m) of `about` in the initial frame.
     #[must_use]
     pub fn max_speed(&self, about: DVec3, reach: f64, end: f64) -> f64 {

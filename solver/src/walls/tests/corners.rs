@@ -116,18 +116,27 @@ fn the_far_side_of_a_thin_lip_does_not_count() {
 }
 
 #[test]
-fn behind_a_concave_corner_the_faces_in_front_still_count() {
+fn beyond_one_face_of_a_corner_the_other_still_counts() {
+    // The mantle leans inwards, over the floor.
+    let flask = revolution(&[[0.0, 0.0], [0.3, 0.0], [0.2, 0.3]], Side::Inside);
+    let found = touches(&flask, at(0.291, 0.03), 0.05);
+    assert_eq!(found.len(), 2);
+    assert_eq!((found[0].feature, found[1].feature), (0, 1));
+    assert_eq!(found[0].distance, 0.03);
+    // 0.001 beyond the mantle, measured horizontally; the mantle has the slope 3.
+    assert!((found[1].distance + 0.001 * 0.9_f64.sqrt()).abs() < 1e-15);
+    assert!(found[1].normal.y < 0.0);
+}
+
+#[test]
+fn beyond_both_faces_a_corner_pushes_back() {
     let cup = revolution(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], Side::Inside);
-    // Just beyond the mantle, above the plane of the floor, which ends before.
-    let found = touches(&cup, at(1.001, 0.02), 0.05);
+    let found = touches(&cup, at(1.0 + 3.0 / 1024.0, -4.0 / 1024.0), 0.05);
     assert_eq!(found.len(), 1);
-    assert_eq!(found[0].feature, 1);
-    // Beyond both: the corner pushes back inside.
-    let found = touches(&cup, at(1.003, -0.004), 0.05);
-    assert_eq!(found.len(), 1);
-    assert!((found[0].distance + 0.005).abs() < 1e-14);
+    assert!((found[0].distance + 5.0 / 1024.0).abs() < 1e-15);
     assert_close(found[0].normal, DVec3::new(0.0, -0.6, 0.8));
     // Deeper than the reach it is on the other side.
+    assert_eq!(features(&cup, at(1.04, 0.5), 0.05), [1]);
     assert!(touches(&cup, at(1.06, 0.5), 0.05).is_empty());
 }
 

@@ -88,7 +88,7 @@ proptest! {
         prop_assert!(error(h) < h * h / 6.0 * third + round_off(h));
         let (coarse, fine) = (error(2e-3), error(1e-3));
         // The next term of the error is smaller by (rates h)^2 / 20.
-        let next = (rates * 2e-3).powi(2) * h.max(2e-3_f64).powi(2) / 6.0 * third / 20.0;
+        let next = (rates * 2e-3).powi(2) * 2e-3_f64.powi(2) / 6.0 * third / 20.0;
         prop_assert!(
             (coarse - 4.0 * fine).abs() <= 2.0 * next + 4.0 * round_off(1e-3),
             "{coarse} is not 4 * {fine}"
@@ -106,7 +106,6 @@ proptest! {
         let bound = motion.max_speed(about, offset.length(), end);
         for i in 0..=100 {
             let time = end * f64::from(i) / 100.0;
-            // A motion that begins at `end` doesn't count: its velocity is that of later times.
             let point = motion.pose(time).to_global(about + offset);
             let speed = motion.velocity(time).at(point).length();
             prop_assert!(speed <= bound * (1.0 + 1e-12), "{speed} > {bound} at {time}");

@@ -52,7 +52,7 @@ fn the_angular_velocity_is_continuous_in_the_angle() {
             );
             motion(&text, DVec3::ZERO).velocity(0.0).angular_velocity
         };
-        let (below, above) = (at(border * (1.0 - 1e-12)), at(border * (1.0 + 1e-12)));
+        let (below, above) = (at(border * (1.0 - 1e-14)), at(border * (1.0 + 1e-14)));
         // p = a x, p' = y: (sin a)/a y + (1 - cos a)/a z.
         let sine = (0.5 * border).sin();
         let exact = DVec3::new(0.0, border.sin() / border, 2.0 * sine * sine / border);
