@@ -301,7 +301,7 @@ fn scenes_have_no_preferred_direction() {
                 .push(sphere.placed(position, DVec3::ZERO, turn * DVec3::X));
         }
         let mut touched = 0;
-        for _ in 0..1000 {
+        for _ in 0..2000 {
             simulation.advance();
             touched += simulation.contacts.len();
         }
