@@ -6,6 +6,7 @@ mod conservation;
 mod golden;
 mod mindlin_paths;
 mod sphere_on_plane;
+mod time_step;
 mod walls;
 
 use glam::DVec3;
