@@ -131,7 +131,7 @@ impl FrameWriter {
             let help = reader.damage().map(|damage| damage.found.clone());
             return Err(FrameWriteError::Format(FormatError {
                 expected: format!("the {frames} that the run had written"),
-                help,
+                help: help.map(String::into_boxed_str),
                 ..FormatError::of_file(&path, found)
             }));
         }

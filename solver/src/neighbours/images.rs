@@ -92,7 +92,11 @@ mod tests {
         let images = Images::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), [true, false, true]);
         assert_eq!(images.shift(NO_SHIFT), DVec3::ZERO);
         for code in 0..27 {
-            assert_eq!(images.shift(26 - code), -images.shift(code), "the opposite shift");
+            assert_eq!(
+                images.shift(26 - code),
+                -images.shift(code),
+                "the opposite shift"
+            );
         }
         assert_eq!(images.neighbours().count(), 8);
         assert!(images.neighbours().all(|code| images.shift(code).y == 0.0));

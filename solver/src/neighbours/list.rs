@@ -175,9 +175,10 @@ impl ImagePairs {
             for (partner, other) in records.iter().enumerate() {
                 for image in images.neighbours() {
                     let position = other.position + images.shift(image);
-                    // Only images that stand within reach of the domain can have a neighbour inside it.
+                    // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
+                    // other axes particles may stand outside the domain.
                     let outside = (low - position).max(position - high);
-                    if outside.max_element() > reach {
+                    if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
                         continue;
                     }
                     let radius = signed_radius(other);

@@ -108,24 +108,19 @@ impl NewParticle {
         }
     }
 
-    /// The record, the mass (kg) and the prescribed components. Fixed particles and those whose whole velocity is prescribed
-    /// count as infinitely heavy in contacts.
+    /// The record, the mass (kg) and the prescribed components. Fixed particles count as infinitely heavy in contacts,
+    /// prescribed ones keep their mass.
     #[must_use]
     pub fn build(&self, plan: &Plan) -> (Particle, f64, Option<Prescribed>) {
         let density = plan.materials[self.material as usize].density;
         let mass = density * volume(self.radius, plan.dimensions);
         let is_prescribed = self.prescribed_velocity.iter().any(Option::is_some)
             || self.prescribed_angular_velocity.iter().any(Option::is_some);
-        let driven = self.prescribed_velocity.iter().all(Option::is_some);
         let record = Particle {
             position: self.position,
             radius: self.radius,
             velocity: self.velocity,
-            inverse_mass: if self.fixed || driven {
-                0.0
-            } else {
-                1.0 / mass
-            },
+            inverse_mass: if self.fixed { 0.0 } else { 1.0 / mass },
             angular_velocity: self.angular_velocity,
             material: self.material,
             flags: if self.fixed { FIXED } else { 0 } | if is_prescribed { PRESCRIBED } else { 0 },
