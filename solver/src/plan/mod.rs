@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::boundaries::{DeletionPlan, InsertionPlan};
-use crate::contact::registry::LawTable;
+use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::particles::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
 use crate::walls::Wall;
 
@@ -60,6 +60,69 @@ pub struct Plan {
     pub energy_budget: bool,
     /// What is written, and when.
     pub output: OutputPlan,
+}
+
+impl Plan {
+    /// A plan for library users to fill in: one material of the given density (kg/m^3) whose contacts with itself follow
+    /// `law`, an empty domain, no gravity, no output. Radii must be set before particles are added by hand.
+    #[must_use]
+    pub fn bare(time_step: f64, domain: (DVec3, DVec3), density: f64, law: AnyPairLaw) -> Self {
+        Self {
+            title: String::new(),
+            prefix: String::new(),
+            seed: 0,
+            gravity: DVec3::ZERO,
+            dimensions: 3,
+            time_step,
+            steps: 0,
+            until_at_rest: false,
+            domain_min: domain.0,
+            domain_max: domain.1,
+            periodic: [false; 3],
+            materials: vec![Material {
+                name: "material".to_owned(),
+                density,
+            }],
+            laws: LawTable {
+                materials: 1,
+                laws: vec![Some(law)],
+            },
+            wall_curvature: false,
+            startup_increment: false,
+            walls: Vec::new(),
+            particles: Vec::new(),
+            insertions: Vec::new(),
+            deletions: Vec::new(),
+            smallest_radius: 0.0,
+            mean_radius: 0.0,
+            largest_radius: 0.0,
+            orientations: false,
+            energy_budget: false,
+            output: OutputPlan {
+                interval: f64::INFINITY,
+                fstat_interval: f64::INFINITY,
+                data: false,
+                ene: false,
+                fstat: false,
+                frames: false,
+                walls: false,
+                pictures: false,
+                track: Vec::new(),
+                digits: None,
+            },
+        }
+    }
+
+    /// Adds particles and takes their radii into account.
+    #[must_use]
+    pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
+        let radii = || particles.iter().map(|particle| particle.radius);
+        self.smallest_radius = radii().fold(f64::INFINITY, f64::min);
+        self.largest_radius = radii().fold(0.0, f64::max);
+        self.mean_radius = radii().sum::<f64>() / particles.len().max(1) as f64;
+        self.particles = particles;
+        self
+    }
 }
 
 /// A material as the engine needs it; its laws are in the [`LawTable`].
