@@ -42,19 +42,28 @@ impl Context {
         self.errors.borrow_mut().push(error);
     }
 
-    /// Reports every name that stands twice.
-    pub(super) fn unique<'a>(&self, names: impl IntoIterator<Item = &'a Located<String>>) {
-        let mut seen: Vec<&Located<String>> = Vec::new();
-        for name in names {
-            match seen.iter().find(|other| other.value == name.value) {
-                Some(first) if first.place.is_argument() => {
-                    self.report(name.error(format!("the name `{}` is used twice", name.value)));
+    /// Reports every `name` that stands twice in a list, whether or not its entry is right otherwise.
+    pub(super) fn unique_names(&self, items: &[Item<'_>]) {
+        let mut seen: Vec<Located<&str>> = Vec::new();
+        for item in items {
+            let Value::Table(table) = &item.node.value else {
+                continue;
+            };
+            let Some((name, entry)) = item.node.name().zip(table.get("name")) else {
+                continue;
+            };
+            let path = key_path::child(item.place.key(), "name");
+            let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
+            match seen.iter().find(|other| other.value == name) {
+                Some(first) => {
+                    let error = place.error(format!("the name `{name}` is used twice"));
+                    self.report(if first.place.is_argument() {
+                        error
+                    } else {
+                        error.with_help(format!("first in line {}", first.place.line()))
+                    });
                 }
-                Some(first) => self.report(
-                    name.error(format!("the name `{}` is used twice", name.value))
-                        .with_help(format!("first in line {}", first.place.line())),
-                ),
-                None => seen.push(name),
+                None => seen.push(Located { value: name, place }),
             }
         }
     }
@@ -109,6 +118,11 @@ impl<'a> Fields<'a> {
 
     /// The value of a key that must be there.
     pub(super) fn need(&self, key: &'static str) -> Option<Item<'a>> {
+        self.need_or_help(key, None)
+    }
+
+    /// The value of a key that must be there, with a hint for who left it out.
+    pub(super) fn need_or_help(&self, key: &'static str, help: Option<&str>) -> Option<Item<'a>> {
         let item = self.get(key);
         if item.is_none() {
             // A misspelt key is reported once, as unknown, with the right spelling.
@@ -117,7 +131,11 @@ impl<'a> Fields<'a> {
                     && nearest(&entry.key, [key]).is_some()
             });
             if !misspelt {
-                self.context.report(self.absent(key).error("is missing"));
+                let error = self.absent(key).error("is missing");
+                self.context.report(SceneError {
+                    help: help.map(str::to_owned),
+                    ..error
+                });
             }
         }
         item
@@ -421,6 +439,7 @@ impl<'a> Item<'a> {
         }
         let all = || listed(words.iter().map(|(word, _)| *word));
         let help = match nearest(&text, words.iter().map(|(word, _)| *word)) {
+            Some(near) if words.len() == 1 => format!("did you mean `{near}`?"),
             Some(near) => format!("did you mean `{near}`? There are: {}", all()),
             None => format!("there are: {}", all()),
         };
@@ -428,6 +447,19 @@ impl<'a> Item<'a> {
         self.context
             .report(self.place.error(message).with_help(help));
         None
+    }
+
+    /// True for the one word that may stand where a number is expected; any other text is reported.
+    pub(super) fn keyword(&self, word: &str) -> Option<()> {
+        let text = self.text()?;
+        if text.value != word {
+            self.report(format!(
+                "expected a number or {word:?}, got {:?}",
+                text.value
+            ));
+            return None;
+        }
+        Some(())
     }
 
     pub(super) fn material(&self) -> Option<Located<MaterialIndex>> {

@@ -279,9 +279,7 @@ pub struct LiquidLaw {
 pub(super) fn number_or_default(fields: &Fields<'_>, key: &'static str) -> Option<OrDefault> {
     let item = fields.get(key)?;
     if item.is_text() {
-        return item
-            .word("value", &[("default", ())])
-            .map(|()| OrDefault::Default);
+        return item.keyword("default").map(|()| OrDefault::Default);
     }
     item.non_negative().map(OrDefault::Given)
 }

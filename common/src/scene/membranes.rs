@@ -100,9 +100,7 @@ fn read_bending(item: &Item<'_>) -> Option<Bending> {
         .word("bending law", &[("bridson", ())])?;
     let stiffness = fields.need("stiffness").and_then(|item| {
         if item.is_text() {
-            return item
-                .word("stiffness", &[("plate", ())])
-                .map(|()| BendingStiffness::Plate);
+            return item.keyword("plate").map(|()| BendingStiffness::Plate);
         }
         item.non_negative().map(BendingStiffness::Given)
     });

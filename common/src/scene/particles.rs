@@ -313,7 +313,7 @@ fn read_components(item: &Item<'_>) -> Option<[Option<f64>; 3]> {
     let mut components = [None; 3];
     for (component, item) in components.iter_mut().zip(items) {
         *component = if item.is_text() {
-            item.word("value of a component", &[("free", ())])?;
+            item.keyword("free")?;
             None
         } else {
             Some(item.number()?.value)

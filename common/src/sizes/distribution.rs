@@ -199,8 +199,13 @@ impl SizeDistribution {
     /// [`SizeDistribution::number_cdf`], increasing in `u`. `u` is clipped to [0, 1].
     #[must_use]
     pub fn sample_diameter(&self, u: f64) -> f64 {
-        let u = u.clamp(0.0, 1.0);
         let (a, b) = (self.smallest, self.largest);
+        if u <= 0.0 {
+            return a;
+        }
+        if u >= 1.0 {
+            return b;
+        }
         let diameter = match (&self.number, self.law) {
             (Number::Table(table), _) => table.quantile(|d| self.number_density(d), u),
             (_, Law::Monodisperse(diameter)) => diameter,
