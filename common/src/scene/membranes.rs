@@ -1,10 +1,10 @@
 //! `[[membranes]]`: elastic sheets.
 
 use super::MaterialIndex;
-use super::cursor::Item;
+use super::item::Item;
 use super::region::{self, Region};
+use super::shapes::{MeshSource, read_mesh};
 use super::source::{Located, Place};
-use super::walls::{MeshSource, read_mesh};
 
 /// An elastic sheet: a mesh whose vertices have masses and whose edges are springs.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,7 +15,9 @@ mod contacts;
 mod cursor;
 mod error;
 mod insertions;
+mod item;
 mod key_path;
+mod law_reader;
 mod laws;
 mod materials;
 mod membranes;
@@ -26,6 +28,7 @@ mod particles;
 mod psd;
 mod region;
 mod settings;
+mod shapes;
 mod source;
 mod spelling;
 mod sprays;
@@ -60,11 +63,13 @@ pub use settings::{
     Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, TangentialHistory, Time,
     TimeStep,
 };
+pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};
 pub use sprays::{Spray, SprayPattern};
-pub use walls::{MeshSide, MeshSource, Shape, Side, Turn, Wall, Wear, WearBasis};
+pub use walls::{Wall, Wear, WearBasis};
 
-use cursor::{Context, Fields, Item};
+use cursor::{Context, Fields};
+use item::Item;
 use tree::{Node, Value};
 
 /// Row of a material in [`Scene::materials`]; it is also its number in `.data` and `.fstat`.

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 
-use super::cursor::{Fields, Item};
+use super::cursor::Fields;
+use super::item::Item;
 use super::settings::flag;
 use super::source::{Located, Place};
 use super::{ClumpIndex, MaterialIndex};
@@ -48,7 +49,8 @@ pub enum ParticleSource {
         /// The sites.
         lattice: Lattice,
     },
-    /// A table: columns by header x,y,z,radius[,material,vx,vy,vz,wx,wy,wz,film_volume].
+    /// A table: columns by header x,y,z,radiusand optionally
+    /// material,vx,vy,vz,wx,wy,wz,film_volume.
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::cursor::Item;
+use super::item::Item;
 use super::source::Located;
 
 /// A requested size distribution of diameters.

@@ -214,7 +214,7 @@ fn uniform_by_volume_has_the_closed_quantiles() {
     // q_0 ~ 1/d^3 on [1, 2]: F = (1 - 1/d^2) / (3/4).
     let sizes = distribution(Law::Uniform { min: 1.0, max: 2.0 }, 3, None);
     for u in [0.0, 0.1, 0.5, 0.9, 1.0] {
-        let d: f64 = 1.0 / (1.0 - 0.75 * u as f64).sqrt();
+        let d = 1.0 / f64::sqrt(1.0 - 0.75 * u);
         assert!((sizes.sample_diameter(u) - d).abs() < 1e-15 * 4.0);
     }
     // <d> = integral of 1/d^2 over integral of 1/d^3 = (1/2) / (3/8).
