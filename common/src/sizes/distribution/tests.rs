@@ -262,6 +262,59 @@ fn laws_with_infinitely_many_particles_are_refused() {
     }
 }
 
+fn requested(psd: &str) -> Result<SizeDistribution, SizeError> {
+    use crate::scene::{Files, parse_scene};
+    let text = format!(
+        "[time]\nend = 1.0\nstep = 0.1\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n\
+         [output]\ninterval = 0.1\n[materials.m]\ndensity = 1.0\n\
+         normal = {{ law = \"linear\", stiffness = 1.0, dissipation = 0.0 }}\n\
+         [[insertions]]\nname = \"feed\"\nmaterial = \"m\"\ntotal = {{ full = true }}\n\
+         region = {{ shape = \"sphere\", origin = [0, 0, 0], radius = 1 }}\npsd = {psd}\n"
+    );
+    let path = std::path::Path::new("feed.toml");
+    let scene = parse_scene(path, &text, &[], Files::Unchecked).expect("a scene");
+    SizeDistribution::from_scene(&scene.insertions[0].mixture[0].psd)
+}
+
+#[test]
+fn requests_of_a_scene_become_laws() {
+    let uniform = requested(
+        r#"{ kind = "uniform", min_diameter = 2, max_diameter = 2, weighting = "area" }"#,
+    )
+    .expect("one size");
+    assert_eq!(uniform.law, Law::Monodisperse(2.0));
+    let phi =
+        requested(r#"{ kind = "phi-normal", median_diameter = 1e-3, sigma_phi = 0.5, weighting = "volume", cut = [0.1, 0.9] }"#)
+            .expect("a lognormal law");
+    // One phi is a factor of 2 in diameter; the cut medians coincide.
+    assert_eq!(
+        phi.law,
+        Law::Lognormal {
+            median: 1e-3,
+            sigma: 0.5 * 2.0_f64.ln()
+        }
+    );
+    assert!((phi.quantile(0.5) / 1e-3 - 1.0).abs() < 1e-15 * 4.0);
+    assert_eq!(phi.power, 3);
+}
+
+#[test]
+fn requests_that_cannot_be_drawn_say_why() {
+    let file = requested(r#"{ file = "grain.psd.csv" }"#).expect_err("a file");
+    assert!(matches!(&file, SizeError::File(file) if file.place.text() == "\"grain.psd.csv\""));
+    let psd = r#"{ kind = "ggs", max_diameter = 1, exponent = 2, weighting = "volume" }"#;
+    let improper = requested(psd).expect_err("no number");
+    let carets = "^".repeat(psd.len());
+    assert_eq!(
+        improper.to_string(),
+        format!(
+            "feed.toml:17:7: insertions.feed.psd: the distribution holds infinitely many particles \
+             near d = 0: the exponent is <= 3\n    psd = {psd}\n          {carets}\n\
+             help: cut it at quantiles of its weighting, for example cut = [0.01, 0.99]"
+        )
+    );
+}
+
 proptest! {
     /// Whatever the parameters, a law that is accepted draws finite diameters inside its bounds.
     #[test]
