@@ -1,5 +1,13 @@
 //! Boundaries: what adds and removes particles.
 
+mod plans;
+mod region;
+
+pub use plans::{DeletionPlan, Ingredient, InsertionPlan, Rate};
+pub use region::Region;
+
+pub use mercury_common::scene::{Quantity, Total};
+
 use crate::neighbours::Images;
 use crate::particles::Particles;
 use crate::plan::Plan;
@@ -8,13 +16,6 @@ use crate::walls::WallState;
 /// Insertions and deletions of a run, and what they counted.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Boundaries {}
-
-/// Insertion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InsertionPlan {}
-/// Deletion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DeletionPlan {}
 
 impl Boundaries {
     /// Of a plan.
