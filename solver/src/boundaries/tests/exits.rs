@@ -84,7 +84,9 @@ fn everybody_leaves_in_the_step_in_which_the_centre_does() {
         scene.deletions = vec![outlet("ball", ball.clone()), outlet("slab", slab.clone())];
         let engine = check_every_step(gas(1500, scene), 300);
         let boundaries = engine.boundaries();
-        assert!(boundaries.deletions().iter().all(|tally| tally.number > 50));
+        for tally in boundaries.deletions() {
+            assert!(tally.number > 20, "{periodic:?}: {tally:?}");
+        }
         for (face, tally) in boundaries.faces().iter().enumerate() {
             assert_eq!(tally.number > 0, !periodic[face / 2], "face {face}");
         }
@@ -191,7 +193,7 @@ fn ids_are_never_used_twice_while_particles_come_and_go() {
     ids.sort_unstable();
     ids.dedup();
     assert_eq!(ids.len() as u64, came.number - left.number);
-    // What fell from rest kept its energy: kinetic out = mass times g times the way down.
+    // They left lower and faster than they came.
     let fallen = came.mass_moment.z / came.mass * left.mass - left.mass_moment.z;
     assert!(fallen > 0.0 && left.kinetic > 0.0);
 }

@@ -21,7 +21,7 @@ fn a_hundred_thousand_particles_come_within_seconds() {
     let engine = Engine::new(Arc::new(scene), 1).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     assert_eq!(engine.particles.len(), 100_000);
-    // 0.2 s on an idle machine; testing all pairs would take minutes.
+    // 0.4 s on a busy machine; testing all pairs would take minutes.
     assert!(seconds < 10.0, "{seconds} s");
     println!("100 000 particles: {seconds:.3} s with the first list and forces");
 }
