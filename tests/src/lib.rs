@@ -4,3 +4,4 @@ pub mod cases;
 pub mod closed_forms;
 pub mod reference;
 pub mod scenes;
+pub mod twins;
