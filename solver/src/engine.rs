@@ -230,7 +230,7 @@ impl Engine {
         let records = &mut self.particles.records;
         let loads = &self.particles.loads;
         let merge = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1 + b.1);
-        let result = match &self.pool {
+        let mut result = match &self.pool {
             Some(pool) if records.len() > size => pool.install(|| {
                 records
                     .par_chunks_mut(size)
@@ -244,7 +244,7 @@ impl Engine {
                 .map(|(records, loads)| pass.run(records, loads))
                 .fold((0.0, 0.0), merge),
         };
-        self.release_prescribed(special, drift);
+        result.0 = result.0.max(self.release_prescribed(special, drift));
         if drift > 0.0 {
             self.turn_orientations(drift);
         }
@@ -258,8 +258,10 @@ impl Engine {
             .collect()
     }
 
-    /// Puts the prescribed components back and drifts them with their prescribed velocity.
-    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) {
+    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the largest squared speed
+    /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
+        let mut largest = 0.0f64;
         for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
             let record = &mut self.particles.records[prescribed.row as usize];
             for axis in 0..3 {
@@ -271,7 +273,9 @@ impl Engine {
                     record.angular_velocity[axis] = spin;
                 }
             }
+            largest = largest.max(record.velocity.length_squared());
         }
+        largest
     }
 
     /// Turns the orientations by the angular velocities over `drift` seconds, exactly for constant ones.
