@@ -97,7 +97,7 @@ fn run(engine: &mut Engine, steps: u64) {
     for _ in 0..steps {
         engine.step(None).unwrap();
         // as a run does that writes output now and then
-        if engine.steps() % 50 == 0 {
+        if engine.steps().is_multiple_of(50) {
             engine.complete_step().unwrap();
         }
     }
