@@ -21,7 +21,7 @@ use mercury_tests::twins::{force_difference, position_difference, reference_of};
 use laws::laws;
 use surroundings::{Surroundings, surroundings};
 
-/// Edge of the domain, m.
+/// Edge of the cube in which particles start: the domain along periodic axes, m.
 const SIZE: f64 = 0.27;
 const DENSITY: f64 = 2000.0;
 const STEP: f64 = 5e-5;
@@ -33,12 +33,11 @@ const POSITIONS: f64 = 1e-9;
 fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Simulation) {
     let mut random = Stream::new(seed, "engine against reference", 0);
     let flat = surroundings.dimensions == 2;
-    let mut plan = Plan::bare(
-        STEP,
-        (DVec3::ZERO, DVec3::splat(SIZE)),
-        DENSITY,
-        laws.laws[0].unwrap(),
-    );
+    // Nothing leaves through the faces that are not periodic.
+    let far = |periodic: bool| if periodic { 0.0 } else { 1.0 };
+    let margin = DVec3::from_array(surroundings.periodic.map(far));
+    let domain = (-margin, DVec3::splat(SIZE) + margin);
+    let mut plan = Plan::bare(STEP, domain, DENSITY, laws.laws[0].unwrap());
     while plan.materials.len() < laws.materials {
         let mut other = plan.materials[0].clone();
         other.density *= 1.5;
