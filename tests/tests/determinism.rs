@@ -146,6 +146,10 @@ fn a_restored_run_goes_on_bit_for_bit() {
         }
         let last = straight.snapshot();
         assert!(last.rebuilds > 2);
+        assert!(
+            !drum || straight.boundaries().removed().number > 0,
+            "some leave the domain"
+        );
         assert!(last.pairs.iter().any(|slot| slot.touching));
         assert!(!drum || last.near_walls.iter().any(|slot| slot.touching));
     }
