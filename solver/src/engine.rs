@@ -6,6 +6,7 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use crate::boundaries::Boundaries;
+use crate::contact::HistoryNumber;
 use crate::contact::registry::contact_loop;
 use crate::forces::{ContactForces, Observation, StepContext, Watch, block_size, find_near_walls};
 use crate::neighbours::{Images, Skin, Validity, build};
@@ -461,6 +462,12 @@ impl Engine {
     #[must_use]
     pub fn audit(&self) -> Audit {
         self.audit
+    }
+
+    /// Unit and meaning of the numbers that contacts remember.
+    #[must_use]
+    pub fn history_columns(&self) -> Vec<HistoryNumber> {
+        self.forces.history_columns()
     }
 
     /// The laws that the contact loop was compiled for.

@@ -10,8 +10,8 @@ use super::{
     ContactForces, ContactRecord, NearWall, Observation, Partner, SavedSlot, StepContext, Watch,
     block_size,
 };
-use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
-use crate::neighbours::CandidateList;
+use crate::contact::{Action, Contact, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::neighbours::{CandidateList, opposite};
 use crate::particles::{Load, Particle, Particles};
 use crate::walls::{MAX_TOUCHES, Touches};
 
@@ -216,6 +216,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             materials: self.materials,
             block_size: self.block_size,
             records: &particles.records,
+            ids: &particles.ids,
             context,
         };
         let run = |(block, loads): (&mut Block<_>, &mut [Load])| match (
@@ -362,6 +363,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         }
     }
 
+    fn history_columns(&self) -> Vec<HistoryNumber> {
+        <Histories<N, T, R>>::columns()
+    }
+
     fn slot_bytes(&self) -> usize {
         size_of::<Slot<Histories<N, T, R>>>()
     }
@@ -373,6 +378,7 @@ struct Pass<'a, N, T, R> {
     materials: usize,
     block_size: usize,
     records: &'a [Particle],
+    ids: &'a [u32],
     context: &'a StepContext<'a>,
 }
 
@@ -637,21 +643,53 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             }
         }
         if watch.records {
-            let mut history = Vec::with_capacity(<Histories<N, T, R>>::LENGTH);
-            after.write(&mut history);
-            observation.records.push(ContactRecord {
-                row: seen.row as u32,
-                partner: seen.partner,
-                point: a.position - contact.normal * seen.lever,
-                normal: contact.normal,
-                overlap: contact.overlap,
-                force: action.force,
-                tangential: action.tangential,
-                couple: action.couple,
-                tangential_overlap: law.tangential.tangential_overlap(contact, &after.1),
-                history,
-            });
+            let record = self.record(a, seen, law, contact, action, after);
+            observation.records.push(record);
         }
+    }
+
+    /// The record of a contact, of two particles from the side of the lower id: an order that sorting does not change.
+    fn record(
+        &self,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        memory: Histories<N, T, R>,
+    ) -> ContactRecord {
+        let mut record = ContactRecord {
+            row: seen.row as u32,
+            partner: seen.partner,
+            point: a.position - contact.normal * seen.lever,
+            normal: contact.normal,
+            overlap: contact.overlap,
+            force: action.force,
+            tangential: action.tangential,
+            couple: action.couple,
+            tangential_overlap: 0.0,
+            history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
+        };
+        let mut memory = memory;
+        if let Partner::Particle { row, image } = seen.partner
+            && self.ids[row as usize] < self.ids[seen.row]
+        {
+            let b = &self.records[row as usize];
+            record.row = row;
+            record.partner = Partner::Particle {
+                row: seen.row as u32,
+                image: opposite(image),
+            };
+            record.point = b.position + contact.normal * (b.radius - 0.5 * contact.overlap);
+            record.normal = -contact.normal;
+            record.force = -action.force;
+            record.tangential = -action.tangential;
+            record.couple = -action.couple;
+            memory = memory.swapped();
+        }
+        record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        memory.write(&mut record.history);
+        record
     }
 }
 
