@@ -83,6 +83,14 @@ pub struct Audit {
     pub wall_work: f64,
 }
 
+impl Audit {
+    /// Dissipated by all mechanisms, J.
+    #[must_use]
+    pub fn dissipated(&self) -> f64 {
+        self.dissipated_normal + self.dissipated_tangential + self.dissipated_rolling
+    }
+}
+
 impl Engine {
     /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
     ///

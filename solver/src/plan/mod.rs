@@ -1,6 +1,7 @@
 //! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
 use glam::DVec3;
+use mercury_common::formats::number::NumberStyle;
 
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -220,4 +221,13 @@ pub struct OutputPlan {
     pub track: Vec<(String, u32)>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,
+}
+
+impl OutputPlan {
+    /// How `.data`, `.fstat` and `.ene` print numbers.
+    #[must_use]
+    pub fn number_style(&self) -> NumberStyle {
+        self.digits
+            .map_or(NumberStyle::Shortest, NumberStyle::Digits)
+    }
 }

@@ -1,6 +1,7 @@
 //! The plane: the boundary of a solid half-space.
 
 use super::error::{WallError, direction, finite_vector};
+use super::outline::Outline;
 use super::pose::Pose;
 use super::symmetry;
 use super::touch::{Touch, Touches};
@@ -36,6 +37,13 @@ impl Plane {
                 feature: 0,
                 curvature: [0.0; 2],
             });
+        }
+    }
+
+    pub(super) fn outline(&self) -> Outline {
+        Outline::Plane {
+            point: self.point,
+            normal: self.normal,
         }
     }
 
