@@ -10,7 +10,9 @@ use super::{
     ContactForces, ContactRecord, NearWall, Observation, Partner, SavedSlot, StepContext, Watch,
     block_size,
 };
-use crate::contact::{Action, Contact, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    Action, Contact, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
 use crate::neighbours::{CandidateList, opposite};
 use crate::particles::{Load, Particle, Particles};
 use crate::walls::{MAX_TOUCHES, Touches};

@@ -6,8 +6,8 @@
 
 mod contact_frames;
 mod data_file;
-mod energies;
 mod ene_file;
+mod energies;
 pub mod folder;
 mod fstat_file;
 mod particle_frames;

@@ -29,7 +29,7 @@ impl ParticleFrames {
         };
         let path = folder.join(format!("{}.particles.arrow", plan.prefix));
         Ok(Self {
-            writer: ParticleWriter::create(path, &columns, &frames_header(plan))?,
+            writer: ParticleWriter::create(path, columns, &frames_header(plan))?,
             columns,
             dimensions: plan.dimensions,
         })

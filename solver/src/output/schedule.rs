@@ -50,7 +50,11 @@ mod tests {
 
     #[test]
     fn the_first_step_at_or_after_each_multiple() {
-        assert_eq!(due(0.3, 0.1, 9), [3, 6, 9], "0.3 is no multiple of 0.1 in binary");
+        assert_eq!(
+            due(0.3, 0.1, 9),
+            [3, 6, 9],
+            "0.3 is no multiple of 0.1 in binary"
+        );
         assert_eq!(due(0.25, 0.1, 10), [3, 5, 8, 10]);
         assert_eq!(due(f64::INFINITY, 0.1, 10), [0u64; 0]);
     }

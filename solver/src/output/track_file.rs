@@ -38,7 +38,11 @@ impl Stream for TrackFile {
                 continue;
             };
             let particle = &state.particles[rank];
-            let (x, v, w) = (particle.position, particle.velocity, particle.angular_velocity);
+            let (x, v, w) = (
+                particle.position,
+                particle.velocity,
+                particle.angular_velocity,
+            );
             let q = state.orientation(rank);
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
