@@ -39,8 +39,6 @@ pub struct RunOptions {
     pub command_line: String,
     /// Content of `plan.toml`.
     pub plan_document: Option<String>,
-    /// Warnings of the plan.
-    pub warnings: Vec<String>,
     /// Set by anyone who wants the run to end after the step it is in.
     pub stop: Arc<AtomicBool>,
 }
@@ -238,7 +236,7 @@ fn report(
     let seen = written.last.as_ref().map(|state| &state.observation);
     let contacts = seen.map_or(0, |seen| seen.particle_contacts);
     let created = u64::from(engine.particles.next_id);
-    let mut warnings = options.warnings.clone();
+    let mut warnings = plan.warnings.clone();
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",

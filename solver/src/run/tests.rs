@@ -12,7 +12,9 @@ use mercury_common::frames::{ContactReader, ParticleReader};
 
 use super::*;
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{SpringRotation, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction};
+use crate::contact::{
+    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+};
 use crate::plan::NewParticle;
 use crate::walls::{Motion, Plane, Shape, Wall};
 
@@ -234,7 +236,7 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     let energy = 1e-6 * weight * 2.0 * RADIUS;
     let tolerance = (2.0 * STIFFNESS * energy).sqrt() + 2.0 * (2.0 * energy / mass).sqrt();
     assert!(
-        tolerance < 0.02 * weight,
+        tolerance < 0.05 * weight,
         "the test tells something: {tolerance} of {weight}"
     );
     let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
