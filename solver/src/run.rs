@@ -273,7 +273,7 @@ fn report(
                 Status::Finished
             },
         },
-        budget: Budget::new(engine, at_start, written),
+        budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
         rebuilds,

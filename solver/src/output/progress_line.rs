@@ -81,11 +81,14 @@ fn line(progress: &Progress<'_>, seconds: f64, with_bar: bool) -> String {
     line
 }
 
-/// A duration as people say it: 7 s, 3 min 20 s, 2 h 5 min.
+/// A duration as people say it: 7.25 s, 3 min 20 s, 2 h 5 min.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds >= 8.64e6 {
         return "> 100 d".to_owned();
+    }
+    if seconds < 9.995 {
+        return format!("{seconds:.2} s");
     }
     let whole = seconds.round() as u64;
     match (whole / 3600, whole / 60 % 60, whole % 60) {
@@ -102,7 +105,8 @@ mod tests {
     #[test]
     fn durations() {
         for (seconds, text) in [
-            (0.4, "0 s"),
+            (0.4, "0.40 s"),
+            (9.999, "10 s"),
             (59.6, "1 min 0 s"),
             (3599.4, "59 min 59 s"),
             (7500.0, "2 h 5 min"),

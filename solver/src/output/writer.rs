@@ -35,8 +35,8 @@ pub struct Writer {
 pub struct Written {
     /// Energies of every frame.
     pub energies: Vec<EnergyRow>,
-    /// Mass (kg) and momentum (kg m/s) of the first state.
-    pub initial: (f64, DVec3),
+    /// Momentum of the first state, kg m/s.
+    pub initial: DVec3,
     /// Frames in which some overlap exceeded a tenth of the smaller radius.
     pub deep_frames: u64,
     /// The largest overlap over the smaller radius in any of them.
@@ -128,7 +128,7 @@ fn write_all(
 ) -> Result<Written, OutputError> {
     let mut written = Written {
         energies: Vec::new(),
-        initial: (0.0, DVec3::ZERO),
+        initial: DVec3::ZERO,
         deep_frames: 0,
         deepest: 0.0,
         last: None,
@@ -139,7 +139,7 @@ fn write_all(
             stream.write(&state)?;
         }
         if written.last.is_none() {
-            written.initial = state.mass_and_momentum();
+            written.initial = state.mass_and_momentum().1;
         }
         if state.frame {
             let row = energies(&state, gravity, dimensions);

@@ -12,34 +12,36 @@ use crate::plan::Plan;
 /// Budgets of mass and momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
-    /// Mass of the free particles at t = 0, with what was inserted then, kg.
+    /// Mass of the scene's own particles that are not fixed, kg.
     pub initial_mass: f64,
-    /// Inserted later, kg.
+    /// Inserted, kg.
     pub inserted_mass: f64,
     /// Taken out, kg.
     pub deleted_mass: f64,
     /// There at the end, kg.
     pub final_mass: f64,
-    /// Momentum at t = 0, kg m/s.
+    /// Momentum in the first frame, kg m/s.
     pub initial_momentum: DVec3,
     /// Momentum at the end, kg m/s.
     pub final_momentum: DVec3,
 }
 
 impl Budget {
-    /// Of a run; `at_start` are the tallies (inserted, deleted) at the first frame.
-    pub(super) fn new(engine: &Engine, at_start: &(Tally, Tally), written: &Written) -> Self {
+    /// Of a run.
+    pub(super) fn new(engine: &Engine, written: &Written) -> Self {
+        let plan = engine.plan();
         let (final_mass, final_momentum) = match &written.last {
             Some(last) => last.mass_and_momentum(),
             None => (0.0, DVec3::ZERO),
         };
         let (inserted, deleted) = exchanged(engine);
+        let start = plan.particles.iter().filter(|particle| !particle.fixed);
         Self {
-            initial_mass: written.initial.0,
-            inserted_mass: inserted.mass - at_start.0.mass,
-            deleted_mass: deleted.mass - at_start.1.mass,
+            initial_mass: start.map(|particle| particle.build(plan).1).sum(),
+            inserted_mass: inserted.mass,
+            deleted_mass: deleted.mass,
             final_mass,
-            initial_momentum: written.initial.1,
+            initial_momentum: written.initial,
             final_momentum,
         }
     }
