@@ -10,6 +10,7 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use crate::boundaries::Boundaries;
+use crate::contact::HistoryNumber;
 use crate::contact::registry::contact_loop;
 use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
@@ -88,6 +89,14 @@ pub struct Audit {
     pub dissipated_rolling: f64,
     /// Done by the walls on the particles.
     pub wall_work: f64,
+}
+
+impl Audit {
+    /// Dissipated by all mechanisms, J.
+    #[must_use]
+    pub fn dissipated(&self) -> f64 {
+        self.dissipated_normal + self.dissipated_tangential + self.dissipated_rolling
+    }
 }
 
 impl Engine {
@@ -518,6 +527,12 @@ impl Engine {
     #[must_use]
     pub fn audit(&self) -> Audit {
         self.audit
+    }
+
+    /// Unit and meaning of the numbers that contacts remember.
+    #[must_use]
+    pub fn history_columns(&self) -> Vec<HistoryNumber> {
+        self.forces.history_columns()
     }
 
     /// The laws that the contact loop was compiled for.

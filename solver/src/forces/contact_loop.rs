@@ -10,8 +10,10 @@ use super::{
     ContactForces, ContactRecord, Fastest, Finish, NearWall, Observation, Partner, SavedSlot,
     StepContext, Watch, block_size,
 };
-use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
-use crate::neighbours::CandidateList;
+use crate::contact::{
+    Action, Contact, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
+use crate::neighbours::{CandidateList, opposite};
 use crate::particles::{Load, Particle, Particles};
 use crate::walls::{Shape, Touch, Touches, Wall, WallState};
 
@@ -235,12 +237,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     ) -> Fastest {
         let size = self.block_size;
         let (laws, materials) = (&self.laws[..], self.materials);
+        let Particles { records, loads, ids, .. } = particles;
+        let ids = &ids[..];
         let compute = |block: &mut Block<_>, records: &[Particle], loads: &mut [Load]| {
             let pass = Pass {
                 laws,
                 materials,
                 block_size: size,
                 records,
+                ids,
                 context,
             };
             match (context.images.any(), context.watch) {
@@ -250,7 +255,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                 (true, Some(_)) => pass.run::<true, true>(block, loads),
             }
         };
-        let Particles { records, loads, .. } = particles;
         match pool {
             Some(pool) if self.blocks.len() > 1 => pool.install(|| {
                 let with_loads = self.blocks.par_iter_mut().zip(loads.par_chunks_mut(size));
@@ -376,6 +380,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         }
     }
 
+    fn history_columns(&self) -> Vec<HistoryNumber> {
+        <Histories<N, T, R>>::columns()
+    }
+
     fn slot_bytes(&self) -> usize {
         size_of::<Slot<Histories<N, T, R>>>()
     }
@@ -394,6 +402,7 @@ struct Pass<'a, N, T, R> {
     materials: usize,
     block_size: usize,
     records: &'a [Particle],
+    ids: &'a [u32],
     context: &'a StepContext<'a>,
 }
 
@@ -690,21 +699,53 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             }
         }
         if watch.records {
-            let mut history = Vec::with_capacity(<Histories<N, T, R>>::LENGTH);
-            after.write(&mut history);
-            observation.records.push(ContactRecord {
-                row: seen.row as u32,
-                partner: seen.partner,
-                point: a.position - contact.normal * seen.lever,
-                normal: contact.normal,
-                overlap: contact.overlap,
-                force: action.force,
-                tangential: action.tangential,
-                couple: action.couple,
-                tangential_overlap: law.tangential.tangential_overlap(contact, &after.1),
-                history,
-            });
+            let record = self.record(a, seen, law, contact, action, after);
+            observation.records.push(record);
         }
+    }
+
+    /// The record of a contact, of two particles from the side of the lower id: an order that sorting does not change.
+    fn record(
+        &self,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        memory: Histories<N, T, R>,
+    ) -> ContactRecord {
+        let mut record = ContactRecord {
+            row: seen.row as u32,
+            partner: seen.partner,
+            point: a.position - contact.normal * seen.lever,
+            normal: contact.normal,
+            overlap: contact.overlap,
+            force: action.force,
+            tangential: action.tangential,
+            couple: action.couple,
+            tangential_overlap: 0.0,
+            history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
+        };
+        let mut memory = memory;
+        if let Partner::Particle { row, image } = seen.partner
+            && self.ids[row as usize] < self.ids[seen.row]
+        {
+            let b = &self.records[row as usize];
+            record.row = row;
+            record.partner = Partner::Particle {
+                row: seen.row as u32,
+                image: opposite(image),
+            };
+            record.point = b.position + contact.normal * (b.radius - 0.5 * contact.overlap);
+            record.normal = -contact.normal;
+            record.force = -action.force;
+            record.tangential = -action.tangential;
+            record.couple = -action.couple;
+            memory = memory.swapped();
+        }
+        record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        memory.write(&mut record.history);
+        record
     }
 }
 

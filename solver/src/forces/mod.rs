@@ -15,6 +15,7 @@ pub use contact_loop::ContactLoop;
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
 
+use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
 use crate::particles::{Load, Particle, Particles};
 use crate::walls::{Wall, WallState};
@@ -105,6 +106,9 @@ pub trait ContactForces: Send {
 
     /// Takes back what [`ContactForces::save`] gave for `rows` particles.
     fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]);
+
+    /// Unit and meaning of the numbers in [`ContactRecord::history`].
+    fn history_columns(&self) -> Vec<HistoryNumber>;
 
     /// Bytes of one slot, for the memory estimate.
     fn slot_bytes(&self) -> usize;

@@ -26,6 +26,7 @@ pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 
 use glam::DVec3;
+use mercury_common::formats::number::NumberStyle;
 
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -257,4 +258,13 @@ pub struct OutputPlan {
     pub track: Vec<(String, u32)>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,
+}
+
+impl OutputPlan {
+    /// How `.data`, `.fstat` and `.ene` print numbers.
+    #[must_use]
+    pub fn number_style(&self) -> NumberStyle {
+        self.digits
+            .map_or(NumberStyle::Shortest, NumberStyle::Digits)
+    }
 }
