@@ -310,9 +310,14 @@ fn plan_step(
     let (speed, speed_reason) = reference_speed(scene, start, insertions, walls);
     let (contact, critical) = limits(pairs, uses, &densities(scene), dimensions, speed);
     let place = &scene.time.step.place;
-    let (step, reason) = match (scene.time.step.value, &contact) {
+    let (step, reason) = match (
+        scene.time.step.value,
+        contact.as_ref().zip(critical.as_ref()),
+    ) {
         (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
-        (TimeStep::Auto, Some(contact)) => automatic(contact, *scene.output.interval),
+        (TimeStep::Auto, Some((contact, critical))) => {
+            automatic(contact, critical, *scene.output.interval)
+        }
         (TimeStep::Auto, None) => {
             let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";
             errors.push(place.error(message).with_help("give the step in seconds"));

@@ -16,7 +16,7 @@ use mercury_common::scene::{
 
 pub(super) use normal::youngs;
 
-use super::parameter::{Origin, Parameter, Value};
+use super::parameter::{Origin, Parameter, Value, short};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{PairLaw, SpringRotation};
 

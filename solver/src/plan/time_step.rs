@@ -12,6 +12,8 @@ use crate::particles::{inverse_inertia_factor, volume};
 
 /// Steps per contact of the automatic step.
 const STEPS_PER_CONTACT: f64 = 50.0;
+/// Automatic steps per critical step, at least.
+const STEPS_PER_CRITICAL: f64 = 5.0;
 /// A given step is warned about above this part of the shortest contact.
 pub(super) const WARNED_PART: f64 = 0.2;
 /// A step is refused above this part of the critical one.
@@ -169,7 +171,7 @@ impl Meeting {
 ///
 /// With h the step, one step has the characteristic polynomial z^2 - (2 - w^2 h^2 - c h) z + (1 - c h); its roots stay within
 /// the unit circle for w^2 h^2 + 2 c h < 4: h = 2/w (sqrt(1 + zeta^2) - zeta), zeta = c/2w; 2/w without damping.
-fn bearable(squared: f64, rate: f64) -> f64 {
+pub(super) fn bearable(squared: f64, rate: f64) -> f64 {
     // In the form that also holds for w = 0 (2/c) and without either (infinite).
     4.0 / (rate + (rate * rate + 4.0 * squared).sqrt())
 }
@@ -243,19 +245,27 @@ fn meetings(
     found
 }
 
-/// The automatic step (s): 1/50 of the shortest contact (s), rounded down so that it divides `interval` (s); and why.
+/// The automatic step (s): 1/50 of the shortest contact, rounded down so that it divides `interval` (s); and why.
+///
+/// Where a dashpot or a spring beside the normal one is so stiff that this is more than a fifth of the critical step, it is
+/// a fifth of the critical step.
 #[must_use]
-pub(super) fn automatic(contact: &Limit, interval: f64) -> (f64, String) {
-    let wanted = contact.time / STEPS_PER_CONTACT;
+pub(super) fn automatic(contact: &Limit, critical: &Limit, interval: f64) -> (f64, String) {
+    let by_contact = contact.time / STEPS_PER_CONTACT;
+    let by_stability = critical.time / STEPS_PER_CRITICAL;
+    let (wanted, part, limit, what) = if by_contact <= by_stability {
+        (by_contact, STEPS_PER_CONTACT, contact, "shortest contact")
+    } else {
+        (by_stability, STEPS_PER_CRITICAL, critical, "critical step")
+    };
     // A hair of slack, so that a quotient that is whole but for round-off does not cost a step.
     let parts = (interval / wanted - 1e-9).ceil().max(1.0);
-    let step = interval / parts;
     let reason = format!(
-        "1/50 of the shortest contact, {} s ({}), rounded down to 1/{parts} of output.interval",
-        short(contact.time),
-        contact.of
+        "1/{part} of the {what}, {} s ({}), rounded down to 1/{parts} of output.interval",
+        short(limit.time),
+        limit.of
     );
-    (step, reason)
+    (interval / parts, reason)
 }
 
 /// Number of steps of `step` (s) that reach `end` (s): ceil(end/step - 1e-6).

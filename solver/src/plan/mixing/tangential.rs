@@ -6,7 +6,7 @@ use mercury_common::scene::{
 };
 
 use super::normal::{Normal, elastic_pair, own_stiffness, youngs};
-use super::{Origin, Pair};
+use super::{Origin, Pair, short};
 use crate::contact::normal::effective_shear_modulus;
 use crate::contact::{AnyTangential, LinearFriction, Mindlin, MindlinRescaled};
 
@@ -135,8 +135,10 @@ pub(super) fn resolve_static(
     if value < dynamic * (1.0 - 1e-12) {
         let (table, _) = key.split_once('.').unwrap_or((key, ""));
         let message = format!(
-            "{key} = {value} of the contacts of {} lies below {table}.friction = {dynamic}",
-            pair.name()
+            "{key} = {} of the contacts of {} lies below {table}.friction = {}",
+            short(value),
+            pair.name(),
+            short(dynamic)
         );
         let help = "what holds before it slides needs at least the friction of sliding; give both coefficients";
         pair.error(message, help.to_owned());

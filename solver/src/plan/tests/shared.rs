@@ -40,7 +40,8 @@ fn scenes_of_this_version_have_a_plan() {
     ] {
         let plan = plan_of(&folder, name).unwrap_or_else(|e| panic!("{name}\n{e}"));
         assert!(plan.steps > 0);
-        eprintln!("{name}: {:?} {:?}", plan.step, plan.warnings);
+        assert!(plan.step.critical.is_some(), "{name}");
+        assert!(!super::super::report(&plan).is_empty());
     }
 }
 
@@ -73,6 +74,5 @@ fn other_scenes_name_what_is_missing() {
         for key in keys {
             assert!(errors.contains(key), "{name}: no `{key}` in\n{errors}");
         }
-        eprintln!("{errors}\n");
     }
 }

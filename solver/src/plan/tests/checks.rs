@@ -1,0 +1,251 @@
+//! What is refused before a run, word for word.
+
+use std::path::Path;
+
+use mercury_common::scene::{Files, parse_scene};
+
+use super::*;
+
+#[test]
+fn particles_outside_the_domain_are_named() {
+    let scene = BALL.to_owned()
+        + &particle("ball", 0.1, [0.0, 0.0, 0.5], "")
+        + &particle("ball", 0.1, [0.0, 0.0, 1.5], "name = \"high\"")
+        + &particle("ball", 0.1, [0.0, -1.0, 0.0], "");
+    assert_eq!(
+        complaints(&scene),
+        [
+            "particles.high: particle 1 (particles.high) lies outside the domain: [0, 0, 1.5] is not within [-1, -1, -1] to \
+          [1, 1, 1] | move it, or enlarge the domain"
+        ]
+    );
+    // along a periodic axis there is no outside
+    let text = format!("{HEAD}{scene}");
+    let plan = planned_with(&text, &["domain.periodic=[\"z\"]"]).expect("plans");
+    assert_eq!(plan.particles[1].position.z, -0.5);
+}
+
+#[test]
+fn rows_of_tables_are_named_by_their_lines() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = |content: &str| {
+        std::fs::write(folder.path().join("beads.csv"), content).expect("writable");
+        let text =
+            format!("{HEAD}{BALL}[[particles]]\nfile = \"beads.csv\"\nmaterial = \"ball\"\n");
+        let path = folder.path().join("test.toml");
+        let scene = parse_scene(&path, &text, &[], Files::MustExist).expect("parses");
+        plan(&scene)
+    };
+    let good = table("x,y,z,radius\n0,0,0,0.1\n0.5,0,0,0.1\n").expect("plans");
+    assert_eq!(good.particles.len(), 2);
+    let path = folder.path().join("beads.csv").display().to_string();
+    for (content, message) in [
+        (
+            "x,y,z,radius\n0,0,0,0.1\n2,0,0,0.1\n0,9,0,0.1\n",
+            "particle 1 (particles[0], line 3 of its file) lies outside the domain: [2, 0, 0] is not within [-1, -1, -1] to \
+             [1, 1, 1]; 1 more of this entry too"
+                .to_owned(),
+        ),
+        (
+            "x,y,z,radius,material\n0,0,0,0.1,glass\n",
+            format!("{path}:2: there is no material named `glass`"),
+        ),
+        (
+            "x,y,z,radius,film_volume\n0,0,0,0.1,1e-9\n",
+            format!("{path}:2: liquid films are not in this version of mercury-solve"),
+        ),
+    ] {
+        let errors = table(content).expect_err("wrong");
+        assert_eq!(errors.0.len(), 1, "{errors}");
+        assert_eq!(errors.0[0].message, message);
+    }
+    let errors = table("x,y,z,radius\n0,0,0,-1\n").expect_err("wrong");
+    assert!(errors.to_string().contains("beads.csv:2:7"), "{errors}");
+}
+
+#[test]
+fn initial_overlaps_are_errors_or_warnings() {
+    let at = |x: f64, more: &str| particle("ball", 0.1, [x, 0.0, 0.0], more);
+    let deep = BALL.to_owned() + &at(0.0, "") + &at(0.125, "name = \"deep\"");
+    assert_eq!(
+        complaints(&deep),
+        [
+            "particles.deep: particle 0 (particles[0]) and particle 1 (particles.deep) overlap by 0.075 m at the start, 0.75 of \
+          the smaller radius; the limit is contact.overlap_error = 0.5 | move them apart, or raise the limit if this is meant"
+        ]
+    );
+    let plan =
+        planned_with(&format!("{HEAD}{deep}"), &["contact.overlap_error=0.8"]).expect("plans");
+    assert_eq!(
+        plan.warnings,
+        [
+            "particle 0 (particles[0]) and particle 1 (particles.deep) overlap by 0.075 m at the start, 0.75 of the smaller \
+          radius (contact.overlap_warning = 0.1)"
+        ]
+    );
+    // a shallow one is no matter, and fixed particles may overlap one another
+    assert!(
+        planned(&(BALL.to_owned() + &at(0.0, "") + &at(0.195, "")))
+            .warnings
+            .is_empty()
+    );
+    let fixed =
+        BALL.to_owned() + &at(0.0, "fixed = true") + &at(0.1, "fixed = true") + &at(0.5, "");
+    assert!(planned(&fixed).warnings.is_empty());
+    // through a periodic face: -0.95 and 0.95 are 0.1 m apart
+    let images = format!("{HEAD}{BALL}{}{}", at(-0.95, ""), at(0.95, ""));
+    assert!(planned_with(&images, &[]).is_ok());
+    let errors = planned_with(&images, &["domain.periodic=[\"x\"]"]).expect_err("overlap");
+    assert!(errors.0[0].message.contains("overlap by 0.1 m"), "{errors}");
+}
+
+#[test]
+fn overlaps_with_walls_count_too() {
+    let floor = "[[walls]]\nname = \"floor\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"ball\"\n";
+    let at =
+        |z: f64, more: &str| BALL.to_owned() + floor + &particle("ball", 0.1, [0.0, 0.0, z], more);
+    assert_eq!(
+        complaints(&at(-0.3, "")),
+        [
+            "particles[0]: particle 0 (particles[0]) overlaps wall `floor` by 0.4 m at the start, 4 of its radius; the limit is \
+          contact.overlap_error = 0.5 | move it off the wall (more than 1: its centre is behind it), or raise the limit if this \
+          is meant"
+        ]
+    );
+    assert_eq!(
+        planned(&at(0.07, "")).warnings,
+        [
+            "particle 0 (particles[0]) overlaps wall `floor` by 0.03 m at the start, 0.3 of its radius \
+          (contact.overlap_warning = 0.1)"
+        ]
+    );
+    let rough = at(0.0, "fixed = true") + &particle("ball", 0.1, [0.5, 0.0, 0.5], "");
+    assert!(planned(&rough).warnings.is_empty());
+}
+
+#[test]
+fn many_particles_are_checked_quickly() {
+    let lattice = "[[particles]]\nmaterial = \"ball\"\nradius = 0.01\nlattice = { min = [-0.98, -0.98, -0.98], max = [0.98, 0.98, 0.98], spacing = 0.042 }\n";
+    let begin = std::time::Instant::now();
+    let plan = planned(&(BALL.to_owned() + lattice));
+    assert_eq!(plan.particles.len(), 47usize.pow(3));
+    // All pairs would take minutes.
+    assert!(begin.elapsed().as_secs() < 20);
+}
+
+#[test]
+fn periodic_axes_need_room_and_planes_must_not_cut_them() {
+    let scene = BALL.to_owned()
+        + "[[walls]]\nname = \"ramp\"\nshape = \"plane\"\npoint = [0, 0, -1]\nnormal = [0.6, 0, 0.8]\nmaterial = \"ball\"\n"
+        + &particle("ball", 0.5, [0.0, 0.0, 0.9], "");
+    assert!(planned_with(&format!("{HEAD}{scene}"), &[]).is_ok());
+    let found = complaints_with(&scene, &["domain.periodic=[\"x\"]"]);
+    assert_eq!(
+        found,
+        [
+            "domain: the periodic axis x is too short: 2 m, at least 2.1 m are needed for particles of radius 0.5 m | \
+             a particle must not touch another one and its image at once; enlarge the domain, or make the axis not periodic",
+            "walls.ramp.normal: the plane cuts the periodic axis x: its normal has a component along x | \
+             set that component to 0, or make the axis not periodic",
+        ]
+    );
+}
+
+#[test]
+fn two_dimensions_are_flat() {
+    let one = |z: f64, x: f64, more: &str| particle("ball", 0.1, [x, 0.0, z], more);
+    let flat =
+        BALL.to_owned() + &one(0.0, 0.0, "angular_velocity = [0, 0, 3]") + &one(0.0, 0.5, "");
+    let text = format!("{HEAD}{flat}");
+    let plan =
+        planned_with(&text, &["domain.dimensions=2"]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(plan.dimensions, 2);
+    // pi R^2 rho, m* = m/2
+    let mass = std::f64::consts::PI * 0.01 * 1.909_859_317_102_744;
+    let (k, gamma): (f64, f64) = (12496.02677090382, 17.83374719693662);
+    let expected = std::f64::consts::PI / (k / (0.5 * mass) - (gamma / mass).powi(2)).sqrt();
+    close(
+        plan.step.contact.as_ref().expect("two discs").time,
+        expected,
+        1e-12,
+    );
+    for (scene, overrides, message) in [
+        (
+            BALL.to_owned() + &one(0.0, 0.0, "") + &one(0.1, 0.5, ""),
+            &["domain.dimensions=2"][..],
+            "particles[1]: two dimensions: all centres must have the same z, particle 1 (particles[1]) has 0.1, particle 0 has 0",
+        ),
+        (
+            BALL.to_owned() + &one(0.0, 0.0, "angular_velocity = [1, 0, 0]") + &one(0.0, 0.5, ""),
+            &["domain.dimensions=2"],
+            "particles[0]: two dimensions: particle 0 (particles[0]) moves or turns out of the plane | \
+             velocities have x and y, angular velocities only z",
+        ),
+        (
+            flat.clone(),
+            &["domain.dimensions=2", "gravity=[0, 0, -9.81]"],
+            "gravity: two dimensions: gravity along z must be 0, got -9.81",
+        ),
+    ] {
+        assert_eq!(complaints_with(&scene, overrides), [message]);
+    }
+}
+
+#[test]
+fn fixed_particles_have_no_velocity() {
+    let scene = BALL.to_owned()
+        + &two("ball", 0.1)
+        + &particle(
+            "ball",
+            0.1,
+            [0.0, 0.9, 0.0],
+            "fixed = true\nvelocity = [1, 0, 0]",
+        );
+    assert_eq!(
+        complaints(&scene),
+        [
+            "particles[2].velocity: a fixed particle has a velocity | use `prescribed` instead of `fixed` for particles that move \
+          in a given way"
+        ]
+    );
+    let moved = BALL.to_owned()
+        + &two("ball", 0.1)
+        + &particle(
+            "ball",
+            0.1,
+            [0.0, 0.9, 0.0],
+            "prescribed = { velocity = [0.5, \"free\", \"free\"], angular_velocity = [\"free\", \"free\", \"free\"] }",
+        );
+    let plan = planned(&moved);
+    assert_eq!(
+        plan.particles[2].prescribed_velocity,
+        [Some(0.5), None, None]
+    );
+    assert_eq!(plan.particles[2].velocity.x, 0.5);
+}
+
+#[test]
+fn lattices_have_both_ends_and_frozen_jitter() {
+    let scene = |jitter: f64| {
+        format!(
+            "seed = 5\n{HEAD}{BALL}[[particles]]\nmaterial = \"ball\"\nradius = 0.01\n\
+             lattice = {{ min = [0.0, 0.0, 0.3], max = [0.2, 0.1, 0.3], spacing = 0.1, jitter = {jitter:?} }}\n"
+        )
+    };
+    let still = planned_with(&scene(0.0), &[]).expect("plans");
+    assert_eq!(still.particles.len(), 6);
+    assert_eq!(still.particles[1].position, glam::DVec3::new(0.1, 0.0, 0.3));
+    let (a, b) = (
+        planned_with(&scene(0.01), &[]),
+        planned_with(&scene(0.01), &[]),
+    );
+    let (a, b) = (a.expect("plans"), b.expect("plans"));
+    assert_eq!(a.particles, b.particles);
+    for (moved, site) in a.particles.iter().zip(&still.particles) {
+        let shift = moved.position - site.position;
+        assert!(shift.x != 0.0 && shift.y != 0.0 && shift.z == 0.0);
+        assert!(shift.abs().max_element() <= 0.01);
+    }
+    let other = planned_with(&scene(0.01), &["seed=6"]).expect("plans");
+    assert_ne!(a.particles, other.particles);
+}
