@@ -2,3 +2,4 @@
 
 pub mod closed_forms;
 pub mod reference;
+pub mod selftests;
