@@ -7,6 +7,7 @@
 
 mod collisions;
 mod comparison;
+mod dense_packing;
 mod discs;
 mod impacts;
 mod mindlin;
@@ -43,14 +44,14 @@ impl Data {
 
 /// A set-up: its number in the list of the reference data, and how it is run.
 pub struct SetUp {
-    /// Number.
+    /// Number; 100 for the bench gate, which has none and needs no file.
     pub number: u32,
     /// Runs and compares.
     pub run: fn(&Data) -> Result<Comparison>,
 }
 
 /// All set-ups.
-pub const ALL: [SetUp; 17] = [
+pub const ALL: [SetUp; 18] = [
     SetUp {
         number: 1,
         run: collisions::two_particles,
@@ -118,6 +119,10 @@ pub const ALL: [SetUp; 17] = [
     SetUp {
         number: 24,
         run: mindlin::shearing,
+    },
+    SetUp {
+        number: 100,
+        run: dense_packing::energy_of_a_packing,
     },
 ];
 

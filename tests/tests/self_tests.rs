@@ -44,4 +44,5 @@ set_ups! {
     oblique_impact = 22
     mindlin_loading = 23
     mindlin_normal_and_tangential_loading = 24
+    dense_packing = 100
 }

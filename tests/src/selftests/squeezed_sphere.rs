@@ -92,15 +92,16 @@ fn run(
         let numbers: Result<Vec<f64>, _> = line.split_ascii_whitespace().map(str::parse).collect();
         numbers.with_context(|| line.to_owned())
     });
+    // The file prints the couple after each step beside the time at which the step began.
     let mut saved = saved_steps(dt, end, 1);
-    // The file is written at the beginning of each step, and not after the last.
-    saved.pop();
+    saved.remove(0);
     let mut tally = Tally::default();
     observe(plan, &saved, |engine| {
         let expected = rows.next().context("more states than rows")??;
         let last = engine.particles.rows_by_id()[2] as usize;
         let load = engine.particles.loads[last];
-        tally.add("time", expected[0], engine.time());
+        tally.add("time", expected[0], engine.time() - dt);
+
         tally.add("torque", expected[1], load.torque.dot(spin));
         tally.add("force", expected[2], load.force.z);
         Ok(())
