@@ -1,6 +1,6 @@
 //! MercuryDPM's self tests through our engine, one test for each set-up.
 
-use mercury_tests::selftests::{Data, run_number};
+use mercury_tests::selftests::{Data, energy_of_a_packing, run_number};
 
 /// Runs a set-up and asserts that every number agrees.
 fn check(number: u32) {
@@ -44,5 +44,10 @@ set_ups! {
     oblique_impact = 22
     mindlin_loading = 23
     mindlin_normal_and_tangential_loading = 24
-    dense_packing = 100
+}
+
+#[test]
+fn dense_packing() {
+    let comparison = energy_of_a_packing().unwrap();
+    assert!(comparison.holds(), "{comparison:#?}");
 }

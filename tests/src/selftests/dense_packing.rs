@@ -9,7 +9,6 @@ use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw};
 use mercury_solver::plan::{NewParticle, Plan};
 
-use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
 use super::run::{energies, observe, plane};
 
@@ -57,7 +56,10 @@ fn plan() -> Result<Plan> {
 ///
 /// Every convention of the time step and the laws shows in it: stiffness factor, tangential damping, what the Coulomb limit cuts,
 /// the lever, and at which time velocities enter the forces.
-pub(super) fn energy_of_a_packing(_: &Data) -> Result<Comparison> {
+///
+/// # Errors
+/// If the scene's table cannot be read.
+pub fn energy_of_a_packing() -> Result<Comparison> {
     let mut tally = Tally::default();
     let expected = [
         None,
