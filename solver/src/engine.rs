@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+mod snapshot;
+
+pub use snapshot::Snapshot;
+
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
@@ -88,6 +92,26 @@ impl Engine {
     /// # Errors
     /// If threads cannot be started, or the start is not a number.
     pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, threads)?;
+        engine.exchange_particles();
+        engine.keep_lists_valid(0.0)?;
+        let spring_time = if engine.plan.startup_increment {
+            engine.plan.time_step
+        } else {
+            0.0
+        };
+        engine.evaluate_forces(
+            spring_time,
+            Some(Watch {
+                records: true,
+                audit: None,
+            }),
+        );
+        Ok(engine)
+    }
+
+    /// The particles and walls of a plan as they are placed, without lists and forces.
+    fn unstarted(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
         let (forces, law_names) = contact_loop(&plan.laws);
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         let mut particles = Particles::new(plan.orientations);
@@ -124,7 +148,7 @@ impl Engine {
             }
         }
         skin.limit(0.99 * room);
-        let mut engine = Self {
+        Ok(Self {
             boundaries: Boundaries::new(&plan),
             inverse_inertia: inverse_inertia_factor(plan.dimensions),
             turns: plan.laws.turns(),
@@ -144,22 +168,7 @@ impl Engine {
             rebuilds: 0,
             pool,
             audit: Audit::default(),
-        };
-        engine.exchange_particles();
-        engine.keep_lists_valid(0.0)?;
-        let spring_time = if engine.plan.startup_increment {
-            engine.plan.time_step
-        } else {
-            0.0
-        };
-        engine.evaluate_forces(
-            spring_time,
-            Some(Watch {
-                records: true,
-                audit: None,
-            }),
-        );
-        Ok(engine)
+        })
     }
 
     /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
