@@ -7,6 +7,7 @@
 
 mod collisions;
 mod comparison;
+mod deletion;
 mod dense_packing;
 mod discs;
 mod impacts;
@@ -52,7 +53,7 @@ pub struct SetUp {
 }
 
 /// All set-ups.
-pub const ALL: [SetUp; 17] = [
+pub const ALL: [SetUp; 18] = [
     SetUp {
         number: 1,
         run: collisions::two_particles,
@@ -120,6 +121,10 @@ pub const ALL: [SetUp; 17] = [
     SetUp {
         number: 24,
         run: mindlin::shearing,
+    },
+    SetUp {
+        number: 29,
+        run: deletion::deletion,
     },
 ];
 

@@ -44,6 +44,7 @@ set_ups! {
     oblique_impact = 22
     mindlin_loading = 23
     mindlin_normal_and_tangential_loading = 24
+    deletion_boundary = 29
 }
 
 #[test]

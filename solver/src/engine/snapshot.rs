@@ -14,7 +14,7 @@ use crate::walls::Pose;
 /// steps since the list was built, which decide the order of summation in the steps to come.
 ///
 /// Two runs of one plan whose snapshots are equal stay equal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Snapshot {
     /// Steps made.
     pub step: u64,
