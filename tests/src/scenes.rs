@@ -26,11 +26,11 @@ pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
     }
 }
 
-/// A plan in a cube of 2 m about the origin; particles may leave it.
+/// A plan in a domain so large that no particle leaves it, which would end it.
 pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Plan {
     Plan::bare(
         time_step,
-        (DVec3::splat(-1.0), DVec3::splat(1.0)),
+        (DVec3::splat(-1e4), DVec3::splat(1e4)),
         density,
         law,
     )
