@@ -159,7 +159,9 @@ pub(super) fn loading(data: &Data) -> Result<Comparison> {
 
 /// 24: sheared to and fro at constant overlap, through sticking and sliding.
 pub(super) fn shearing(data: &Data) -> Result<Comparison> {
-    let (dt, end) = (4e-4, 4.0 * 0.0025 / 0.01);
+    // One cycle: four strokes of 0.0025 m at 0.01 m/s.
+    let (stroke, speed) = (0.0025, 0.01);
+    let (dt, end) = (4e-4, 4.0 * stroke / speed);
     let frames = frames(
         data,
         "unittests/MindlinSelfTestNormalAndTangentialLoading.fstat",

@@ -137,7 +137,7 @@ pub fn page(results: &Results) -> String {
             .map(|row| (row.name.strip_prefix("scene ").unwrap_or(&row.name), row)),
     );
     page.push_str("\n![Restitution of a Hertz impact over the phase of the first touch](pictures/hertz-phase.svg)\n");
-    page.push_str("\nThe overlap at the first step in contact depends on where in a step the touch falls; the damping of the Hertz law grows with the fourth root of it. The error falls with the step.\n");
+    page.push_str("\nThe overlap at the first step in contact depends on where in a step the touch falls; the damping of the Hertz law grows with the fourth root of it. The jumps are where the contact ends a step earlier. The error falls with the step.\n");
     page.push_str("\n![Convergence of the time step](pictures/convergence.svg)\n");
     page.push_str("\nThe error of the free oscillation of a sphere on a spring is of second order in the step. A collision with damping begins and ends within a step, which leaves an error of first order at most.\n");
     page.push_str("\n## Other programs\n\n");
