@@ -3,5 +3,8 @@
 pub mod cases;
 pub mod closed_forms;
 pub mod reference;
+pub mod scene_checks;
 pub mod scenes;
+pub mod selftests;
 pub mod twins;
+pub mod validation;

@@ -237,7 +237,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     ) -> Fastest {
         let size = self.block_size;
         let (laws, materials) = (&self.laws[..], self.materials);
-        let Particles { records, loads, ids, .. } = particles;
+        let Particles {
+            records,
+            loads,
+            ids,
+            ..
+        } = particles;
         let ids = &ids[..];
         let compute = |block: &mut Block<_>, records: &[Particle], loads: &mut [Load]| {
             let pass = Pass {
