@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cursor::Item;
+use super::item::Item;
 use super::region::{self, Region};
 use super::source::Located;
 

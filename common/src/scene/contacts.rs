@@ -1,10 +1,12 @@
 //! `[[contacts]]`: what replaces the mixed parameters of a pair of materials, key by key.
 
 use super::MaterialIndex;
-use super::cursor::{Context, Fields, Item};
+use super::cursor::{Context, Fields};
+use super::item::Item;
+use super::law_reader::number_or_default;
 use super::laws::{
     COUPLE_LAWS, LIQUID_LAWS, LOAD_HISTORIES, LiquidLawName, LoadHistory, NORMAL_LAWS,
-    NormalLawName, OrDefault, TANGENTIAL_LAWS, TangentialLawName, number_or_default,
+    NormalLawName, OrDefault, TANGENTIAL_LAWS, TangentialLawName,
 };
 use super::source::{Located, Place};
 

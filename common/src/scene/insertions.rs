@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::cursor::{Fields, Item};
+use super::cursor::Fields;
+use super::item::Item;
 use super::psd::{self, Psd};
 use super::region::{self, Region};
 use super::source::{Located, Place};

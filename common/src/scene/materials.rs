@@ -1,7 +1,9 @@
 //! `[materials.NAME]`: density and contact laws of a material.
 
-use super::cursor::{Fields, Item};
-use super::laws::{self, LiquidLaw, NormalLaw, RollingLaw, TangentialLaw, TorsionLaw};
+use super::cursor::Fields;
+use super::item::Item;
+use super::law_reader;
+use super::laws::{LiquidLaw, NormalLaw, RollingLaw, TangentialLaw, TorsionLaw};
 use super::source::Located;
 
 /// A material. Contacts between two materials take mixed parameters, see
@@ -28,11 +30,11 @@ pub struct Material {
 pub(super) fn read(name: Located<String>, item: &Item<'_>) -> Option<Material> {
     let fields = item.table()?;
     let density = fields.need("density").and_then(|item| item.positive());
-    let normal = read_law(&fields, "normal", laws::read_normal, true);
-    let tangential = read_law(&fields, "tangential", laws::read_tangential, false);
-    let rolling = read_law(&fields, "rolling", laws::read_rolling, false);
-    let torsion = read_law(&fields, "torsion", laws::read_torsion, false);
-    let liquid = read_law(&fields, "liquid", laws::read_liquid, false);
+    let normal = read_law(&fields, "normal", law_reader::read_normal, true);
+    let tangential = read_law(&fields, "tangential", law_reader::read_tangential, false);
+    let rolling = read_law(&fields, "rolling", law_reader::read_rolling, false);
+    let torsion = read_law(&fields, "torsion", law_reader::read_torsion, false);
+    let liquid = read_law(&fields, "liquid", law_reader::read_liquid, false);
     fields.finish();
     Some(Material {
         name,

@@ -1,10 +1,10 @@
 //! `[[membranes]]`: elastic sheets.
 
 use super::MaterialIndex;
-use super::cursor::Item;
+use super::item::Item;
 use super::region::{self, Region};
+use super::shapes::{MeshSource, read_mesh};
 use super::source::{Located, Place};
-use super::walls::{MeshSource, read_mesh};
 
 /// An elastic sheet: a mesh whose vertices have masses and whose edges are springs.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,9 +100,7 @@ fn read_bending(item: &Item<'_>) -> Option<Bending> {
         .word("bending law", &[("bridson", ())])?;
     let stiffness = fields.need("stiffness").and_then(|item| {
         if item.is_text() {
-            return item
-                .word("stiffness", &[("plate", ())])
-                .map(|()| BendingStiffness::Plate);
+            return item.keyword("plate").map(|()| BendingStiffness::Plate);
         }
         item.non_negative().map(BendingStiffness::Given)
     });

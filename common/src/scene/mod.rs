@@ -5,8 +5,8 @@
 //! (mixed parameters, time step, what is skipped) is the plan's business, in the solver; its complaints
 //! look like the reader's, because values keep their place ([`Located`], [`Place::error`]).
 //!
-//! How it works: the text becomes a tree whose every node knows its span ([`tree`]), overrides change
-//! the tree ([`overrides`]), and a cursor ([`cursor`]) walks it, collecting all mistakes. One file per
+//! How it works: the text becomes a tree whose every node knows its span (`tree.rs`), overrides change
+//! the tree (`overrides.rs`), and a cursor (`cursor.rs`) walks it, collecting all mistakes. One file per
 //! section of the format holds the types of the section and their reader; `docs/formats/scene.md` is
 //! the users' page.
 
@@ -15,7 +15,9 @@ mod contacts;
 mod cursor;
 mod error;
 mod insertions;
+mod item;
 mod key_path;
+mod law_reader;
 mod laws;
 mod materials;
 mod membranes;
@@ -26,6 +28,7 @@ mod particles;
 mod psd;
 mod region;
 mod settings;
+mod shapes;
 mod source;
 mod spelling;
 mod sprays;
@@ -60,11 +63,13 @@ pub use settings::{
     Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, TangentialHistory, Time,
     TimeStep,
 };
+pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};
 pub use sprays::{Spray, SprayPattern};
-pub use walls::{MeshSide, MeshSource, Shape, Side, Turn, Wall, Wear, WearBasis};
+pub use walls::{Wall, Wear, WearBasis};
 
-use cursor::{Context, Fields, Item};
+use cursor::{Context, Fields};
+use item::Item;
 use tree::{Node, Value};
 
 /// Row of a material in [`Scene::materials`]; it is also its number in `.data` and `.fstat`.
@@ -233,27 +238,18 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     let clumps = read_named(&root, "clumps", particles::read_clump);
     let contacts = list(&root, "contacts");
     let contacts = contacts::read_all(context, &contacts, &law_words(&root));
-    let walls = read_list(&root, "walls", |item| walls::read(item, domain.as_ref()));
-    context.unique(walls.iter().map(|wall| &wall.name));
+    let walls = read_list(context, &root, "walls", |item| {
+        walls::read(item, domain.as_ref())
+    });
     let particle_items = list(&root, "particles");
+    context.unique_names(&particle_items);
     let particles: Vec<Particles> = particle_items.iter().filter_map(particles::read).collect();
-    context.unique(
-        particles
-            .iter()
-            .filter_map(|particles| particles.name.as_ref()),
-    );
-    let insertions = read_list(&root, "insertions", insertions::read);
-    context.unique(insertions.iter().map(|insertion| &insertion.name));
-    let regions = read_list(&root, "regions", boundaries::read_region);
-    context.unique(regions.iter().map(|region| &region.name));
-    let deletions = read_list(&root, "deletions", boundaries::read_region);
-    context.unique(deletions.iter().map(|deletion| &deletion.name));
-    let fluxes = read_list(&root, "fluxes", boundaries::read_flux);
-    context.unique(fluxes.iter().map(|flux| &flux.name));
-    let membranes = read_list(&root, "membranes", membranes::read);
-    context.unique(membranes.iter().map(|membrane| &membrane.name));
-    let sprays = read_list(&root, "sprays", sprays::read);
-    context.unique(sprays.iter().map(|spray| &spray.name));
+    let insertions = read_list(context, &root, "insertions", insertions::read);
+    let regions = read_list(context, &root, "regions", boundaries::read_region);
+    let deletions = read_list(context, &root, "deletions", boundaries::read_region);
+    let fluxes = read_list(context, &root, "fluxes", boundaries::read_flux);
+    let membranes = read_list(context, &root, "membranes", membranes::read);
+    let sprays = read_list(context, &root, "sprays", sprays::read);
 
     let names = tracked_names(&particle_items, &particles);
     let output = section("output").and_then(|fields| output::read(&fields, &names));
@@ -309,12 +305,16 @@ fn list<'a>(root: &Fields<'a>, key: &'static str) -> Vec<Item<'a>> {
         .unwrap_or_default()
 }
 
+/// Reads every item of the list `key`; names in it must be unique.
 fn read_list<T>(
+    context: &Context,
     root: &Fields<'_>,
     key: &'static str,
     read: impl Fn(&Item<'_>) -> Option<T>,
 ) -> Vec<T> {
-    list(root, key).iter().filter_map(read).collect()
+    let items = list(root, key);
+    context.unique_names(&items);
+    items.iter().filter_map(read).collect()
 }
 
 /// The words under `normal.law` and `tangential.law` of every material.

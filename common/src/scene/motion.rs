@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::cursor::Item;
+use super::item::Item;
 use super::source::{Located, Place};
 use super::walls::interval;
 
@@ -47,7 +47,7 @@ pub enum MotionKind {
         /// degrees; default 0.
         phase_degrees: Located<f64>,
     },
-    /// From a table: columns t,x,y,z[,angle_x,angle_y,angle_z], linear between rows.
+    /// From a table: columns t,x,y,z and optionally angle_x,angle_y,angle_z, linear between rows.
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 
-use super::cursor::{Fields, Item};
+use super::cursor::Fields;
+use super::item::Item;
 use super::settings::flag;
 use super::source::{Located, Place};
 use super::{ClumpIndex, MaterialIndex};
@@ -48,7 +49,8 @@ pub enum ParticleSource {
         /// The sites.
         lattice: Lattice,
     },
-    /// A table: columns by header x,y,z,radius[,material,vx,vy,vz,wx,wy,wz,film_volume].
+    /// A table: columns by header x,y,z,radiusand optionally
+    /// material,vx,vy,vz,wx,wy,wz,film_volume.
     Table {
         /// Resolved against the folder of the scene.
         file: Located<PathBuf>,
@@ -313,7 +315,7 @@ fn read_components(item: &Item<'_>) -> Option<[Option<f64>; 3]> {
     let mut components = [None; 3];
     for (component, item) in components.iter_mut().zip(items) {
         *component = if item.is_text() {
-            item.word("value of a component", &[("free", ())])?;
+            item.keyword("free")?;
             None
         } else {
             Some(item.number()?.value)

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::cursor::Item;
+use super::item::Item;
 use super::source::Located;
 
 /// A requested size distribution of diameters.
@@ -203,7 +203,8 @@ pub(super) fn read(item: &Item<'_>) -> Option<Located<Psd>> {
         }
         Kind::File => None,
         _ => {
-            let given = fields.need("weighting");
+            let help = "of what is it the distribution? number, length, area or volume";
+            let given = fields.need_or_help("weighting", Some(help));
             Some(given.and_then(|w| w.word("weighting", &WEIGHTINGS))?)
         }
     };

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::cursor::{Fields, Item};
+use super::cursor::Fields;
+use super::item::Item;
+use super::shapes::{MeshSource, read_mesh, read_radii};
 use super::source::Located;
-use super::walls::{MeshSource, read_mesh, read_radii};
 
 /// A region of space. Lengths in m, directions of length 1.
 #[derive(Debug, Clone, PartialEq)]

@@ -165,9 +165,9 @@ pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
     });
     let step = fields.need("step").and_then(|item| {
         if item.is_text() {
-            let value = item.word("time step", &[("auto", TimeStep::Auto)])?;
+            item.keyword("auto")?;
             return Some(Located {
-                value,
+                value: TimeStep::Auto,
                 place: item.place,
             });
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::cursor::Item;
+use super::item::Item;
 use super::psd::{self, Psd};
 use super::source::{Located, Place};
 use super::walls::interval;

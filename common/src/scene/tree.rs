@@ -78,6 +78,8 @@ impl Node {
     }
 }
 
+const NOT_TOML: &str = "not valid TOML: ";
+
 /// Parses a document. Syntax errors are reported at once, at most one per line.
 pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, SceneErrors> {
     let (table, errors) = DeTable::parse_recoverable(text);
@@ -135,7 +137,10 @@ fn syntax_error(
                     .with_help("text goes in double quotes")
             }
         }
-        message => place.error(format!("not valid TOML: {message}")),
+        message if message.starts_with("missing comma") => place
+            .error(format!("{NOT_TOML}{message}"))
+            .with_help("is a list or table before this line not closed?"),
+        message => place.error(format!("{NOT_TOML}{message}")),
     }
 }
 

@@ -1,3 +1,6 @@
 //! The contract of the scene format: the shared scenes, the exact text of errors, overrides, garbage.
 
+mod bad;
+mod garbage;
+mod set;
 mod shared;

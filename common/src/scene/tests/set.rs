@@ -1,0 +1,170 @@
+//! `--set KEY=VALUE`.
+
+use std::path::Path;
+
+use super::bad::completed;
+use crate::scene::*;
+
+const SCENE: &str = r#"
+[materials.sand]
+density = 2600.0
+normal = { law = "hertz", youngs_modulus = 1e7, poisson_ratio = 0.2, restitution = 0.5 }
+tangential = { law = "mindlin", friction = 0.5 }
+
+[[insertions]]
+name = "rain"
+region = { shape = "sphere", origin = [0, 0, 0], radius = 1 }
+material = "sand"
+psd = { kind = "monodisperse", diameter = 1e-3 }
+total = { number = 2000 }
+
+[[regions]]
+name = "upper half"
+region = { shape = "sphere", origin = [0, 0, 0], radius = 1 }
+"#;
+
+fn with(overrides: &[&str]) -> Result<Scene, SceneErrors> {
+    let overrides: Vec<String> = overrides.iter().map(|&s| s.to_owned()).collect();
+    parse_scene(
+        Path::new("set.toml"),
+        &completed(SCENE),
+        &overrides,
+        Files::Unchecked,
+    )
+}
+
+fn good(overrides: &[&str]) -> Scene {
+    with(overrides).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn total(scene: &Scene) -> Total {
+    scene.insertions[0].total.as_ref().expect("a total").value
+}
+
+#[test]
+fn keys_are_replaced_and_added() {
+    assert_eq!(*good(&["time.end=0.25"]).time.end, 0.25);
+    assert_eq!(*good(&[" time . end = 0.25 "]).time.end, 0.25);
+    assert_eq!(*good(&["time.end=0.25", "time.end=0.5"]).time.end, 0.5);
+    assert_eq!(good(&["seed=7"]).seed, 7);
+    assert_eq!(good(&["title=hello world"]).title, "hello world");
+    assert_eq!(good(&["title=\"a = b\""]).title, "a = b");
+    let scene = good(&["materials.sand.tangential.friction=0.3"]);
+    let Some(TangentialLaw::Mindlin { friction, .. }) = scene.materials[1]
+        .tangential
+        .as_deref()
+        .or(scene.materials[0].tangential.as_deref())
+    else {
+        panic!("mindlin")
+    };
+    assert_eq!(**friction, 0.3);
+    assert_eq!(friction.place.source_name(), "--set");
+    assert_eq!(friction.place.text(), "0.3");
+    assert_eq!(
+        good(&["contact.tangential_history=incremental"])
+            .contact
+            .tangential_history,
+        TangentialHistory::Incremental
+    );
+    assert_eq!(*good(&["materials.steel={density=7800.0, normal={law=\"linear\", stiffness=1.0, restitution=0.5}}"])
+        .materials[2].density, 7800.0);
+    assert!(good(&["insertions=[]"]).insertions.is_empty());
+}
+
+#[test]
+fn entries_of_lists_go_by_index_and_by_name() {
+    assert_eq!(
+        total(&good(&["insertions[0].total.number=10"])),
+        Total::Number(10)
+    );
+    assert_eq!(
+        total(&good(&["insertions.rain.total.number=10"])),
+        Total::Number(10)
+    );
+    assert_eq!(
+        total(&good(&["insertions.rain.total={ mass = 0.5 }"])),
+        Total::Mass(0.5)
+    );
+    assert_eq!(
+        *good(&["domain.max[2]=2.5"]).domain.max,
+        glam::DVec3::new(1.0, 1.0, 2.5)
+    );
+    let scene = good(&["regions.\"upper half\".region.radius=3"]);
+    let Region::Sphere { radius, .. } = &scene.regions[0].region.value else {
+        panic!("sphere")
+    };
+    assert_eq!(**radius, 3.0);
+}
+
+#[test]
+fn wrong_overrides_are_named() {
+    let cases = [
+        (
+            "time.end",
+            "--set time.end: there is no `=` in it\nhelp: write it as KEY=VALUE, for example time.end=0.1",
+        ),
+        (
+            "=1",
+            "--set =1: a key is missing before the `=`\nhelp: write it as KEY=VALUE, for example time.end=0.1",
+        ),
+        ("time.end=", "--set time.end=: a value is missing here"),
+        (
+            "time.end=-1",
+            "--set time.end=-1: time.end: the end lies before the start: must be > 0, got -1",
+        ),
+        (
+            "time.end=soon",
+            "--set time.end=soon: time.end: expected a number, got a string",
+        ),
+        (
+            "time.ende=1",
+            "--set time.ende=1: time.ende: is not a known key\nhelp: did you mean `end`?",
+        ),
+        (
+            "tme.end=1",
+            "--set tme.end=1: tme: is not a known key\nhelp: did you mean `time`?",
+        ),
+        (
+            "time.end.x=1",
+            "--set time.end.x=1: time.end: is a number, there are no keys below it",
+        ),
+        (
+            "time[0]=1",
+            "--set time[0]=1: time: is a table, it has no item [0]",
+        ),
+        (
+            "insertions[1].attempts=2",
+            "--set insertions[1].attempts=2: insertions: there is no item [1]: the list has 1, counted from 0",
+        ),
+        (
+            "insertions.rian.attempts=2",
+            "--set insertions.rian.attempts=2: insertions.rian: there is nothing named `rian`\nhelp: did you mean `rain`?",
+        ),
+        (
+            "insertions.feed.attempts=2",
+            "--set insertions.feed.attempts=2: insertions.feed: there is nothing named `feed`\nhelp: there are: rain",
+        ),
+        (
+            "materials.snad.density=1",
+            "--set materials.snad.density=1: materials.snad: there is nothing named `snad`\nhelp: did you mean `sand`?",
+        ),
+        (
+            "gravity=[0, 0",
+            "--set gravity=[0, 0: not valid TOML: unclosed array, expected `]`",
+        ),
+        (
+            "insertions.rain.total.mass=1",
+            "--set insertions.rain.total.mass=1: insertions.rain.total.mass: cannot be given together with `number`: choose one",
+        ),
+    ];
+    for (argument, expected) in cases {
+        let errors = with(&[argument]).expect_err(argument);
+        assert_eq!(errors.to_string(), expected, "{argument}");
+    }
+}
+
+#[test]
+fn all_wrong_overrides_are_reported() {
+    let errors = with(&["time.end=-1", "time.step=-1", "nothing"]).expect_err("three mistakes");
+    assert_eq!(errors.0.len(), 3, "{errors}");
+}
