@@ -2,3 +2,5 @@
 
 pub mod closed_forms;
 pub mod reference;
+#[cfg(doctest)]
+mod how_to;
