@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::read_scene;
+use mercury_common::scene::{Files, parse_scene, read_scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
@@ -42,4 +42,39 @@ fn the_index_names_every_scene() {
             "{name} is not in the index"
         );
     }
+}
+
+/// The blocks of a page that are fenced as TOML.
+fn toml_blocks(page: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(folder().join("..").join(page)).expect("the page is there");
+    text.split("```toml\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap_or_default().to_owned())
+        .collect()
+}
+
+#[test]
+fn the_scene_of_the_readme_parses() {
+    let blocks = toml_blocks("README.md");
+    assert_eq!(blocks.len(), 1);
+    let read = parse_scene(Path::new("README.toml"), &blocks[0], &[], Files::MustExist);
+    if let Err(errors) = read {
+        panic!("{errors}");
+    }
+}
+
+#[test]
+fn the_steps_of_the_tutorial_lead_to_the_drum() {
+    let lines = |text: &str| -> Vec<String> {
+        text.lines()
+            .map(|line| line.split('#').next().unwrap_or_default().trim().to_owned())
+            .filter(|line| !line.is_empty())
+            .collect()
+    };
+    let drum = std::fs::read_to_string(folder().join("drum.toml")).expect("the scene is there");
+    let mut wanted = lines(&drum);
+    let mut shown = lines(&toml_blocks("docs/how-to/write-a-scene.md").concat());
+    wanted.sort();
+    shown.sort();
+    assert_eq!(shown, wanted);
 }
