@@ -1,42 +1,223 @@
-//! Boundaries: what adds and removes particles.
+//! Boundaries: what adds particles and what takes them out.
+//!
+//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] removes the particles whose centre
+//! is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
+//! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
+//! ([`Boundaries::listed`]): that misses nobody as long as no particle moves more than half a skin in a single step.
+//!
+//! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
+//! waits for the next step if `attempts` consecutive places fail. It is never exchanged for one that fits, which keeps sizes
+//! unbiased.
+
+mod crowd;
+mod deletion;
+mod insertion;
+mod placement;
+mod plans;
+mod region;
+mod row_map;
+mod schedule;
+mod tally;
+#[cfg(test)]
+mod tests;
+
+pub use insertion::{InsertionState, Limit, Pending};
+pub use plans::{DeletionPlan, Ingredient, InsertionPlan, Rate};
+pub use region::Region;
+pub use tally::Tally;
+
+pub use mercury_common::scene::{Quantity, Total};
+
+use deletion::{Deletion, Exit};
+use insertion::{Insertion, Surroundings};
+use row_map::RowMap;
 
 use crate::neighbours::Images;
 use crate::particles::Particles;
 use crate::plan::Plan;
 use crate::walls::WallState;
 
-/// Insertions and deletions of a run, and what they counted.
+/// All of the boundaries that must be kept to go on later with the same numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Boundaries {}
+pub struct BoundaryState {
+    /// Insertions, in the order of the plan.
+    pub insertions: Vec<InsertionState>,
+    /// What each deletion region took out, in the order of the plan.
+    pub deletions: Vec<Tally>,
+    /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
+    pub faces: [Tally; 6],
+}
 
-/// Insertion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InsertionPlan {}
-/// Deletion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DeletionPlan {}
+/// Insertions and deletions of a run, and what they counted.
+#[derive(Debug, Clone)]
+pub struct Boundaries {
+    insertions: Vec<Insertion>,
+    deletion: Deletion,
+    deleted: Vec<Tally>,
+    faces: [Tally; 6],
+    rows: RowMap,
+    /// How far a particle may be from where it was listed, m.
+    margin: f64,
+    images: Images,
+    wall_images: Vec<Vec<u32>>,
+}
 
 impl Boundaries {
-    /// Of a plan.
+    /// Of a plan, before anything has come or gone.
     #[must_use]
-    pub fn new(_plan: &Plan) -> Self {
-        Self {}
+    pub fn new(plan: &Plan) -> Self {
+        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+        Self {
+            insertions: plan
+                .insertions
+                .iter()
+                .map(|insertion| Insertion::new(insertion, plan))
+                .collect(),
+            deletion: Deletion::new(plan),
+            deleted: vec![Tally::default(); plan.deletions.len()],
+            faces: [Tally::default(); 6],
+            rows: RowMap::default(),
+            margin: 0.0,
+            wall_images: placement::wall_images(&plan.walls, &images),
+            images,
+        }
     }
-    /// Removes and inserts particles at this time (s); returns whether rows changed.
+
+    /// Removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended.
     pub fn exchange(
         &mut self,
-        _particles: &mut Particles,
-        _plan: &Plan,
-        _images: &Images,
-        _walls: &[WallState],
-        _time: f64,
+        particles: &mut Particles,
+        plan: &Plan,
+        images: &Images,
+        walls: &[WallState],
+        time: f64,
     ) -> bool {
-        false
+        let mut changed = self.delete(particles, plan, images);
+        let around = Surroundings {
+            plan,
+            images,
+            walls,
+            wall_images: &self.wall_images,
+            margin: self.margin,
+            time,
+        };
+        for (insertion, of_plan) in self.insertions.iter_mut().zip(&plan.insertions) {
+            changed |= insertion.insert(of_plan, particles, &around);
+        }
+        if changed {
+            self.deletion.forget_near();
+        }
+        changed
     }
-    /// Row map.
+
+    /// Removes what has left; returns whether anything had.
+    fn delete(&mut self, particles: &mut Particles, plan: &Plan, images: &Images) -> bool {
+        let gone = self.deletion.find(particles, images);
+        if gone.is_empty() {
+            return false;
+        }
+        for &(row, exit) in &gone {
+            let row = row as usize;
+            let tally = match exit {
+                Exit::Region(index) => &mut self.deleted[index],
+                Exit::Face(face) => &mut self.faces[face],
+            };
+            tally.count(
+                &particles.records[row],
+                particles.masses[row],
+                plan.dimensions,
+            );
+        }
+        let rows = particles.len();
+        let stay = deletion::remove(particles, &gone);
+        self.rows.keep(&stay, rows);
+        for insertion in &mut self.insertions {
+            insertion.forget_crowd();
+        }
+        true
+    }
+
+    /// For each row of the last list its present row, `u32::MAX` if it was removed. The list must be built anew at once, from
+    /// all `rows` present ones.
     pub fn take_row_map(&mut self, rows: usize) -> Vec<u32> {
-        (0..rows as u32).collect()
+        self.rows.take(rows)
     }
-    /// The list was built.
-    pub fn listed(&mut self, _particles: &Particles, _skin: f64) {}
+
+    /// The list was built with this skin (m), the particles sorted: finds those that may reach an exit before the next build.
+    pub fn listed(&mut self, particles: &Particles, skin: f64) {
+        // Particles move up to half a skin while the list is valid; the other half is for the step that ends its life.
+        self.margin = skin;
+        self.deletion.listed(particles, &self.images, skin);
+        for insertion in &mut self.insertions {
+            insertion.forget_crowd();
+        }
+    }
+
+    /// All that must be kept to go on later.
+    #[must_use]
+    pub fn state(&self) -> BoundaryState {
+        BoundaryState {
+            insertions: self.insertions.iter().map(Insertion::state).collect(),
+            deletions: self.deleted.clone(),
+            faces: self.faces,
+        }
+    }
+
+    /// Goes on from a state of the same plan that was taken after a step, when the present list (m of skin) had `rows` rows.
+    pub fn restore(&mut self, state: &BoundaryState, rows: usize, skin: f64) {
+        for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
+            insertion.restore(*state);
+        }
+        for (tally, kept) in self.deleted.iter_mut().zip(&state.deletions) {
+            *tally = *kept;
+        }
+        self.faces = state.faces;
+        self.rows = RowMap::of_list(rows);
+        self.margin = skin;
+        self.deletion.forget_near();
+    }
+
+    /// What each insertion has done, in the order of the plan.
+    pub fn insertions(&self) -> impl ExactSizeIterator<Item = &InsertionState> {
+        self.insertions.iter().map(|insertion| &insertion.state)
+    }
+
+    /// What each deletion region took out, in the order of the plan.
+    #[must_use]
+    pub fn deletions(&self) -> &[Tally] {
+        &self.deleted
+    }
+
+    /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
+    #[must_use]
+    pub fn faces(&self) -> &[Tally; 6] {
+        &self.faces
+    }
+
+    /// All that came in.
+    #[must_use]
+    pub fn inserted(&self) -> Tally {
+        sum(self.insertions.iter().map(|each| &each.state.inserted))
+    }
+
+    /// All that went out.
+    #[must_use]
+    pub fn removed(&self) -> Tally {
+        sum(self.deleted.iter().chain(&self.faces))
+    }
+
+    /// Whether particles may still come: the run is not over when those present are at rest.
+    #[must_use]
+    pub fn expects_more(&self) -> bool {
+        self.insertions
+            .iter()
+            .any(|insertion| !insertion.state.is_finished())
+    }
+}
+
+fn sum<'a>(tallies: impl Iterator<Item = &'a Tally>) -> Tally {
+    tallies.fold(Tally::default(), |mut sum, tally| {
+        sum.add(tally);
+        sum
+    })
 }

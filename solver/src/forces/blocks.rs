@@ -49,7 +49,7 @@ impl Outbox {
         let row = (ahead & (block_size - 1)) as u32;
         self.lists[ahead >> shift].push(Parked {
             row,
-            load: Load { force, torque },
+            load: Load::new(force, torque),
         });
     }
 

@@ -13,7 +13,7 @@ use super::{
 use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
 use crate::particles::{Load, Particle, Particles};
-use crate::walls::{MAX_TOUCHES, Touches};
+use crate::walls::{Shape, Touch, Touches, Wall, WallState};
 
 type Histories<N, T, R> = (
     <N as NormalLaw>::History,
@@ -26,14 +26,28 @@ type Histories<N, T, R> = (
 struct Slot<H> {
     /// Row of the partner.
     partner: u32,
-    /// Image code of the partner, and [`TOUCHING`].
+    /// Image code of the partner, [`TOUCHING`], and the owner.
     state: u32,
     history: H,
 }
 
 /// Set in [`Slot::state`] while the two touch.
 const TOUCHING: u32 = 1 << 8;
+/// The image code's bits in [`Slot::state`].
 const IMAGE: u32 = TOUCHING - 1;
+/// The row within the block that owns the slot stands in the upper half of [`Slot::state`].
+const OWNER_SHIFT: u32 = 16;
+
+impl<H> Slot<H> {
+    /// Row of the owner within the block.
+    #[inline(always)]
+    fn owner(&self) -> usize {
+        (self.state >> OWNER_SHIFT) as usize
+    }
+}
+
+/// Slots that are searched for contacts before the contacts found are evaluated.
+const CHUNK: usize = 128;
 
 /// A feature of a wall that a particle touches, with its history.
 #[derive(Debug, Clone, Copy)]
@@ -45,12 +59,24 @@ struct WallSlot<H> {
 
 const FREE: u32 = u32::MAX;
 
+impl<H: History> WallSlot<H> {
+    /// The contact has ended.
+    #[inline(always)]
+    fn clear(&mut self) {
+        if self.feature != FREE {
+            *self = Self {
+                feature: FREE,
+                history: H::default(),
+            };
+        }
+    }
+}
+
 /// A block of consecutive rows with the slots that they own.
 #[derive(Debug)]
 struct Block<H> {
     rows: Range<usize>,
-    /// First slot of each row of the block, and the number of slots at the end.
-    start: Vec<u32>,
+    /// In the order of their owners.
     slots: Vec<Slot<H>>,
     near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
@@ -90,7 +116,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                 let first = index * self.block_size;
                 Block {
                     rows: first..rows.min(first + self.block_size),
-                    start: vec![0],
                     slots: Vec::new(),
                     near_walls: Vec::new(),
                     wall_slots: Vec::new(),
@@ -108,17 +133,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             return carried;
         }
         for block in &self.blocks {
-            for (k, row) in block.rows.clone().enumerate() {
-                let row = new_row[row];
-                for slot in &block.slots[block.start[k] as usize..block.start[k + 1] as usize] {
-                    let partner = new_row[slot.partner as usize];
-                    if slot.state & TOUCHING != 0 && row != u32::MAX && partner != u32::MAX {
-                        carried.push(if row < partner {
-                            (row, partner, slot.history)
-                        } else {
-                            (partner, row, slot.history.swapped())
-                        });
-                    }
+            for slot in block.slots.iter().filter(|slot| slot.state & TOUCHING != 0) {
+                let row = new_row[block.rows.start + slot.owner()];
+                let partner = new_row[slot.partner as usize];
+                if row != u32::MAX && partner != u32::MAX {
+                    carried.push(if row < partner {
+                        (row, partner, slot.history)
+                    } else {
+                        (partner, row, slot.history.swapped())
+                    });
                 }
             }
         }
@@ -156,8 +179,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         self.cut(rows);
         let (mut next, mut next_near) = (0, 0);
         for block in &mut self.blocks {
-            block.start.reserve(block.rows.len());
-            for row in block.rows.clone() {
+            for (owner, row) in block.rows.clone().enumerate() {
                 let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
                 // What this row carries lies in one run, in no particular relation to the order of its entries.
                 let run = next;
@@ -173,11 +195,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                     let touching = if history.is_some() { TOUCHING } else { 0 };
                     block.slots.push(Slot {
                         partner: entry.partner,
-                        state: entry.image | touching,
+                        state: entry.image | touching | (owner as u32) << OWNER_SHIFT,
                         history: history.unwrap_or_default(),
                     });
                 }
-                block.start.push(block.slots.len() as u32);
             }
             while next_near < near_walls.len()
                 && (near_walls[next_near].row as usize) < block.rows.end
@@ -287,17 +308,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         };
         let (mut pairs, mut walls) = (Vec::new(), Vec::new());
         for block in &self.blocks {
-            for (k, row) in block.rows.clone().enumerate() {
-                for slot in &block.slots[block.start[k] as usize..block.start[k + 1] as usize] {
-                    pairs.push(SavedSlot {
-                        row: row as u32,
-                        partner: slot.partner,
-                        image: slot.state & IMAGE,
-                        touching: slot.state & TOUCHING != 0,
-                        feature: FREE,
-                        history: numbers(&slot.history),
-                    });
-                }
+            for slot in &block.slots {
+                pairs.push(SavedSlot {
+                    row: (block.rows.start + slot.owner()) as u32,
+                    partner: slot.partner,
+                    image: slot.state & IMAGE,
+                    touching: slot.state & TOUCHING != 0,
+                    feature: FREE,
+                    history: numbers(&slot.history),
+                });
             }
             let mut first = 0;
             for near in &block.near_walls {
@@ -321,18 +340,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         self.cut(rows);
         let (mut next, mut next_wall) = (0, 0);
         for block in &mut self.blocks {
-            for row in block.rows.clone() {
+            for (owner, row) in block.rows.clone().enumerate() {
                 while next < pairs.len() && pairs[next].row as usize == row {
                     let saved = &pairs[next];
                     let touching = if saved.touching { TOUCHING } else { 0 };
                     block.slots.push(Slot {
                         partner: saved.partner,
-                        state: saved.image | touching,
+                        state: saved.image | touching | (owner as u32) << OWNER_SHIFT,
                         history: <Histories<N, T, R>>::read(&saved.history),
                     });
                     next += 1;
                 }
-                block.start.push(block.slots.len() as u32);
             }
             while next_wall < walls.len() && (walls[next_wall].row as usize) < block.rows.end {
                 let saved = &walls[next_wall];
@@ -398,38 +416,39 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         loads: &mut [Load],
     ) {
         let first_row = block.rows.start;
-        let mut begin = block.start[0] as usize;
-        for k in 0..block.rows.len() {
-            let end = block.start[k + 1] as usize;
-            let a = &self.records[first_row + k];
-            let laws = &self.laws[a.material as usize * self.materials..][..self.materials];
-            let mut load = Load::default();
-            for slot in &mut block.slots[begin..end] {
-                let b = &self.records[slot.partner as usize];
-                let mut offset = a.position - b.position;
-                if PERIODIC {
-                    offset -= self.context.images.shift(slot.state & IMAGE);
-                }
+        let records = self.records;
+        let mut found = [(0u32, 0.0f64); CHUNK];
+        for slots in block.slots.chunks_mut(CHUNK) {
+            // Which slots touch can hardly be predicted; finding them without a branch first keeps the processor from
+            // throwing away half-done contacts.
+            let mut count = 0;
+            for (k, slot) in slots.iter_mut().enumerate() {
+                let a = &records[first_row + slot.owner()];
+                let b = &records[slot.partner as usize];
+                let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
                 let reach = a.radius + b.radius;
-                let squared = offset.length_squared();
-                if squared >= reach * reach {
-                    if slot.state & TOUCHING != 0 {
-                        slot.state &= IMAGE;
-                        slot.history = Default::default();
-                    }
-                    continue;
+                let touches = squared < reach * reach;
+                found[count] = (k as u32, squared);
+                count += usize::from(touches);
+                if !touches && slot.state & TOUCHING != 0 {
+                    slot.state &= !TOUCHING;
+                    slot.history = Default::default();
                 }
+            }
+            for &(k, squared) in &found[..count] {
+                let slot = &mut slots[k as usize];
+                let owner = slot.owner();
+                let a = &records[first_row + owner];
+                let b = &records[slot.partner as usize];
+                let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
                 let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, squared);
-                let law = &laws[b.material as usize];
+                let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
                 let turning = contact.normal.cross(action.tangential);
-                load.add(action.force, action.couple - turning * lever_a);
-                let share = Load {
-                    force: -action.force,
-                    torque: -action.couple - turning * lever_b,
-                };
+                loads[owner].add(action.force, action.couple - turning * lever_a);
+                let share = Load::new(-action.force, -action.couple - turning * lever_b);
                 let ahead = slot.partner as usize - first_row;
                 match loads.get_mut(ahead) {
                     Some(partner) => partner.add(share.force, share.torque),
@@ -448,7 +467,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     block.observation.particle_contacts += 1;
                     let depth = contact.overlap / a.radius.min(b.radius);
                     let seen = Seen {
-                        row: first_row + k,
+                        row: first_row + owner,
                         partner,
                         lever: lever_a,
                         depth,
@@ -465,8 +484,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     );
                 }
             }
-            loads[k].add(load.force, load.torque);
-            begin = end;
+        }
+    }
+
+    /// x_A - x_B, of the image of B that is listed, m.
+    #[inline(always)]
+    fn offset<const PERIODIC: bool, H>(&self, a: &Particle, b: &Particle, slot: &Slot<H>) -> DVec3 {
+        let offset = a.position - b.position;
+        if PERIODIC {
+            offset - self.context.images.shift(slot.state & IMAGE)
+        } else {
+            offset
         }
     }
 
@@ -483,110 +511,132 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             first += near.features as usize;
             let wall = &context.walls[near.wall as usize];
             let state = &context.wall_states[near.wall as usize];
-            touches.clear();
             let a = &self.records[near.row as usize];
             let centre = a.position + context.images.shift(u32::from(near.image));
+            let side = WallSide {
+                near,
+                wall,
+                state,
+                centre,
+            };
+            let load = &mut loads[near.row as usize - block.rows.start];
+            let observation = &mut block.observation;
+            if let Shape::Plane(plane) = &wall.shape {
+                // A plane has one feature: most walls of most scenes need no search.
+                let touch = if state.present {
+                    plane.touch(state.into_wall(centre), a.radius)
+                } else {
+                    None
+                };
+                match touch {
+                    Some(touch) => {
+                        slots[0].feature = touch.feature;
+                        self.touch_wall::<WATCHED>(
+                            a,
+                            &side,
+                            &touch,
+                            &mut slots[0],
+                            load,
+                            observation,
+                        );
+                    }
+                    None => slots[0].clear(),
+                }
+                continue;
+            }
+            touches.clear();
             if state.present {
                 wall.shape
                     .touches(state.into_wall(centre), a.radius, &mut touches);
             }
-            // Slots whose feature is touched no longer give their history to an adjacent feature that is new, then go free.
-            let mut given = [false; MAX_TOUCHES];
-            for touch in touches.iter() {
-                if slots.iter().any(|slot| slot.feature == touch.feature) {
-                    continue;
-                }
-                let old = slots.iter().position(|slot| {
-                    slot.feature != FREE
-                        && !touches.iter().any(|touch| touch.feature == slot.feature)
-                        && wall.shape.adjacent(slot.feature, touch.feature)
-                });
-                let free = || {
-                    slots.iter().position(|slot| {
-                        slot.feature == FREE
-                            || !touches.iter().any(|touch| touch.feature == slot.feature)
-                    })
-                };
-                match old.or_else(free) {
-                    Some(index) => {
-                        if old.is_none() {
-                            slots[index].history = Default::default();
-                        }
-                        slots[index].feature = touch.feature;
+            assign(slots, &touches, &wall.shape);
+            for slot in slots {
+                match touches.iter().find(|touch| touch.feature == slot.feature) {
+                    Some(touch) => {
+                        self.touch_wall::<WATCHED>(a, &side, touch, slot, load, observation);
                     }
-                    // More features than were near when the list was built cannot be: the margin covers the motion.
-                    None => debug_assert!(false, "no slot for a wall feature"),
+                    None => slot.clear(),
                 }
             }
-            for (index, slot) in slots.iter_mut().enumerate() {
-                let touch = touches.iter().find(|touch| touch.feature == slot.feature);
-                given[index] = touch.is_some();
-                let Some(touch) = touch else {
-                    if slot.feature != FREE {
-                        *slot = WallSlot {
-                            feature: FREE,
-                            history: Default::default(),
-                        };
-                    }
-                    continue;
-                };
-                let normal = state.out_of_wall(touch.normal);
-                let overlap = a.radius - touch.distance;
-                let lever = a.radius - 0.5 * overlap;
-                let arm = normal * -lever;
-                let velocity =
-                    a.velocity + a.angular_velocity.cross(arm) - state.velocity.at(centre + arm);
-                let normal_velocity = velocity.dot(normal);
-                let contact = Contact {
-                    normal,
-                    distance: touch.distance,
-                    overlap,
-                    effective_radius: if context.wall_curvature {
-                        curved_radius(a.radius, touch.curvature)
-                    } else {
-                        a.radius
-                    },
-                    effective_mass: 1.0 / a.inverse_mass,
-                    normal_velocity,
-                    tangential_velocity: velocity - normal * normal_velocity,
-                    centre_velocity: DVec3::ZERO,
-                    spin: a.angular_velocity - state.velocity.angular_velocity,
-                };
-                let law = &self.laws[a.material as usize * self.materials + wall.material as usize];
-                let before = slot.history;
-                let action = law.act(&contact, context.spring_time, &mut slot.history);
-                let torque = action.couple + arm.cross(action.tangential);
-                loads[near.row as usize - block.rows.start].add(action.force, torque);
-                if WATCHED {
-                    let observation = &mut block.observation;
-                    observation.wall_contacts += 1;
-                    let partner = Partner::Wall {
-                        wall: near.wall,
-                        image: u32::from(near.image),
-                    };
-                    let depth = overlap / a.radius;
-                    let seen = Seen {
-                        row: near.row as usize,
-                        partner,
-                        lever,
-                        depth,
-                    };
-                    let histories = (before, slot.history);
-                    self.see(observation, a, seen, law, &contact, &action, histories);
-                    let point = centre + arm;
-                    let (load, power) = &mut observation.walls[near.wall as usize];
-                    let about = point - state.reference;
-                    load.add(-action.force, -about.cross(action.force) - action.couple);
-                    let watts = action.force.dot(state.velocity.at(point))
-                        + action.couple.dot(state.velocity.angular_velocity);
-                    *power += watts;
-                    if let Some(Watch {
-                        audit: Some(dt), ..
-                    }) = context.watch
-                    {
-                        observation.wall_work += watts * dt;
-                    }
-                }
+        }
+    }
+
+    /// The contact of a particle with one feature of a wall.
+    #[inline(always)]
+    fn touch_wall<const WATCHED: bool>(
+        &self,
+        a: &Particle,
+        side: &WallSide<'_>,
+        touch: &Touch,
+        slot: &mut WallSlot<Histories<N, T, R>>,
+        load: &mut Load,
+        observation: &mut Observation,
+    ) {
+        let (context, state) = (self.context, side.state);
+        let normal = state.out_of_wall(touch.normal);
+        let overlap = a.radius - touch.distance;
+        let lever = a.radius - 0.5 * overlap;
+        let arm = normal * -lever;
+        let mut velocity = a.velocity + a.angular_velocity.cross(arm);
+        let mut spin = a.angular_velocity;
+        if state.moves {
+            velocity -= state.velocity.at(side.centre + arm);
+            spin -= state.velocity.angular_velocity;
+        }
+        let normal_velocity = velocity.dot(normal);
+        let contact = Contact {
+            normal,
+            distance: touch.distance,
+            overlap,
+            effective_radius: if context.wall_curvature {
+                curved_radius(a.radius, touch.curvature)
+            } else {
+                a.radius
+            },
+            effective_mass: 1.0 / a.inverse_mass,
+            normal_velocity,
+            tangential_velocity: velocity - normal * normal_velocity,
+            centre_velocity: DVec3::ZERO,
+            spin,
+        };
+        let law = &self.laws[a.material as usize * self.materials + side.wall.material as usize];
+        let before = slot.history;
+        let action = law.act(&contact, context.spring_time, &mut slot.history);
+        load.add(action.force, action.couple + arm.cross(action.tangential));
+        if WATCHED {
+            observation.wall_contacts += 1;
+            let partner = Partner::Wall {
+                wall: side.near.wall,
+                image: u32::from(side.near.image),
+            };
+            let depth = overlap / a.radius;
+            let seen = Seen {
+                row: side.near.row as usize,
+                partner,
+                lever,
+                depth,
+            };
+            self.see(
+                observation,
+                a,
+                seen,
+                law,
+                &contact,
+                &action,
+                (before, slot.history),
+            );
+            let point = side.centre + arm;
+            let (wall_load, power) = &mut observation.walls[side.near.wall as usize];
+            let about = point - state.reference;
+            wall_load.add(-action.force, -about.cross(action.force) - action.couple);
+            let watts = action.force.dot(state.velocity.at(point))
+                + action.couple.dot(state.velocity.angular_velocity);
+            *power += watts;
+            if let Some(Watch {
+                audit: Some(dt), ..
+            }) = context.watch
+            {
+                observation.wall_work += watts * dt;
             }
         }
     }
@@ -655,6 +705,41 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     }
 }
 
+/// The wall's side of a contact.
+struct WallSide<'a> {
+    near: &'a NearWall,
+    wall: &'a Wall,
+    state: &'a WallState,
+    /// Centre of the particle's image that is near, m.
+    centre: DVec3,
+}
+
+/// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the
+/// history, of an adjacent feature that is no longer touched, or else a free slot without history.
+fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shape) {
+    for touch in touches.iter() {
+        if slots.iter().any(|slot| slot.feature == touch.feature) {
+            continue;
+        }
+        let left = |slot: &WallSlot<H>| {
+            slot.feature == FREE || !touches.iter().any(|touch| touch.feature == slot.feature)
+        };
+        let from = slots.iter().position(|slot| {
+            slot.feature != FREE && left(slot) && shape.adjacent(slot.feature, touch.feature)
+        });
+        match from.or_else(|| slots.iter().position(left)) {
+            Some(index) => {
+                if from.is_none() {
+                    slots[index].clear();
+                }
+                slots[index].feature = touch.feature;
+            }
+            // The margin covers the motion until the next list: every feature that can be touched was counted.
+            None => debug_assert!(false, "no slot for a feature of a wall"),
+        }
+    }
+}
+
 /// A contact that is being observed.
 struct Seen {
     row: usize,
@@ -707,6 +792,12 @@ fn meet<T: TangentialLaw, R: RollingLaw>(
         spin,
     };
     (contact, lever_a, lever_b)
+}
+
+/// Concentric particles have no normal; any will do to push them apart.
+#[cold]
+fn any_normal() -> DVec3 {
+    DVec3::X
 }
 
 /// R* at a wall with the given principal curvatures (1/m, positive if convex towards the particle): the geometric mean of the

@@ -21,11 +21,11 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// For particles of these radii (m): starts at 0.3 of the mean radius.
+    /// For particles of these radii (m): starts at a tenth of the mean radius.
     #[must_use]
     pub fn new(smallest_radius: f64, mean_radius: f64) -> Self {
         Self {
-            thickness: 0.3 * mean_radius,
+            thickness: 0.1 * mean_radius,
             least: 0.02 * smallest_radius,
             largest: 1.0 * mean_radius,
         }

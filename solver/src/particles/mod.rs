@@ -37,16 +37,33 @@ pub const FIXED: u32 = 1;
 pub const PRESCRIBED: u32 = 2;
 
 /// What contacts do to one particle in one step.
+///
+/// One cache line, each vector in a half of its own: sums on a particle follow each other closely, and the processor can
+/// hand a stored value on to the next load only if both have the same shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub struct Load {
     /// Force, N.
     pub force: DVec3,
+    unused_force: f64,
     /// Torque about the centre, N m.
     pub torque: DVec3,
+    unused_torque: f64,
 }
 
 impl Load {
+    /// A force (N) and a torque (N m).
+    #[inline(always)]
+    #[must_use]
+    pub fn new(force: DVec3, torque: DVec3) -> Self {
+        Self {
+            force,
+            unused_force: 0.0,
+            torque,
+            unused_torque: 0.0,
+        }
+    }
+
     /// Adds a force (N) and a torque (N m).
     #[inline(always)]
     pub fn add(&mut self, force: DVec3, torque: DVec3) {

@@ -1,5 +1,24 @@
 //! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
+mod build;
+mod checks;
+mod insertions;
+mod mixing;
+mod parameter;
+mod particles;
+#[cfg(test)]
+mod tests;
+mod time_step;
+mod unsupported;
+mod usage;
+mod walls;
+
+pub use build::plan;
+pub use insertions::expected_number;
+pub use mixing::{PairPlan, harmonic_mean};
+pub use parameter::{Origin, Parameter, Value};
+pub use time_step::{Limit, Meeting, StepPlan};
+
 use glam::DVec3;
 
 use crate::boundaries::{DeletionPlan, InsertionPlan};
@@ -60,6 +79,14 @@ pub struct Plan {
     pub energy_budget: bool,
     /// What is written, and when.
     pub output: OutputPlan,
+    /// Every pair of materials that can meet, with all its numbers and where they came from.
+    pub pairs: Vec<PairPlan>,
+    /// Why the time step is what it is.
+    pub step: StepPlan,
+    /// What may be wrong with the run.
+    pub warnings: Vec<String>,
+    /// What else its user should know.
+    pub notes: Vec<String>,
 }
 
 impl Plan {
@@ -110,6 +137,10 @@ impl Plan {
                 track: Vec::new(),
                 digits: None,
             },
+            pairs: Vec::new(),
+            step: StepPlan::default(),
+            warnings: Vec::new(),
+            notes: Vec::new(),
         }
     }
 

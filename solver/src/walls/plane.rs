@@ -26,16 +26,23 @@ impl Plane {
         })
     }
 
+    /// The place where a sphere's centre (in the wall's own frame) is within `reach` (m) of the plane.
+    #[inline]
+    #[must_use]
+    pub fn touch(&self, centre: DVec3, reach: f64) -> Option<Touch> {
+        let distance = (centre - self.point).dot(self.normal);
+        (distance < reach).then_some(Touch {
+            distance,
+            normal: self.normal,
+            feature: 0,
+            curvature: [0.0; 2],
+        })
+    }
+
     #[inline]
     pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
-        let distance = (centre - self.point).dot(self.normal);
-        if distance < reach {
-            out.push(Touch {
-                distance,
-                normal: self.normal,
-                feature: 0,
-                curvature: [0.0; 2],
-            });
+        if let Some(touch) = self.touch(centre, reach) {
+            out.push(touch);
         }
     }
 

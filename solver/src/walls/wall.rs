@@ -34,26 +34,26 @@ pub struct WallState {
     pub velocity: RigidVelocity,
     /// The point about which its torque is given, now, m.
     pub reference: DVec3,
+    /// Whether it moves at all in the run.
+    pub moves: bool,
     /// Inverse of the pose's rotation.
     inverse: DQuat,
-    /// Whether the pose is the start's, so that nothing needs to be transformed.
-    at_start: bool,
 }
 
 impl Wall {
     /// The state at `time` (s) for steps of `dt` (s).
     #[must_use]
     pub fn state(&self, time: f64, dt: f64) -> WallState {
-        let at_start = self.motion.is_static();
-        let pose = if at_start {
-            Pose::IDENTITY
-        } else {
+        let moves = !self.motion.is_static();
+        let pose = if moves {
             self.motion.pose(time)
-        };
-        let velocity = if at_start {
-            RigidVelocity::REST
         } else {
+            Pose::IDENTITY
+        };
+        let velocity = if moves {
             self.motion.velocity((time - 0.5 * dt).max(0.0))
+        } else {
+            RigidVelocity::REST
         };
         WallState {
             present: time >= self.from && time < self.until,
@@ -61,7 +61,7 @@ impl Wall {
             velocity,
             reference: pose.to_global(self.reference),
             inverse: pose.rotation.conjugate(),
-            at_start,
+            moves,
         }
     }
 }
@@ -71,10 +71,10 @@ impl WallState {
     #[inline]
     #[must_use]
     pub fn into_wall(&self, position: DVec3) -> DVec3 {
-        if self.at_start {
-            position
-        } else {
+        if self.moves {
             self.inverse * (position - self.pose.translation)
+        } else {
+            position
         }
     }
 
@@ -82,10 +82,10 @@ impl WallState {
     #[inline]
     #[must_use]
     pub fn out_of_wall(&self, direction: DVec3) -> DVec3 {
-        if self.at_start {
-            direction
-        } else {
+        if self.moves {
             self.pose.rotation * direction
+        } else {
+            direction
         }
     }
 }

@@ -1,0 +1,72 @@
+//! What a plan says about insertions and deletions.
+
+use glam::DVec3;
+use mercury_common::scene::{Quantity, Total};
+use mercury_common::sizes::SizeDistribution;
+
+use super::Region;
+
+/// A source of particles, resolved.
+#[derive(Debug, Clone)]
+pub struct InsertionPlan {
+    /// Unique among insertions: its random streams follow from it and the seed.
+    pub name: String,
+    /// Where particles appear; they lie wholly inside.
+    pub region: Region,
+    /// What appears; at least one ingredient.
+    pub mixture: Vec<Ingredient>,
+    /// When it is done; `None`: only `until` ends it.
+    pub total: Option<Total>,
+    /// How fast particles may come; `None`: as fast as they fit.
+    pub rate: Option<Rate>,
+    /// Mean velocity, m/s.
+    pub velocity_mean: DVec3,
+    /// Largest deviation of each component, uniform, m/s.
+    pub velocity_spread: DVec3,
+    /// Active from this time on, s.
+    pub from: f64,
+    /// Ends at this time, s; infinite: never.
+    pub until: f64,
+    /// Consecutive failed placements before it waits for the next step; at least 1.
+    pub attempts: u64,
+}
+
+/// One ingredient of a mixture: spheres of a material.
+#[derive(Debug, Clone)]
+pub struct Ingredient {
+    /// Index of the material.
+    pub material: u32,
+    /// Its sizes.
+    pub sizes: SizeDistribution,
+    /// Its share by number: of the particles drawn. Shares need not sum to 1.
+    pub share: f64,
+}
+
+/// How fast particles come: the upper limit of what has been inserted at a time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rate {
+    /// A steady flow from [`InsertionPlan::from`] on.
+    Steady {
+        /// What is counted.
+        quantity: Quantity,
+        /// Particles, kg or m^3 per second.
+        per_second: f64,
+    },
+    /// A table of what has been inserted by when.
+    Table {
+        /// What is counted.
+        quantity: Quantity,
+        /// Time (s of the simulation, ascending) and cumulative amount (not decreasing); linear between rows, nothing before
+        /// the first row, going on at the slope of the last two rows after the last. To stop a flow write its end twice.
+        rows: Vec<[f64; 2]>,
+    },
+}
+
+/// A region in which particles are taken out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeletionPlan {
+    /// Unique among deletions.
+    pub name: String,
+    /// By particle centre.
+    pub region: Region,
+}

@@ -1,0 +1,62 @@
+//! Where the rows of the last candidate list went.
+
+/// Follows removals of rows from one list build to the next, so that contact histories find their particles.
+#[derive(Debug, Clone, Default)]
+pub(super) struct RowMap {
+    /// Rows of the last list.
+    listed: usize,
+    /// Present row of each, `u32::MAX` if removed; `None`: all where they were.
+    present: Option<Vec<u32>>,
+}
+
+impl RowMap {
+    /// Nothing has changed since a list of `listed` rows.
+    pub(super) fn of_list(listed: usize) -> Self {
+        Self {
+            listed,
+            present: None,
+        }
+    }
+
+    /// The rows `stay` of `rows` remain, in this order.
+    pub(super) fn keep(&mut self, stay: &[u32], rows: usize) {
+        let mut moved = vec![u32::MAX; rows];
+        for (new, &old) in stay.iter().enumerate() {
+            moved[old as usize] = new as u32;
+        }
+        let present = self
+            .present
+            .get_or_insert_with(|| (0..self.listed as u32).collect());
+        for row in present.iter_mut().filter(|row| **row != u32::MAX) {
+            *row = moved[*row as usize];
+        }
+    }
+
+    /// The present row of each row of the last list; the next list will have `rows`.
+    pub(super) fn take(&mut self, rows: usize) -> Vec<u32> {
+        let last = std::mem::replace(self, Self::of_list(rows));
+        last.present
+            .unwrap_or_else(|| (0..last.listed as u32).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn removals_and_insertions_compose_over_several_steps() {
+        let mut map = RowMap::default();
+        assert!(
+            map.take(5).is_empty(),
+            "before the first list there were no rows"
+        );
+        // Rows 0 1 2 3 4, one more comes (5): then 1 and 5 go.
+        map.keep(&[0, 2, 3, 4], 6);
+        // Left: 0 2 3 4, two more come (4, 5): then 0 and the first new one go.
+        map.keep(&[1, 2, 3, 5], 6);
+        assert_eq!(map.take(4), [u32::MAX, u32::MAX, 0, 1, 2]);
+        assert_eq!(map.take(7), [0, 1, 2, 3], "nothing moved since");
+        assert_eq!(map.take(0).len(), 7);
+    }
+}

@@ -1,0 +1,119 @@
+//! How much an insertion may have inserted by a time.
+
+use super::{InsertionPlan, Quantity, Rate, Tally, Total};
+
+/// Relative slack of totals of mass and volume, far above the round-off of their sums: a total that is a whole number of equal
+/// particles is met exactly.
+const ROUND_OFF: f64 = 1e-11;
+
+impl Rate {
+    /// What may have come by `time` (s) where the flow starts at `from` (s), and what is counted.
+    #[must_use]
+    pub fn allowed(&self, from: f64, time: f64) -> (Quantity, f64) {
+        match self {
+            Self::Steady {
+                quantity,
+                per_second,
+            } => (*quantity, per_second * (time - from).max(0.0)),
+            Self::Table { quantity, rows } => (*quantity, interpolate(rows, time)),
+        }
+    }
+}
+
+/// Linear between rows, zero before the first, and after the last at the slope of the last two.
+fn interpolate(rows: &[[f64; 2]], time: f64) -> f64 {
+    let after = rows.partition_point(|row| row[0] <= time);
+    match (after, rows.len()) {
+        (0, _) => 0.0,
+        (_, 1) => rows[0][1],
+        _ => {
+            let last = after.min(rows.len() - 1);
+            let ([t0, c0], [t1, c1]) = (rows[last - 1], rows[last]);
+            if t1 > t0 {
+                c0 + (c1 - c0) * ((time - t0) / (t1 - t0))
+            } else {
+                c1
+            }
+        }
+    }
+}
+
+/// How much of a quantity was counted.
+fn amount(tally: &Tally, quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Number => tally.number as f64,
+        Quantity::Mass => tally.mass,
+        Quantity::Volume => tally.volume,
+    }
+}
+
+impl InsertionPlan {
+    /// Whether all that was asked for has come; never for `full`.
+    #[must_use]
+    pub fn total_reached(&self, inserted: &Tally) -> bool {
+        match self.total {
+            Some(Total::Number(number)) => inserted.number >= number,
+            Some(Total::Mass(mass)) => inserted.mass >= mass * (1.0 - ROUND_OFF),
+            Some(Total::Volume(volume)) => inserted.volume >= volume * (1.0 - ROUND_OFF),
+            Some(Total::Full) | None => false,
+        }
+    }
+
+    /// Whether the rate lets no more come at `time` (s). The last particle may exceed what is allowed.
+    #[must_use]
+    pub fn rate_reached(&self, inserted: &Tally, time: f64) -> bool {
+        self.rate.as_ref().is_some_and(|rate| {
+            let (quantity, allowed) = rate.allowed(self.from, time);
+            amount(inserted, quantity) >= allowed * (1.0 - ROUND_OFF)
+        })
+    }
+
+    /// What it should have inserted by `time` (s): by its rate, else its total; `None` for `full` without rate.
+    #[must_use]
+    pub fn requested(&self, time: f64) -> Option<(Quantity, f64)> {
+        let total = match self.total {
+            Some(Total::Number(number)) => Some((Quantity::Number, number as f64)),
+            Some(Total::Mass(mass)) => Some((Quantity::Mass, mass)),
+            Some(Total::Volume(volume)) => Some((Quantity::Volume, volume)),
+            Some(Total::Full) | None => None,
+        };
+        let rate = self
+            .rate
+            .as_ref()
+            .map(|rate| rate.allowed(self.from, time.min(self.until)));
+        match (rate, total) {
+            (Some((of_rate, rate)), Some((of_total, total))) if of_rate == of_total => {
+                Some((of_rate, rate.min(total)))
+            }
+            (Some(rate), _) => Some(rate),
+            (None, total) => total.filter(|_| time >= self.from),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_linear_between_rows_and_go_on_at_the_last_slope() {
+        let rows = [[1.0, 0.0], [2.0, 10.0], [4.0, 14.0]];
+        for (time, expected) in [
+            (0.5, 0.0),
+            (1.0, 0.0),
+            (1.5, 5.0),
+            (2.0, 10.0),
+            (3.0, 12.0),
+            (4.0, 14.0),
+            (6.0, 18.0),
+        ] {
+            assert_eq!(interpolate(&rows, time), expected, "at {time} s");
+        }
+        let stopped = [[0.0, 0.0], [1.0, 5.0], [2.0, 5.0]];
+        assert_eq!(interpolate(&stopped, 9.0), 5.0);
+        let at_once = [[0.0, 0.0], [1.0, 0.0], [1.0, 5.0], [2.0, 5.0]];
+        assert_eq!(interpolate(&at_once, 1.0), 5.0);
+        assert_eq!(interpolate(&[[1.0, 3.0]], 7.0), 3.0);
+        assert_eq!(interpolate(&[], 7.0), 0.0);
+    }
+}

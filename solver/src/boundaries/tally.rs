@@ -1,0 +1,50 @@
+//! Counters of what crossed a boundary.
+
+use glam::DVec3;
+
+use crate::particles::{Particle, inverse_inertia_factor, volume};
+
+/// Sums over the particles that came in or went out somewhere. Velocities are those at the time of the event, which in the
+/// leapfrog order of a time step (kick, drift, boundaries, kick) is half a step before that of the positions.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// Particles.
+    pub number: u64,
+    /// kg (per metre in 2D).
+    pub mass: f64,
+    /// m^3 (m^2 in 2D).
+    pub volume: f64,
+    /// Momentum, kg m/s.
+    pub momentum: DVec3,
+    /// Mass times position, kg m: minus its product with gravity is the potential energy.
+    pub mass_moment: DVec3,
+    /// Translational kinetic energy, J.
+    pub kinetic: f64,
+    /// Rotational kinetic energy, J.
+    pub rotational: f64,
+}
+
+impl Tally {
+    /// Counts a particle of the given mass (kg).
+    pub fn count(&mut self, record: &Particle, mass: f64, dimensions: u8) {
+        let inertia = mass * record.radius * record.radius / inverse_inertia_factor(dimensions);
+        self.number += 1;
+        self.mass += mass;
+        self.volume += volume(record.radius, dimensions);
+        self.momentum += mass * record.velocity;
+        self.mass_moment += mass * record.position;
+        self.kinetic += 0.5 * mass * record.velocity.length_squared();
+        self.rotational += 0.5 * inertia * record.angular_velocity.length_squared();
+    }
+
+    /// Adds what another one counted.
+    pub fn add(&mut self, other: &Self) {
+        self.number += other.number;
+        self.mass += other.mass;
+        self.volume += other.volume;
+        self.momentum += other.momentum;
+        self.mass_moment += other.mass_moment;
+        self.kinetic += other.kinetic;
+        self.rotational += other.rotational;
+    }
+}

@@ -1,0 +1,377 @@
+//! From a scene to its plan: every room of the plan in turn, all problems collected.
+
+use glam::DVec3;
+use mercury_common::scene::{Dimensions, Scene, SceneError, SceneErrors, TimeStep};
+
+use super::checks;
+use super::insertions::{deletions, expected_number, insertions};
+use super::mixing::{PairPlan, resolve_pair};
+use super::parameter::short;
+use super::particles::{StartingParticles, starting_particles};
+use super::time_step::{REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
+use super::unsupported::unsupported;
+use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
+use super::walls::walls;
+use super::{Material, OutputPlan, Plan};
+use crate::boundaries::InsertionPlan;
+use crate::contact::normal::rayleigh_time;
+use crate::contact::registry::LawTable;
+use crate::walls::Wall;
+
+/// More steps than this cannot be counted in a double, by which times are computed.
+const MOST_STEPS: f64 = 9e15;
+/// Least reference speed, m/s.
+const LEAST_SPEED: f64 = 0.1;
+/// What an insertion that fills its region counts in the mean radius: it is large beside single particles.
+const FULL_COUNTS_AS: f64 = 1e4;
+
+/// Resolves a scene: what each pair of materials does, the time step, what is there and what comes, what is skipped.
+///
+/// # Errors
+/// Everything that is wrong with the scene, and every part of it that this version cannot run, each with its place.
+pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
+    let mut errors = unsupported(scene);
+    let mut warnings = Vec::new();
+    let dimensions = match scene.domain.dimensions {
+        Dimensions::Two => 2,
+        Dimensions::Three => 3,
+    };
+
+    let walls = walls(scene, &mut errors);
+    let start = starting_particles(scene, &mut errors);
+    let insertions = insertions(scene, dimensions, &mut errors);
+    let uses = material_uses(scene, &start.particles, &insertions, &walls);
+    let sizes = Sizes::of(scene, &start, &insertions, dimensions);
+    let pairs = plan_pairs(scene, &uses, &mut errors);
+
+    let found = errors.len();
+    checks::inside_the_domain(scene, &start, &mut errors);
+    if sizes.largest > 0.0 {
+        checks::periodic_axes(scene, sizes.largest, &mut errors);
+    }
+    if dimensions == 2 {
+        checks::flat(scene, &start, &insertions, &mut errors);
+    }
+    // Overlaps are looked for by the engine's list, which relies on the domain.
+    if errors.len() == found {
+        checks::overlaps(scene, &start, &walls, &mut errors, &mut warnings);
+    }
+
+    // A pair that could not be resolved could change the step.
+    let step = if found == 0 {
+        plan_step(
+            scene,
+            &pairs,
+            &uses,
+            &start,
+            &insertions,
+            &walls,
+            dimensions,
+            &mut errors,
+            &mut warnings,
+        )
+    } else {
+        None
+    };
+    let Some((time_step, step_plan)) = step.filter(|_| errors.is_empty()) else {
+        if errors.is_empty() {
+            errors.push(scene.place.error("the scene has no plan"));
+        }
+        return Err(SceneErrors(errors));
+    };
+    let track: Vec<(String, u32)> = scene
+        .output
+        .track
+        .iter()
+        .filter_map(|name| start.named.iter().find(|(known, _)| *known == name.value))
+        .cloned()
+        .collect();
+    let mut laws = LawTable {
+        materials: scene.materials.len(),
+        laws: vec![None; scene.materials.len() * scene.materials.len()],
+    };
+    for pair in &pairs {
+        let [a, b] = pair.materials.map(|material| material as usize);
+        laws.laws[a * laws.materials + b] = Some(pair.law);
+        laws.laws[b * laws.materials + a] = Some(pair.law);
+    }
+    let mut notes = Vec::new();
+    if scene.output.restart_interval.is_some() {
+        notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
+    }
+    Ok(Plan {
+        title: scene.title.clone(),
+        prefix: scene.path.file_stem().map_or_else(
+            || "run".to_owned(),
+            |stem| stem.to_string_lossy().into_owned(),
+        ),
+        seed: scene.seed,
+        gravity: *scene.gravity,
+        dimensions,
+        time_step,
+        steps: steps(*scene.time.end, time_step) as u64,
+        until_at_rest: scene.time.until_at_rest,
+        domain_min: *scene.domain.min,
+        domain_max: *scene.domain.max,
+        periodic: scene.domain.periodic,
+        materials: scene
+            .materials
+            .iter()
+            .map(|material| Material {
+                name: material.name.value.clone(),
+                density: *material.density,
+            })
+            .collect(),
+        laws,
+        wall_curvature: scene.contact.wall_curvature,
+        startup_increment: scene.contact.startup_increment,
+        walls,
+        particles: start.particles,
+        insertions,
+        deletions: deletions(scene),
+        smallest_radius: sizes.smallest,
+        mean_radius: sizes.mean,
+        largest_radius: sizes.largest,
+        orientations: scene.output.data || !track.is_empty(),
+        energy_budget: scene.output.energy_budget,
+        output: OutputPlan {
+            interval: *scene.output.interval,
+            fstat_interval: *scene.output.fstat_interval,
+            data: scene.output.data,
+            ene: scene.output.ene,
+            fstat: scene.output.fstat,
+            frames: scene.output.frames,
+            walls: scene.output.walls,
+            pictures: scene.output.pictures,
+            track,
+            digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
+        },
+        pairs,
+        step: step_plan,
+        warnings,
+        notes,
+    })
+}
+
+/// Radii that can occur, m.
+struct Sizes {
+    smallest: f64,
+    mean: f64,
+    largest: f64,
+}
+
+impl Sizes {
+    fn of(
+        scene: &Scene,
+        start: &StartingParticles,
+        insertions: &[InsertionPlan],
+        dimensions: u8,
+    ) -> Self {
+        let densities = densities(scene);
+        let (mut smallest, mut largest, mut sum, mut count) = (f64::INFINITY, 0.0f64, 0.0, 0.0);
+        for particle in &start.particles {
+            smallest = smallest.min(particle.radius);
+            largest = largest.max(particle.radius);
+            sum += particle.radius;
+            count += 1.0;
+        }
+        for insertion in insertions {
+            let expected = expected_number(insertion, &densities, dimensions);
+            let expected = expected.unwrap_or(FULL_COUNTS_AS);
+            for part in &insertion.mixture {
+                smallest = smallest.min(0.5 * part.sizes.smallest());
+                largest = largest.max(0.5 * part.sizes.largest());
+                sum += expected * part.share * 0.5 * part.sizes.mean_diameter();
+                count += expected * part.share;
+            }
+        }
+        if count == 0.0 {
+            return Self {
+                smallest: 0.0,
+                mean: 0.0,
+                largest: 0.0,
+            };
+        }
+        Self {
+            smallest,
+            mean: sum / count,
+            largest,
+        }
+    }
+}
+
+fn densities(scene: &Scene) -> Vec<f64> {
+    scene
+        .materials
+        .iter()
+        .map(|material| *material.density)
+        .collect()
+}
+
+/// Resolves every pair of materials that can meet in the scene.
+fn plan_pairs(scene: &Scene, uses: &[MaterialUse], errors: &mut Vec<SceneError>) -> Vec<PairPlan> {
+    let mut pairs = Vec::new();
+    for a in 0..uses.len() {
+        for b in a..uses.len() {
+            let between_particles = particles_meet(uses, a, b);
+            let at_walls = walls_meet(uses, a, b);
+            if !between_particles && !at_walls {
+                continue;
+            }
+            if let Some((law, parameters)) = resolve_pair(scene, [a, b], errors) {
+                pairs.push(PairPlan {
+                    materials: [a as u32, b as u32],
+                    names: [a, b].map(|index| scene.materials[index].name.value.clone()),
+                    between_particles,
+                    at_walls,
+                    law,
+                    parameters,
+                });
+            }
+        }
+    }
+    pairs
+}
+
+/// The reference speed (m/s) of the time step and where it comes from.
+fn reference_speed(
+    scene: &Scene,
+    start: &StartingParticles,
+    insertions: &[InsertionPlan],
+    walls: &[Wall],
+) -> (f64, String) {
+    if let Some(speed) = &scene.time.v_ref {
+        return (**speed, "time.v_ref".to_owned());
+    }
+    let initial = start
+        .particles
+        .iter()
+        .map(|p| p.velocity.length())
+        .fold(0.0, f64::max);
+    let inserted = insertions
+        .iter()
+        .map(|plan| (plan.velocity_mean.abs() + plan.velocity_spread.abs()).length())
+        .fold(0.0, f64::max);
+    let (min, max) = (*scene.domain.min, *scene.domain.max);
+    let reach = 0.5 * (max - min).length();
+    let moving = walls
+        .iter()
+        .map(|wall| {
+            wall.motion
+                .max_speed(0.5 * (min + max), reach, *scene.time.end)
+        })
+        .fold(0.0, f64::max);
+    // g h of a fall through the domain; along periodic axes it has no end and counts nothing.
+    let fall: f64 = (0..3)
+        .filter(|&axis| !scene.domain.periodic[axis])
+        .map(|axis| scene.gravity[axis].abs() * (max[axis] - min[axis]))
+        .sum();
+    let launched = f64::max(initial, inserted);
+    let has_free = !insertions.is_empty() || start.particles.iter().any(|particle| !particle.fixed);
+    let fallen = if has_free && *scene.gravity != DVec3::ZERO {
+        (launched * launched + 2.0 * fall).sqrt()
+    } else {
+        0.0
+    };
+    let (speed, reason) = [
+        (initial, "the fastest initial velocity"),
+        (inserted, "the fastest inserted particle"),
+        (moving, "the fastest wall"),
+        (fallen, "a fall through the domain"),
+    ]
+    .into_iter()
+    .fold((LEAST_SPEED, "the least that is assumed"), |best, next| {
+        if next.0 > best.0 { next } else { best }
+    });
+    (speed, reason.to_owned())
+}
+
+/// The time step (s) and its reasons.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "one call, of everything that the step depends on"
+)]
+fn plan_step(
+    scene: &Scene,
+    pairs: &[PairPlan],
+    uses: &[MaterialUse],
+    start: &StartingParticles,
+    insertions: &[InsertionPlan],
+    walls: &[Wall],
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+    warnings: &mut Vec<String>,
+) -> Option<(f64, StepPlan)> {
+    let (speed, speed_reason) = reference_speed(scene, start, insertions, walls);
+    let (contact, critical) = limits(pairs, uses, &densities(scene), dimensions, speed);
+    let place = &scene.time.step.place;
+    let (step, reason) = match (scene.time.step.value, &contact) {
+        (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
+        (TimeStep::Auto, Some(contact)) => automatic(contact, *scene.output.interval),
+        (TimeStep::Auto, None) => {
+            let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";
+            errors.push(place.error(message).with_help("give the step in seconds"));
+            return None;
+        }
+    };
+    let end = *scene.time.end;
+    if step > end && scene.time.step.value != TimeStep::Auto {
+        let message = format!("is longer than the run: time.end = {end} s");
+        errors.push(place.error(message));
+        return None;
+    }
+    if steps(end, step) > MOST_STEPS {
+        let message = format!("{} steps cannot be counted", short(steps(end, step)));
+        errors.push(place.error(message).with_help("lengthen the step"));
+        return None;
+    }
+    if let Some(critical) = &critical
+        && step > REFUSED_PART * critical.time
+    {
+        let message = format!(
+            "{} s is above 0.9 of the critical step, {} s ({})",
+            short(step),
+            short(critical.time),
+            critical.of
+        );
+        errors.push(place.error(message).with_help(
+            "the integration would be unstable: shorten the step (or use \"auto\"), or soften the contact",
+        ));
+        return None;
+    }
+    if let Some(contact) = &contact
+        && step > WARNED_PART * contact.time
+    {
+        warnings.push(format!(
+            "time.step = {} s is {} of the shortest contact, {} s ({}): collisions will be inaccurate; 1/50 is usual",
+            short(step),
+            short(step / contact.time),
+            short(contact.time),
+            contact.of
+        ));
+    }
+    let step_plan = StepPlan {
+        is_automatic: scene.time.step.value == TimeStep::Auto,
+        reason,
+        reference_speed: speed,
+        reference_speed_reason: speed_reason,
+        contact,
+        critical,
+        rayleigh: rayleigh(scene, uses),
+    };
+    Some((step, step_plan))
+}
+
+/// Smallest Rayleigh time (s) of the free particles with E and nu.
+fn rayleigh(scene: &Scene, uses: &[MaterialUse]) -> Option<f64> {
+    scene
+        .materials
+        .iter()
+        .zip(uses)
+        .filter(|(_, used)| used.free > 0)
+        .filter_map(|(material, used)| {
+            let (e, nu) = super::mixing::youngs(material)?;
+            Some(rayleigh_time(used.smallest_free, *material.density, e, nu))
+        })
+        .reduce(f64::min)
+}

@@ -1,0 +1,343 @@
+//! Whether the scene makes sense as a whole: places, overlaps, periodic axes, two dimensions.
+
+use glam::DVec3;
+use mercury_common::scene::{Place, Scene, SceneError, Shape};
+
+use super::parameter::short;
+use super::particles::{StartingParticles, Typed};
+use super::{InsertionPlan, NewParticle};
+use crate::neighbours::{Images, build};
+use crate::particles::{Particle, Particles};
+use crate::walls::{Touches, Wall};
+
+/// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
+const PERIODIC_ROOM: f64 = 1.05;
+/// The tolerance of "the same z" and "in the plane", as a part of the radius or of a direction's length.
+const FLAT: f64 = 1e-9;
+
+/// What a particle is called in messages: its id, and where it was typed.
+fn name(scene: &Scene, start: &StartingParticles, id: usize) -> String {
+    let Typed { entry, line } = start.typed[id];
+    let key = scene.particles[entry].place.key();
+    match line {
+        Some(line) => format!("particle {id} ({key}, line {line} of its file)"),
+        None => format!("particle {id} ({key})"),
+    }
+}
+
+fn place<'a>(scene: &'a Scene, start: &StartingParticles, id: usize) -> &'a Place {
+    &scene.particles[start.typed[id].entry].place
+}
+
+fn point(position: DVec3) -> String {
+    let [x, y, z] = position.to_array().map(short);
+    format!("[{x}, {y}, {z}]")
+}
+
+/// Every particle's centre lies in the domain. One error per entry of `[[particles]]`.
+pub(super) fn inside_the_domain(
+    scene: &Scene,
+    start: &StartingParticles,
+    errors: &mut Vec<SceneError>,
+) {
+    let (min, max) = (*scene.domain.min, *scene.domain.max);
+    let outside = |particle: &NewParticle| {
+        (0..3).any(|axis| {
+            let x = particle.position[axis];
+            !scene.domain.periodic[axis] && !(x >= min[axis] && x <= max[axis])
+        })
+    };
+    let mut reported: Option<usize> = None;
+    for (id, particle) in start.particles.iter().enumerate() {
+        let entry = start.typed[id].entry;
+        if reported == Some(entry) || !outside(particle) {
+            continue;
+        }
+        reported = Some(entry);
+        let others = (id + 1..start.particles.len())
+            .filter(|&other| start.typed[other].entry == entry && outside(&start.particles[other]))
+            .count();
+        let more = match others {
+            0 => String::new(),
+            n => format!("; {n} more of this entry too"),
+        };
+        let message = format!(
+            "{} lies outside the domain: {} is not within {} to {}{more}",
+            name(scene, start, id),
+            point(particle.position),
+            point(min),
+            point(max),
+        );
+        errors.push(
+            place(scene, start, id)
+                .error(message)
+                .with_help("move it, or enlarge the domain"),
+        );
+    }
+}
+
+/// Periodic edges are long enough for the particles, and planes do not cut periodic axes.
+pub(super) fn periodic_axes(scene: &Scene, largest_radius: f64, errors: &mut Vec<SceneError>) {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    for axis in (0..3).filter(|&axis| scene.domain.periodic[axis]) {
+        let edge = scene.domain.max[axis] - scene.domain.min[axis];
+        let least = PERIODIC_ROOM * 4.0 * largest_radius;
+        if edge < least {
+            let message = format!(
+                "the periodic axis {} is too short: {} m, at least {} m are needed for particles of radius {} m",
+                AXES[axis],
+                short(edge),
+                short(least),
+                short(largest_radius)
+            );
+            errors.push(scene.domain.place.error(message).with_help(
+                "a particle must not touch another one and its image at once; enlarge the domain, or make the axis not periodic",
+            ));
+        }
+        for wall in &scene.walls {
+            if let Shape::Plane { normal, .. } = &wall.shape
+                && normal[axis].abs() > FLAT
+            {
+                let message = format!(
+                    "the plane cuts the periodic axis {0}: its normal has a component along {0}",
+                    AXES[axis]
+                );
+                errors.push(
+                    normal
+                        .error(message)
+                        .with_help("set that component to 0, or make the axis not periodic"),
+                );
+            }
+        }
+    }
+}
+
+/// Two dimensions: one plane, no gravity or motion out of it.
+pub(super) fn flat(
+    scene: &Scene,
+    start: &StartingParticles,
+    insertions: &[InsertionPlan],
+    errors: &mut Vec<SceneError>,
+) {
+    if scene.gravity.z != 0.0 {
+        let message = format!(
+            "two dimensions: gravity along z must be 0, got {}",
+            scene.gravity.z
+        );
+        errors.push(scene.gravity.error(message));
+    }
+    let Some(first) = start.particles.first() else {
+        return flat_insertions(scene, insertions, errors);
+    };
+    let moves_out = |particle: &NewParticle| {
+        particle.velocity.z != 0.0
+            || particle.angular_velocity.x != 0.0
+            || particle.angular_velocity.y != 0.0
+    };
+    if let Some(id) = start
+        .particles
+        .iter()
+        .position(|particle| (particle.position.z - first.position.z).abs() > FLAT * first.radius)
+    {
+        let message = format!(
+            "two dimensions: all centres must have the same z, {} has {}, particle 0 has {}",
+            name(scene, start, id),
+            short(start.particles[id].position.z),
+            short(first.position.z)
+        );
+        errors.push(place(scene, start, id).error(message));
+    }
+    if let Some(id) = start.particles.iter().position(moves_out) {
+        let message = format!(
+            "two dimensions: {} moves or turns out of the plane",
+            name(scene, start, id)
+        );
+        errors.push(
+            place(scene, start, id)
+                .error(message)
+                .with_help("velocities have x and y, angular velocities only z"),
+        );
+    }
+    flat_insertions(scene, insertions, errors);
+}
+
+fn flat_insertions(scene: &Scene, insertions: &[InsertionPlan], errors: &mut Vec<SceneError>) {
+    for insertion in &scene.insertions {
+        let is_planned = insertions
+            .iter()
+            .any(|plan| plan.name == insertion.name.value);
+        if is_planned && (insertion.velocity_mean.z != 0.0 || insertion.velocity_spread.z != 0.0) {
+            let place = &insertion.velocity_mean.place;
+            errors.push(place.error("two dimensions: the velocity along z must be 0"));
+        }
+    }
+}
+
+/// The worst overlap of many, and how many there are.
+#[derive(Default)]
+struct Worst<T> {
+    found: Option<(f64, T)>,
+    count: usize,
+}
+
+impl<T> Worst<T> {
+    fn add(&mut self, part: f64, what: T) {
+        self.count += 1;
+        if self.found.as_ref().is_none_or(|(worst, _)| part > *worst) {
+            self.found = Some((part, what));
+        }
+    }
+
+    /// "; 3 more pairs too", or nothing.
+    fn others(&self, what: &str) -> String {
+        match self.count {
+            0 | 1 => String::new(),
+            2 => format!("; 1 more {what} overlaps more than that"),
+            n => format!("; {} more {what}s overlap more than that", n - 1),
+        }
+    }
+}
+
+/// Overlaps of the start between particles and with walls: errors above `contact.overlap_error`, warnings above
+/// `contact.overlap_warning`, both parts of the smaller radius. Pairs of fixed particles are exempt.
+///
+/// Requires finite positions and periodic edges that [`periodic_axes`] accepts.
+pub(super) fn overlaps(
+    scene: &Scene,
+    start: &StartingParticles,
+    walls: &[Wall],
+    errors: &mut Vec<SceneError>,
+    warnings: &mut Vec<String>,
+) {
+    let (error_limit, warning_limit) =
+        (*scene.contact.overlap_error, *scene.contact.overlap_warning);
+    let (mut bad, mut dubious) = (Worst::default(), Worst::default());
+    for_each_touching_pair(scene, start, |a, b, overlap| {
+        let smaller = start.particles[a].radius.min(start.particles[b].radius);
+        let part = overlap / smaller;
+        if part > error_limit {
+            bad.add(part, (a, b, overlap));
+        } else if part > warning_limit {
+            dubious.add(part, (a, b, overlap));
+        }
+    });
+    let words = |part: f64, (a, b, overlap): (usize, usize, f64)| {
+        format!(
+            "{} and {} overlap by {} m at the start, {} of the smaller radius",
+            name(scene, start, a),
+            name(scene, start, b),
+            short(overlap),
+            short(part)
+        )
+    };
+    if let Some((part, pair)) = bad.found {
+        let message = format!(
+            "{}; the limit is contact.overlap_error = {error_limit}{}",
+            words(part, pair),
+            bad.others("pair")
+        );
+        errors.push(
+            place(scene, start, pair.1)
+                .error(message)
+                .with_help("move them apart, or raise the limit if this is meant"),
+        );
+    }
+    if let Some((part, pair)) = dubious.found {
+        warnings.push(format!(
+            "{} (contact.overlap_warning = {warning_limit}){}",
+            words(part, pair),
+            dubious.others("pair")
+        ));
+    }
+
+    let (mut bad, mut dubious) = (Worst::default(), Worst::default());
+    let mut touches = Touches::new();
+    for (index, wall) in walls.iter().enumerate() {
+        let state = wall.state(0.0, 0.0);
+        if !state.present {
+            continue;
+        }
+        for (id, particle) in start.particles.iter().enumerate() {
+            if particle.fixed {
+                continue;
+            }
+            let centre = state.into_wall(particle.position);
+            wall.shape.touches(centre, particle.radius, &mut touches);
+            for touch in touches.iter() {
+                let overlap = particle.radius - touch.distance;
+                let part = overlap / particle.radius;
+                if part > error_limit {
+                    bad.add(part, (id, index, overlap));
+                } else if part > warning_limit {
+                    dubious.add(part, (id, index, overlap));
+                }
+            }
+        }
+    }
+    let words = |part: f64, (id, wall, overlap): (usize, usize, f64)| {
+        format!(
+            "{} overlaps wall `{}` by {} m at the start, {} of its radius",
+            name(scene, start, id),
+            walls[wall].name,
+            short(overlap),
+            short(part)
+        )
+    };
+    if let Some((part, contact)) = bad.found {
+        let message = format!(
+            "{}; the limit is contact.overlap_error = {error_limit}{}",
+            words(part, contact),
+            bad.others("contact")
+        );
+        errors.push(place(scene, start, contact.0).error(message).with_help(
+            "move it off the wall (more than 1: its centre is behind it), or raise the limit if this is meant",
+        ));
+    }
+    if let Some((part, contact)) = dubious.found {
+        warnings.push(format!(
+            "{} (contact.overlap_warning = {warning_limit}){}",
+            words(part, contact),
+            dubious.others("contact")
+        ));
+    }
+}
+
+/// Calls `found` with the ids (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of
+/// fixed particles. By the engine's own list, so that many particles cost little.
+fn for_each_touching_pair(
+    scene: &Scene,
+    start: &StartingParticles,
+    mut found: impl FnMut(usize, usize, f64),
+) {
+    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
+    let mut particles = Particles::new(false);
+    for new in &start.particles {
+        let record = Particle {
+            position: new.position,
+            radius: new.radius,
+            velocity: DVec3::ZERO,
+            // Only whether contacts can move it matters here.
+            inverse_mass: if new.fixed { 0.0 } else { 1.0 },
+            angular_velocity: DVec3::ZERO,
+            material: new.material,
+            flags: 0,
+        };
+        particles.push(record, 1.0, None);
+    }
+    if particles.is_empty() {
+        return;
+    }
+    let (list, _) = build(&mut particles, 0.0, &images);
+    for row in 0..particles.len() {
+        let one = particles.records[row];
+        for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {
+            let other = particles.records[entry.partner as usize];
+            let distance = (other.position + images.shift(entry.image) - one.position).length();
+            let overlap = one.radius + other.radius - distance;
+            if overlap > 0.0 {
+                let ids = [row, entry.partner as usize].map(|row| particles.ids[row] as usize);
+                found(ids[0].min(ids[1]), ids[0].max(ids[1]), overlap);
+            }
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! `[[insertions]]` and `[[deletions]]` as the engine's plans.
+
+use std::path::Path;
+
+use mercury_common::formats::number::parse_number;
+use mercury_common::scene::{
+    Body, Insertion, Quantity, Rate as SceneRate, Region as SceneRegion, Scene, SceneError, Total,
+};
+use mercury_common::sizes::{SizeDistribution, SizeError};
+
+use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region};
+use crate::particles::volume;
+
+/// All insertions that can be planned, in the order of the file.
+pub(super) fn insertions(
+    scene: &Scene,
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+) -> Vec<InsertionPlan> {
+    scene
+        .insertions
+        .iter()
+        .filter_map(|insertion| plan_one(scene, insertion, dimensions, errors))
+        .collect()
+}
+
+/// All deletions, in the order of the file.
+pub(super) fn deletions(scene: &Scene) -> Vec<DeletionPlan> {
+    scene
+        .deletions
+        .iter()
+        .filter_map(|deletion| {
+            Some(DeletionPlan {
+                name: deletion.name.value.clone(),
+                region: region(&deletion.region)?,
+            })
+        })
+        .collect()
+}
+
+fn plan_one(
+    scene: &Scene,
+    insertion: &Insertion,
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+) -> Option<InsertionPlan> {
+    let before = errors.len();
+    let mut mixture = Vec::new();
+    for component in &insertion.mixture {
+        let Body::Sphere(material) = &component.body else {
+            // Reported by `unsupported`.
+            return None;
+        };
+        let sizes = match SizeDistribution::from_scene(&component.psd) {
+            Ok(sizes) => sizes,
+            Err(SizeError::File(_)) => return None,
+            Err(SizeError::Improper(error)) => {
+                errors.push(error);
+                continue;
+            }
+        };
+        let mean_volume = mean_volume(&sizes, dimensions);
+        // A share of mass or volume holds as many particles as it is worth of their mean size.
+        let per_particle = match insertion.share_by {
+            Quantity::Number => 1.0,
+            Quantity::Volume => mean_volume,
+            Quantity::Mass => mean_volume * *scene.materials.get(material.0)?.density,
+        };
+        mixture.push(Ingredient {
+            material: material.0 as u32,
+            sizes,
+            share: component.share / per_particle,
+        });
+    }
+    let sum: f64 = mixture.iter().map(|ingredient| ingredient.share).sum();
+    for ingredient in &mut mixture {
+        ingredient.share /= sum;
+    }
+    let total = insertion.total.as_ref().map(|total| total.value);
+    let rate = insertion.rate.as_ref().and_then(|rate| {
+        let steady = |quantity, per_second| {
+            Some(Rate::Steady {
+                quantity,
+                per_second,
+            })
+        };
+        match &rate.value {
+            SceneRate::Number(per_second) => steady(Quantity::Number, *per_second),
+            SceneRate::Mass(per_second) => steady(Quantity::Mass, *per_second),
+            SceneRate::Volume(per_second) => steady(Quantity::Volume, *per_second),
+            SceneRate::Table(file) => match read_rate_table(file) {
+                // The table counts what the total counts.
+                Ok(rows) => Some(Rate::Table {
+                    quantity: match total {
+                        Some(Total::Number(_)) => Quantity::Number,
+                        Some(Total::Volume(_)) => Quantity::Volume,
+                        _ => Quantity::Mass,
+                    },
+                    rows,
+                }),
+                Err(message) => {
+                    errors.push(rate.error(message));
+                    None
+                }
+            },
+        }
+    });
+    let region = region(&insertion.region)?;
+    (errors.len() == before).then(|| InsertionPlan {
+        name: insertion.name.value.clone(),
+        region,
+        mixture,
+        total,
+        rate,
+        velocity_mean: *insertion.velocity_mean,
+        velocity_spread: *insertion.velocity_spread,
+        from: *insertion.from,
+        until: insertion.until.as_deref().copied().unwrap_or(f64::INFINITY),
+        attempts: (*insertion.attempts).max(1),
+    })
+}
+
+/// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at
+/// most the range of areas over this number.
+const AREA_POINTS: u32 = 4096;
+
+/// Mean volume of the particles (m^3), or mean area of discs (m^2), by number.
+#[must_use]
+pub(super) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
+    if dimensions != 2 {
+        return sizes.mean_volume();
+    }
+    let area = |i: u32| {
+        let u = (f64::from(i) + 0.5) / f64::from(AREA_POINTS);
+        volume(0.5 * sizes.sample_diameter(u), 2)
+    };
+    (0..AREA_POINTS).map(area).sum::<f64>() / f64::from(AREA_POINTS)
+}
+
+/// The particles that an insertion is expected to bring, where its total says so.
+#[must_use]
+pub fn expected_number(
+    insertion: &InsertionPlan,
+    densities: &[f64],
+    dimensions: u8,
+) -> Option<f64> {
+    let mean = |weight: &dyn Fn(&Ingredient) -> f64| -> f64 {
+        let parts = insertion.mixture.iter();
+        parts
+            .map(|part| part.share * weight(part) * mean_volume(&part.sizes, dimensions))
+            .sum()
+    };
+    match insertion.total? {
+        Total::Number(number) => Some(number as f64),
+        Total::Volume(volume) => Some(volume / mean(&|_| 1.0)),
+        Total::Mass(mass) => Some(mass / mean(&|part| densities[part.material as usize])),
+        Total::Full => None,
+    }
+}
+
+/// The engine's form of a region; none where a mesh is in it, which `unsupported` reports.
+fn region(region: &SceneRegion) -> Option<Region> {
+    let all = |parts: &[SceneRegion]| parts.iter().map(self::region).collect::<Option<Vec<_>>>();
+    Some(match region {
+        SceneRegion::Box { min, max } => Region::Box {
+            min: **min,
+            max: **max,
+        },
+        SceneRegion::Cylinder {
+            axis,
+            origin,
+            radius,
+            along,
+        } => Region::Cylinder {
+            axis: **axis,
+            origin: **origin,
+            radius: **radius,
+            along: along
+                .as_deref()
+                .copied()
+                .unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
+        },
+        SceneRegion::Sphere { origin, radius } => Region::Sphere {
+            origin: **origin,
+            radius: **radius,
+        },
+        SceneRegion::Cone {
+            axis,
+            origin,
+            along,
+            radii,
+        } => Region::Cone {
+            axis: **axis,
+            origin: **origin,
+            along: **along,
+            radii: **radii,
+        },
+        SceneRegion::HalfSpace { point, normal } => Region::HalfSpace {
+            point: **point,
+            normal: **normal,
+        },
+        SceneRegion::Union(parts) => Region::Union(all(parts)?),
+        SceneRegion::Intersection(parts) => Region::Intersection(all(parts)?),
+        SceneRegion::Difference(parts) => Region::Difference(all(parts)?),
+        SceneRegion::Mesh(_) => return None,
+    })
+}
+
+/// Reads a table `t,cumulative`: a header, then rows of ascending time and not decreasing amount.
+fn read_rate_table(path: &Path) -> Result<Vec<[f64; 2]>, String> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| format!("{name} cannot be read: {e}"))?;
+    parse_rate_table(&text).map_err(|(line, message)| format!("{name}:{line}: {message}"))
+}
+
+fn parse_rate_table(text: &str) -> Result<Vec<[f64; 2]>, (usize, String)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text.lines().enumerate().filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    let cells = |line: &str| -> Vec<String> {
+        line.split(',').map(|cell| cell.trim().to_owned()).collect()
+    };
+    let Some((number, header)) = lines.next() else {
+        return Err((
+            1,
+            "the table is empty, expected the header t,cumulative".to_owned(),
+        ));
+    };
+    if cells(header) != ["t", "cumulative"] {
+        let found = header.trim();
+        return Err((
+            number + 1,
+            format!("expected the header t,cumulative, got {found}"),
+        ));
+    }
+    let mut rows: Vec<[f64; 2]> = Vec::new();
+    for (index, line) in lines {
+        let fail = |message: String| Err((index + 1, message));
+        let numbers: Vec<Option<f64>> = cells(line)
+            .iter()
+            .map(|cell| parse_number(cell).filter(|number| number.is_finite()))
+            .collect();
+        let &[Some(time), Some(amount)] = numbers.as_slice() else {
+            return fail(format!("expected two numbers, got {}", line.trim()));
+        };
+        match rows.last() {
+            Some(&[before, _]) if time <= before => {
+                return fail(format!(
+                    "t = {time} does not lie after {before}, the row before"
+                ));
+            }
+            Some(&[_, before]) if amount < before => {
+                return fail(format!(
+                    "cumulative = {amount} lies below {before}, the row before"
+                ));
+            }
+            None if amount < 0.0 => return fail(format!("cumulative = {amount} is negative")),
+            _ => rows.push([time, amount]),
+        }
+    }
+    if rows.is_empty() {
+        return Err((number + 1, "no rows below the header".to_owned()));
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse_rate_table;
+
+    #[test]
+    fn rate_tables_are_read_and_their_mistakes_named() {
+        let rows = parse_rate_table("# feed\nt,cumulative\n0, 0\n\n1.5,2\n");
+        assert_eq!(rows, Ok(vec![[0.0, 0.0], [1.5, 2.0]]));
+        for (text, line, message) in [
+            (
+                "",
+                1,
+                "the table is empty, expected the header t,cumulative",
+            ),
+            (
+                "t,mass\n0,0\n",
+                1,
+                "expected the header t,cumulative, got t,mass",
+            ),
+            ("t,cumulative\n", 1, "no rows below the header"),
+            ("t,cumulative\n0,x\n", 2, "expected two numbers, got 0,x"),
+            (
+                "t,cumulative\n0,1,2\n",
+                2,
+                "expected two numbers, got 0,1,2",
+            ),
+            (
+                "t,cumulative\n0,inf\n",
+                2,
+                "expected two numbers, got 0,inf",
+            ),
+            ("t,cumulative\n0,-1\n", 2, "cumulative = -1 is negative"),
+            (
+                "t,cumulative\n0,1\n0,2\n",
+                3,
+                "t = 0 does not lie after 0, the row before",
+            ),
+            (
+                "t,cumulative\n0,1\n1,0\n",
+                3,
+                "cumulative = 0 lies below 1, the row before",
+            ),
+        ] {
+            assert_eq!(
+                parse_rate_table(text),
+                Err((line, message.to_owned())),
+                "{text:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The scenes of the contract: they have a plan, or a clear refusal.
+
+use std::path::{Path, PathBuf};
+
+use mercury_common::scene::read_scene;
+
+use super::super::{Plan, plan};
+
+/// The folder of the specification, or `None` (said aloud) where only the project is checked out.
+fn shared() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(
+        std::env::var_os("CI").is_none(),
+        "{} is missing",
+        folder.display()
+    );
+    eprintln!("skipped: {} is missing", folder.display());
+    None
+}
+
+fn plan_of(folder: &Path, name: &str) -> Result<Plan, String> {
+    let scene = read_scene(&folder.join(name), &[]).unwrap_or_else(|e| panic!("{e}"));
+    plan(&scene).map_err(|errors| errors.to_string())
+}
+
+#[test]
+fn scenes_of_this_version_have_a_plan() {
+    let Some(folder) = shared() else { return };
+    for name in [
+        "scenes/settle.toml",
+        "scenes/two-spheres.toml",
+        "scenes/hertz-wall.toml",
+        "scenes/chute.toml",
+        "data/bench/dense-2k.toml",
+        "data/bench/dense-20k.toml",
+        "data/bench/poly-20k.toml",
+    ] {
+        let plan = plan_of(&folder, name).unwrap_or_else(|e| panic!("{name}\n{e}"));
+        assert!(plan.steps > 0);
+        eprintln!("{name}: {:?} {:?}", plan.step, plan.warnings);
+    }
+}
+
+#[test]
+fn other_scenes_name_what_is_missing() {
+    let Some(folder) = shared() else { return };
+    for (name, keys) in [
+        ("scenes/drum-soft.toml", &["mesh walls"][..]),
+        ("data/bench/mesh-drum-6k.toml", &["mesh walls"]),
+        (
+            "scenes/keys.toml",
+            &[
+                "liquid bridges",
+                "mesh walls",
+                "wear",
+                "servo motion",
+                "clumps",
+                "counted regions",
+                "flux planes",
+            ],
+        ),
+        ("scenes/wet-pair.toml", &["liquid bridges"]),
+        ("scenes/membrane.toml", &["membranes"]),
+        ("scenes/spray-drum.toml", &["sprays"]),
+        ("scenes/wear-plate.toml", &["wear"]),
+        ("scenes/hopper-psd.toml", &["size distributions from files"]),
+        ("scenes/penetration-25k.toml", &["mesh walls"]),
+    ] {
+        let errors = plan_of(&folder, name).expect_err(name);
+        for key in keys {
+            assert!(errors.contains(key), "{name}: no `{key}` in\n{errors}");
+        }
+        eprintln!("{errors}\n");
+    }
+}

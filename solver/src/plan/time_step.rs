@@ -1,0 +1,265 @@
+//! The time step: how short contacts are, what the integrator can bear, and the step of a scene.
+
+use std::f64::consts::PI;
+
+use super::mixing::PairPlan;
+use super::parameter::short;
+use super::usage::MaterialUse;
+use crate::contact::registry::AnyPairLaw;
+use crate::contact::rolling::FrictionSpring;
+use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
+use crate::particles::{inverse_inertia_factor, volume};
+
+/// Steps per contact of the automatic step.
+const STEPS_PER_CONTACT: f64 = 50.0;
+/// A given step is warned about above this part of the shortest contact.
+pub(super) const WARNED_PART: f64 = 0.2;
+/// A step is refused above this part of the critical one.
+pub(super) const REFUSED_PART: f64 = 0.9;
+
+/// The step of a plan and what it was compared with.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepPlan {
+    /// Whether the plan chose it.
+    pub is_automatic: bool,
+    /// Why it is what it is, in a sentence.
+    pub reason: String,
+    /// Reference speed, m/s.
+    pub reference_speed: f64,
+    /// Where the reference speed comes from.
+    pub reference_speed_reason: String,
+    /// The shortest contact, if anything can meet.
+    pub contact: Option<Limit>,
+    /// The critical step of the stiffest contact, if anything can meet.
+    pub critical: Option<Limit>,
+    /// Smallest Rayleigh time of the Hertz materials with E and nu, s.
+    pub rayleigh: Option<f64>,
+}
+
+/// A time and the contact that sets it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// s
+    pub time: f64,
+    /// Which contact, in words.
+    pub of: String,
+}
+
+/// Two bodies that meet, at their smallest sizes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// m*, kg.
+    pub effective_mass: f64,
+    /// R*, m.
+    pub effective_radius: f64,
+    /// 1/I_A + 1/I_B, 1/(kg m^2).
+    pub inverse_inertia: f64,
+    /// I/(m R^2) inverted: 5/2 for spheres, 2 for discs.
+    pub inertia_factor: f64,
+}
+
+impl Meeting {
+    /// A body of radius (m) and mass (kg) with another one, which is infinitely heavy if its mass is infinite and flat if
+    /// its radius is.
+    #[must_use]
+    pub fn new(one: (f64, f64), other: (f64, f64), dimensions: u8) -> Self {
+        let factor = inverse_inertia_factor(dimensions);
+        let inertia = |(radius, mass): (f64, f64)| {
+            if mass.is_finite() {
+                factor / (mass * radius * radius)
+            } else {
+                0.0
+            }
+        };
+        Self {
+            effective_mass: 1.0 / (1.0 / one.1 + 1.0 / other.1),
+            effective_radius: 1.0 / (1.0 / one.0 + 1.0 / other.0),
+            inverse_inertia: inertia(one) + inertia(other),
+            inertia_factor: factor,
+        }
+    }
+
+    /// Duration of a head-on contact, s: pi/sqrt(k/m* - (gamma/2m*)^2) of the linear law; the same with k2max of the plastic
+    /// one, its stiffest branch; of Hertz' law the elastic duration at `speed` (m/s). Overdamped: that without damping.
+    #[must_use]
+    pub fn duration(&self, law: &AnyPairLaw, speed: f64) -> f64 {
+        let mass = self.effective_mass;
+        let spring = |stiffness: f64, dissipation: f64| {
+            let (squared, rate) = (stiffness / mass, dissipation / (2.0 * mass));
+            let radicand = squared - rate * rate;
+            PI / (if radicand > 0.0 { radicand } else { squared }).sqrt()
+        };
+        match &law.normal {
+            AnyNormal::Linear(law) => spring(law.stiffness, law.dissipation_at(mass)),
+            AnyNormal::Plastic(law) => spring(law.unloading_stiffness, law.dissipation),
+            AnyNormal::Hertz(law) => law.collision_time(mass, self.effective_radius, speed),
+        }
+    }
+
+    /// The largest step (s) at which the integrator bears this contact, and which of its springs sets it.
+    ///
+    /// Springs of the contact: along the normal with the mass m*; in the tangent plane with 2/7 m* (discs 1/3), as the bodies
+    /// also turn; against rolling and torsion with the lever l and the two inertias. Hertz at the overlap of an impact at
+    /// `speed` (m/s), where it is stiffest: tangent stiffness 2 E* a.
+    #[must_use]
+    pub fn critical_step(&self, law: &AnyPairLaw, speed: f64) -> (f64, &'static str) {
+        let (mass, radius) = (self.effective_mass, self.effective_radius);
+        let mut contact_radius = 0.0;
+        let (stiffness, dissipation) = match &law.normal {
+            AnyNormal::Linear(law) => (law.stiffness, law.dissipation_at(mass)),
+            AnyNormal::Plastic(law) => (law.unloading_stiffness, law.dissipation),
+            AnyNormal::Hertz(law) => {
+                contact_radius = (radius * law.largest_overlap(mass, radius, speed)).sqrt();
+                let secant = 4.0 / 3.0 * law.effective_modulus * contact_radius;
+                (
+                    2.0 * law.effective_modulus * contact_radius,
+                    law.damping * (mass * secant).sqrt(),
+                )
+            }
+        };
+        let mut least = (bearable(stiffness / mass, dissipation / mass), "normal");
+        let mut add = |time: f64, part: &'static str| {
+            if time < least.0 {
+                least = (time, part);
+            }
+        };
+        let inverse_mass = (1.0 + self.inertia_factor) / mass;
+        let tangential_stiffness = match &law.tangential {
+            AnyTangential::None => 0.0,
+            AnyTangential::Linear(law) => {
+                let rates = (law.stiffness * inverse_mass, law.dissipation * inverse_mass);
+                add(bearable(rates.0, rates.1), "tangential");
+                law.stiffness
+            }
+            AnyTangential::Mindlin(law)
+            | AnyTangential::MindlinRescaled(crate::contact::MindlinRescaled { plain: law }) => {
+                if contact_radius == 0.0 {
+                    // Beside a law without contact radius of its own: at a tenth of the radius.
+                    contact_radius = radius * 0.1f64.sqrt();
+                }
+                let full = 8.0 * law.effective_shear_modulus * contact_radius;
+                let dashpot = law.damping * (mass * full).sqrt();
+                let rates = (
+                    law.stiffness_factor * full * inverse_mass,
+                    dashpot * inverse_mass,
+                );
+                add(bearable(rates.0, rates.1), "tangential");
+                full
+            }
+        };
+        if let AnyRolling::Luding(law) = &law.rolling {
+            let lever = law.lever * radius;
+            let compliance = lever * lever * self.inverse_inertia;
+            let mut couple = |spring: &FrictionSpring, part| {
+                if spring.friction > 0.0 {
+                    let stiffness = spring.stiffness.unwrap_or(tangential_stiffness);
+                    let rates = (stiffness * compliance, spring.dissipation * compliance);
+                    add(bearable(rates.0, rates.1), part);
+                }
+            };
+            couple(&law.rolling, "rolling");
+            couple(&law.torsion, "torsion");
+        }
+        least
+    }
+}
+
+/// The largest stable step (s) of x'' = -w^2 x - c x', `squared` = w^2 (1/s^2) and `rate` = c (1/s), where forces see the
+/// velocity of half a step before.
+///
+/// With h the step, one step has the characteristic polynomial z^2 - (2 - w^2 h^2 - c h) z + (1 - c h); its roots stay within
+/// the unit circle for w^2 h^2 + 2 c h < 4: h = 2/w (sqrt(1 + zeta^2) - zeta), zeta = c/2w; 2/w without damping.
+fn bearable(squared: f64, rate: f64) -> f64 {
+    // In the form that also holds for w = 0 (2/c) and without either (infinite).
+    4.0 / (rate + (rate * rate + 4.0 * squared).sqrt())
+}
+
+/// The shortest contact and the least critical step over all planned pairs at their smallest sizes.
+#[must_use]
+pub(super) fn limits(
+    pairs: &[PairPlan],
+    uses: &[MaterialUse],
+    densities: &[f64],
+    dimensions: u8,
+    speed: f64,
+) -> (Option<Limit>, Option<Limit>) {
+    let (mut contact, mut critical): (Option<Limit>, Option<Limit>) = (None, None);
+    let keep = |slot: &mut Option<Limit>, time: f64, of: &dyn Fn() -> String| {
+        if slot.as_ref().is_none_or(|least| time < least.time) {
+            *slot = Some(Limit { time, of: of() });
+        }
+    };
+    for pair in pairs {
+        for (meeting, kind) in meetings(pair, uses, densities, dimensions) {
+            let [a, b] = &pair.names;
+            let words = || match kind {
+                Kind::Wall => format!("{a}-{b}, at a wall"),
+                Kind::Particles => format!("{a}-{b}, particles"),
+                Kind::Fixed => format!("{a}-{b}, at a fixed particle"),
+            };
+            let time = meeting.duration(&pair.law, speed);
+            keep(&mut contact, time, &words);
+            let (time, part) = meeting.critical_step(&pair.law, speed);
+            keep(&mut critical, time, &|| format!("{}, {part}", words()));
+        }
+    }
+    (contact, critical)
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Particles,
+    Fixed,
+    Wall,
+}
+
+/// Every way in which the smallest bodies of a pair of materials can meet.
+fn meetings(
+    pair: &PairPlan,
+    uses: &[MaterialUse],
+    densities: &[f64],
+    dimensions: u8,
+) -> Vec<(Meeting, Kind)> {
+    let [a, b] = pair.materials.map(|material| material as usize);
+    let free = |material: usize| {
+        let radius = uses[material].smallest_free;
+        (radius, densities[material] * volume(radius, dimensions))
+    };
+    let mut found = Vec::new();
+    let mut add = |one, other, kind| found.push((Meeting::new(one, other, dimensions), kind));
+    let orders: &[[usize; 2]] = if a == b { &[[a, b]] } else { &[[a, b], [b, a]] };
+    if (a == b && uses[a].free >= 2) || (a != b && uses[a].free > 0 && uses[b].free > 0) {
+        add(free(a), free(b), Kind::Particles);
+    }
+    for &[one, other] in orders {
+        if uses[one].free > 0 && uses[other].fixed > 0 {
+            let fixed = (uses[other].smallest_fixed, f64::INFINITY);
+            add(free(one), fixed, Kind::Fixed);
+        }
+        if uses[one].free > 0 && uses[other].walls {
+            add(free(one), (f64::INFINITY, f64::INFINITY), Kind::Wall);
+        }
+    }
+    found
+}
+
+/// The automatic step (s): 1/50 of the shortest contact (s), rounded down so that it divides `interval` (s); and why.
+#[must_use]
+pub(super) fn automatic(contact: &Limit, interval: f64) -> (f64, String) {
+    let wanted = contact.time / STEPS_PER_CONTACT;
+    // A hair of slack, so that a quotient that is whole but for round-off does not cost a step.
+    let parts = (interval / wanted - 1e-9).ceil().max(1.0);
+    let step = interval / parts;
+    let reason = format!(
+        "1/50 of the shortest contact, {} s ({}), rounded down to 1/{parts} of output.interval",
+        short(contact.time),
+        contact.of
+    );
+    (step, reason)
+}
+
+/// Number of steps of `step` (s) that reach `end` (s): ceil(end/step - 1e-6).
+#[must_use]
+pub(super) fn steps(end: f64, step: f64) -> f64 {
+    (end / step - 1e-6).ceil().max(1.0)
+}

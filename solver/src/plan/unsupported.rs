@@ -1,0 +1,128 @@
+//! What the scene format knows and this version of the solver does not: said before anything runs.
+
+use mercury_common::scene::{
+    Body, Insertion, Method, MotionKind, ParticleSource, ParticleValues, Place, Region, Scene,
+    SceneError, Shape, SizeLaw,
+};
+
+/// Everything in the scene that cannot be run yet, in the order of the format.
+#[must_use]
+pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
+    let mut found = Found(Vec::new());
+    for material in &scene.materials {
+        if let Some(liquid) = &material.liquid {
+            found.add(&liquid.place, "liquid bridges");
+        }
+    }
+    for contact in &scene.contacts {
+        if contact.liquid.is_some() {
+            found.add(&contact.place, "liquid bridges");
+        }
+    }
+    for wall in &scene.walls {
+        if let Shape::Mesh { mesh, .. } = &wall.shape {
+            found.add(&mesh.file.place, "mesh walls");
+        }
+        if let Some(wear) = &wall.wear {
+            found.add(&wear.place, "wear");
+        }
+        for motion in &wall.motion {
+            if matches!(motion.kind, MotionKind::Servo { .. }) {
+                found.add(&motion.place, "servo motion");
+            }
+        }
+    }
+    for clump in &scene.clumps {
+        found.add(&clump.name.place, "clumps");
+    }
+    for particles in &scene.particles {
+        match &particles.source {
+            ParticleSource::One { particle, .. } | ParticleSource::Lattice { particle, .. } => {
+                found.film(particle);
+            }
+            ParticleSource::Run { folder } => {
+                found.add(&folder.place, "starts from another run");
+            }
+            ParticleSource::Clump { clump, .. } => found.add(&clump.place, "clumps"),
+            ParticleSource::Table { .. } => {}
+        }
+    }
+    for insertion in &scene.insertions {
+        found.insertion(insertion);
+    }
+    for region in &scene.regions {
+        found.add(&region.name.place, "counted regions");
+    }
+    for deletion in &scene.deletions {
+        found.region(&deletion.region.value);
+    }
+    for flux in &scene.fluxes {
+        found.add(&flux.name.place, "flux planes");
+    }
+    for membrane in &scene.membranes {
+        found.add(&membrane.name.place, "membranes");
+    }
+    for spray in &scene.sprays {
+        found.add(&spray.name.place, "sprays");
+    }
+    if scene.output.vtk {
+        let error = scene
+            .place
+            .error("output.vtk: VTK files are not in this version of mercury-solve");
+        found
+            .0
+            .push(error.with_help("leave it out; mercury-export makes them from the run folder"));
+    }
+    found.0
+}
+
+struct Found(Vec<SceneError>);
+
+impl Found {
+    fn add(&mut self, place: &Place, what: &str) {
+        self.0
+            .push(place.error(format!("{what} are not in this version of mercury-solve")));
+        if matches!(what, "wear" | "servo motion") {
+            let last = self.0.len() - 1;
+            self.0[last].message = format!("{what} is not in this version of mercury-solve");
+        }
+    }
+
+    fn film(&mut self, particle: &ParticleValues) {
+        let film = &particle.start.film_volume;
+        if **film > 0.0 {
+            self.add(&film.place, "liquid films");
+        }
+    }
+
+    fn insertion(&mut self, insertion: &Insertion) {
+        self.region(&insertion.region.value);
+        for component in &insertion.mixture {
+            if let Body::Clump(clump) = &component.body {
+                self.add(&clump.place, "clumps");
+            }
+            if let SizeLaw::File { file } = &component.psd.law {
+                self.add(&file.place, "size distributions from files");
+            }
+        }
+        if insertion.method == Method::Quota {
+            let error = insertion
+                .place
+                .error("method = \"quota\" is not in this version of mercury-solve");
+            self.0
+                .push(error.with_help("use method = \"random\", the default"));
+        }
+    }
+
+    fn region(&mut self, region: &Region) {
+        match region {
+            Region::Mesh(mesh) => self.add(&mesh.file.place, "mesh regions"),
+            Region::Union(parts) | Region::Intersection(parts) | Region::Difference(parts) => {
+                for part in parts {
+                    self.region(part);
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The walls of a scene as the engine's walls; boxes fall apart into their faces.
+
+use glam::DVec3;
+use mercury_common::scene::{
+    Domain, Face, Motion as SceneMotion, MotionKind, Scene, SceneError, Shape as SceneShape,
+    Side as SceneSide, Wall as SceneWall,
+};
+
+use crate::walls::{
+    Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Shape, Side,
+    SphereShell, Wall, WallError,
+};
+
+/// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z. Meshes are left
+/// out: [`super::unsupported`] reports them.
+pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
+    let mut planned = Vec::new();
+    for wall in &scene.walls {
+        let Some(motion) = motion(wall, errors) else {
+            continue;
+        };
+        let origin = motion_origin(wall);
+        let mut add = |name: String, shape: Result<Shape, WallError>, own: DVec3| match shape {
+            Ok(shape) => planned.push(Wall {
+                name,
+                material: wall.material.0 as u32,
+                shape,
+                motion: motion.clone(),
+                from: *wall.from,
+                until: wall.until.as_deref().copied().unwrap_or(f64::INFINITY),
+                reference: origin.unwrap_or(own),
+            }),
+            Err(error) => errors.push(wall.place.error(error.to_string())),
+        };
+        let name = wall.name.value.clone();
+        match &wall.shape {
+            SceneShape::Box { sides } => {
+                for &face in sides {
+                    let (point, normal) = face_plane(face, &scene.domain);
+                    let shape = Plane::new(point, normal).map(Shape::Plane);
+                    add(format!("{name}.{}", face.name()), shape, DVec3::ZERO);
+                }
+            }
+            SceneShape::Plane { point, normal } => {
+                let shape = Plane::new(**point, **normal).map(Shape::Plane);
+                add(name, shape, **point);
+            }
+            SceneShape::Disc {
+                axis,
+                origin,
+                radius,
+            } => {
+                let shape = Disc::new(**axis, **origin, **radius).map(Shape::Disc);
+                add(name, shape, **origin);
+            }
+            SceneShape::Cylinder {
+                axis,
+                origin,
+                radius,
+                along,
+                side: at,
+            } => {
+                let along = along.as_deref().copied();
+                let shape = Cylinder::new(**axis, **origin, **radius, along, side(*at));
+                add(name, shape.map(Shape::Cylinder), **origin);
+            }
+            SceneShape::Cone {
+                axis,
+                origin,
+                along,
+                radii,
+                side: at,
+            } => {
+                let shape = Cone::new(**axis, **origin, **along, **radii, side(*at));
+                add(name, shape.map(Shape::Cone), **origin);
+            }
+            SceneShape::Sphere {
+                origin,
+                radius,
+                side: at,
+            } => {
+                let shape = SphereShell::new(**origin, **radius, side(*at)).map(Shape::Sphere);
+                add(name, shape, **origin);
+            }
+            SceneShape::Revolution {
+                axis,
+                origin,
+                profile,
+                side: at,
+            } => {
+                let shape = Revolution::new(**axis, **origin, profile, side(*at));
+                add(name, shape.map(Shape::Revolution), **origin);
+            }
+            SceneShape::Mesh { .. } => {}
+        }
+    }
+    planned
+}
+
+fn side(side: SceneSide) -> Side {
+    match side {
+        SceneSide::Inside => Side::Inside,
+        SceneSide::Outside => Side::Outside,
+    }
+}
+
+/// The middle of a face of the domain and the direction into the domain.
+fn face_plane(face: Face, domain: &Domain) -> (DVec3, DVec3) {
+    let mut point = 0.5 * (*domain.min + *domain.max);
+    let mut normal = DVec3::ZERO;
+    if face.is_upper {
+        point[face.axis] = domain.max[face.axis];
+        normal[face.axis] = -1.0;
+    } else {
+        point[face.axis] = domain.min[face.axis];
+        normal[face.axis] = 1.0;
+    }
+    (point, normal)
+}
+
+/// The point about which the torque of a wall is given if its motion has one: the origin of the first rotation.
+fn motion_origin(wall: &SceneWall) -> Option<DVec3> {
+    wall.motion.iter().find_map(|motion| match &motion.kind {
+        MotionKind::Rotation { origin, .. } => Some(**origin),
+        _ => None,
+    })
+}
+
+/// The point about which a table turns the wall.
+fn own_origin(wall: &SceneWall) -> DVec3 {
+    match &wall.shape {
+        SceneShape::Plane { point, .. } => **point,
+        SceneShape::Disc { origin, .. }
+        | SceneShape::Cylinder { origin, .. }
+        | SceneShape::Cone { origin, .. }
+        | SceneShape::Sphere { origin, .. }
+        | SceneShape::Revolution { origin, .. } => **origin,
+        SceneShape::Box { .. } | SceneShape::Mesh { .. } => DVec3::ZERO,
+    }
+}
+
+fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
+    let before = errors.len();
+    let mut components = Vec::new();
+    for motion in &wall.motion {
+        match component(wall, motion) {
+            Ok(component) => components.extend(component),
+            Err(error) => errors.push(error),
+        }
+    }
+    if errors.len() > before {
+        return None;
+    }
+    match Motion::new(components) {
+        Ok(motion) => Some(motion),
+        Err(error) => {
+            errors.push(wall.place.error(error.to_string()));
+            None
+        }
+    }
+}
+
+/// The engine's form of a motion; none for servo motion, which [`super::unsupported`] reports.
+fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Option<Component>, SceneError> {
+    let from = *motion.from;
+    let until = motion.until.as_deref().copied().unwrap_or(f64::INFINITY);
+    Ok(Some(match &motion.kind {
+        MotionKind::Translation { velocity } => Component::Translation {
+            velocity: **velocity,
+            from,
+            until,
+        },
+        MotionKind::Rotation {
+            axis,
+            origin,
+            angular_velocity,
+        } => Component::Rotation {
+            axis: **axis,
+            origin: **origin,
+            angular_velocity: **angular_velocity,
+            from,
+            until,
+        },
+        MotionKind::Oscillation {
+            amplitude,
+            frequency,
+            phase_degrees,
+        } => Component::Oscillation {
+            amplitude: **amplitude,
+            frequency: **frequency,
+            phase: phase_degrees.to_radians(),
+            from,
+            until,
+        },
+        MotionKind::Table { file } => Component::Table {
+            table: MotionTable::read(file).map_err(|error| file.error(error.to_string()))?,
+            origin: own_origin(wall),
+        },
+        MotionKind::Servo { .. } => return Ok(None),
+    }))
+}
