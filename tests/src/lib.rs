@@ -2,6 +2,8 @@
 
 pub mod cases;
 pub mod closed_forms;
+#[cfg(doctest)]
+mod how_to;
 pub mod reference;
 pub mod scene_checks;
 pub mod scenes;
