@@ -1,7 +1,5 @@
 //! What is refused before a run, word for word.
 
-use std::path::Path;
-
 use mercury_common::scene::{Files, parse_scene};
 
 use super::*;
