@@ -44,7 +44,7 @@ pub(super) fn inside_the_domain(
     let outside = |particle: &NewParticle| {
         (0..3).any(|axis| {
             let x = particle.position[axis];
-            !scene.domain.periodic[axis] && !(x >= min[axis] && x <= max[axis])
+            !scene.domain.periodic[axis] && (x < min[axis] || x > max[axis])
         })
     };
     let mut reported: Option<usize> = None;

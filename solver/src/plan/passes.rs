@@ -74,8 +74,8 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             is_done: !plan.walls.is_empty(),
             reason: match (plan.walls.len(), moving.count()) {
                 (0, _) => "no walls".to_owned(),
-                (n, 0) => format!("{n} walls at rest, in closed form"),
-                (n, m) => format!("{n} walls in closed form, {m} of them moving"),
+                (n, 0) => format!("in closed form, {n} at rest"),
+                (n, m) => format!("in closed form, {} at rest, {m} moving", n - m),
             },
         },
         pass("mesh search", false, "", "no wall is a mesh"),

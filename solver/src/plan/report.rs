@@ -19,7 +19,7 @@ pub fn report(plan: &Plan) -> String {
 
 /// A line `  name       value`.
 fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
-    writeln!(text, "  {name:<22}{value}")
+    writeln!(text, "  {name:<24}{value}")
 }
 
 fn heading(text: &mut String, title: &str) -> std::fmt::Result {
@@ -238,7 +238,7 @@ fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
 fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Time")?;
     let step = &plan.step;
-    let steps = format!("{} s: {}", plan.time_step, step.reason);
+    let steps = format!("{:e} s: {}", plan.time_step, step.reason);
     line(text, "step", &steps)?;
     let end = short(plan.steps as f64 * plan.time_step);
     line(text, "steps", &format!("{}, until {end} s", plan.steps))?;

@@ -42,14 +42,14 @@ fn the_report_says_what_is_done_and_what_is_skipped() {
     let text = report(&plan);
     for line in [
         "Rain",
-        "  domain                [0, 0, 0] to [0.04, 0.04, 0.12] m",
-        "  box.-x                glass, until 0.05 s",
+        "  domain                  [0, 0, 0] to [0.04, 0.04, 0.12] m",
+        "  box.-x                  glass, until 0.05 s",
         "  glass - lead (particles and walls)",
         "    normal.restitution                  0.7                   mixed",
         "    tangential.static_friction          0.5                   = friction",
-        "  contact loop          hertz, mindlin, no rolling",
-        "  rolling and torsion   no pair has rolling or torsion resistance",
-        "  orientations          nothing writes them",
+        "  contact loop            hertz, mindlin, no rolling",
+        "  rolling and torsion     no pair has rolling or torsion resistance",
+        "  orientations            nothing writes them",
         "  output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored",
     ] {
         assert!(
