@@ -6,4 +6,5 @@ pub mod reference;
 pub mod scene_checks;
 pub mod scenes;
 pub mod selftests;
+pub mod twins;
 pub mod validation;

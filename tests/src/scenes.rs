@@ -26,11 +26,11 @@ pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
     }
 }
 
-/// A plan in a domain so large that no particle leaves it, which would end it.
+/// A plan in a domain of 2 km about the origin, which no particle leaves.
 pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Plan {
     Plan::bare(
         time_step,
-        (DVec3::splat(-1e4), DVec3::splat(1e4)),
+        (DVec3::splat(-1e3), DVec3::splat(1e3)),
         density,
         law,
     )

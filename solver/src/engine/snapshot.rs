@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Audit, Engine, RunError};
-use crate::boundaries::Boundaries;
+use crate::boundaries::BoundaryState;
 use crate::forces::SavedSlot;
 use crate::neighbours::{Skin, Validity};
 use crate::particles::Particles;
@@ -37,7 +37,7 @@ pub struct Snapshot {
     /// How often the list was built.
     pub rebuilds: u64,
     /// Insertions and deletions, and what they counted.
-    pub boundaries: Boundaries,
+    pub boundaries: BoundaryState,
     /// Running sums of the energy audit.
     pub audit: Audit,
 }
@@ -58,7 +58,7 @@ impl Engine {
             kick_due: self.kick_due,
             rows_changed: self.rows_changed,
             rebuilds: self.rebuilds,
-            boundaries: self.boundaries.clone(),
+            boundaries: self.boundaries.state(),
             audit: self.audit,
         }
     }
@@ -82,7 +82,9 @@ impl Engine {
         engine.kick_due = snapshot.kick_due;
         engine.rows_changed = snapshot.rows_changed;
         engine.rebuilds = snapshot.rebuilds;
-        engine.boundaries = snapshot.boundaries;
+        engine
+            .boundaries
+            .restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);
         engine.wall_states = engine

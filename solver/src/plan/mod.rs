@@ -2,10 +2,13 @@
 
 mod build;
 mod checks;
+mod document;
 mod insertions;
 mod mixing;
 mod parameter;
 mod particles;
+mod passes;
+mod report;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -14,9 +17,12 @@ mod usage;
 mod walls;
 
 pub use build::plan;
+pub use document::document;
 pub use insertions::expected_number;
 pub use mixing::{PairPlan, harmonic_mean};
 pub use parameter::{Origin, Parameter, Value};
+pub use passes::{Pass, memory, passes};
+pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 
 use glam::DVec3;

@@ -215,6 +215,9 @@ fn mindlin_on_wall() -> Vec<Case> {
     cases
 }
 
+/// A quantity by its name, and the way to it.
+type Pick = (&'static str, fn(&Engine) -> DVec3);
+
 fn all_kinds_of_friction() -> Vec<Case> {
     let begin = |rotation: SpringRotation, lever: f64| {
         let spring = |stiffness, dissipation, friction| FrictionSpring {
@@ -294,7 +297,7 @@ fn all_kinds_of_friction() -> Vec<Case> {
     ];
     let mut cases = Vec::new();
     for (name, rotation, lever, source, expected) in variants {
-        let picks: [(&str, fn(&Engine) -> DVec3); 4] = [
+        let picks: [Pick; 4] = [
             ("v of 1 (m/s)", |e| particle(e, 0).velocity),
             ("spin of 1 (rad/s)", |e| particle(e, 0).angular_velocity),
             ("v of 2 (m/s)", |e| particle(e, 1).velocity),

@@ -13,6 +13,7 @@ mod mindlin_paths;
 mod mixing;
 mod normal;
 mod slope;
+mod squeezed;
 
 /// How near a measured value must come to the expected one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,6 +110,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(golden::cases());
     cases.extend(friction::cases());
     cases.extend(slope::cases());
+    cases.extend(squeezed::cases());
     cases.extend(mindlin_paths::cases());
     cases.extend(mixing::cases());
     cases
