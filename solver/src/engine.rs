@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+mod snapshot;
+
+pub use snapshot::Snapshot;
+
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
@@ -101,6 +105,29 @@ impl Engine {
     /// # Errors
     /// If threads cannot be started, or the start is not a number.
     pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, threads)?;
+        engine.exchange_particles();
+        engine.keep_lists_valid(0.0)?;
+        let spring_time = if engine.plan.startup_increment {
+            engine.plan.time_step
+        } else {
+            0.0
+        };
+        engine.evaluate_forces(
+            spring_time,
+            Some(Watch {
+                records: true,
+                audit: None,
+            }),
+            false,
+        );
+        // The first step begins with its own half kick alone.
+        engine.kick_due = false;
+        Ok(engine)
+    }
+
+    /// The particles and walls of a plan as they are placed, without lists and forces.
+    fn unstarted(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
         let (forces, law_names) = contact_loop(&plan.laws);
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         let mut particles = Particles::new(plan.orientations);
@@ -137,7 +164,7 @@ impl Engine {
             }
         }
         skin.limit(0.99 * room);
-        let mut engine = Self {
+        Ok(Self {
             boundaries: Boundaries::new(&plan),
             inverse_inertia: inverse_inertia_factor(plan.dimensions),
             turns: plan.laws.turns(),
@@ -158,25 +185,7 @@ impl Engine {
             rebuilds: 0,
             pool,
             audit: Audit::default(),
-        };
-        engine.exchange_particles();
-        engine.keep_lists_valid(0.0)?;
-        let spring_time = if engine.plan.startup_increment {
-            engine.plan.time_step
-        } else {
-            0.0
-        };
-        engine.evaluate_forces(
-            spring_time,
-            Some(Watch {
-                records: true,
-                audit: None,
-            }),
-            false,
-        );
-        // The first step begins with its own half kick alone.
-        engine.kick_due = false;
-        Ok(engine)
+        })
     }
 
     /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
@@ -259,8 +268,11 @@ impl Engine {
             }),
             _ => pass.run(records, loads),
         };
-        self.release_prescribed(special, drift);
-        fastest
+        let prescribed = self.release_prescribed(special, drift);
+        Fastest {
+            squared_speed: fastest.squared_speed.max(prescribed),
+            ..fastest
+        }
     }
 
     fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
@@ -281,8 +293,10 @@ impl Engine {
             .collect()
     }
 
-    /// Puts the prescribed components back and drifts them with their prescribed velocity.
-    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) {
+    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the largest squared speed
+    /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
+        let mut largest = 0.0f64;
         for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
             let record = &mut self.particles.records[prescribed.row as usize];
             for axis in 0..3 {
@@ -294,7 +308,9 @@ impl Engine {
                     record.angular_velocity[axis] = spin;
                 }
             }
+            largest = largest.max(record.velocity.length_squared());
         }
+        largest
     }
 
     /// Turns the orientations by the angular velocities over `drift` seconds, exactly for constant ones.
