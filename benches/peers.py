@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Run a benchmark scene of ../scenes/bench in LIGGGHTS or LAMMPS and print its cost.
+
+    apt-get install liggghts lammps          # Debian's packages
+    ./peers.py liggghts dense-20k            # one core
+    ./peers.py lammps dense-20k --ranks 2    # MPI
+
+Prints one line: code, scene, particles, steps, nanoseconds per particle-step (the code's own loop time: wall, and CPU
+time per rank), coordination number, kinetic energy (translational + rotational) after the run. Compare with Mercury in the same minute, on the same machine, several times.
+"""
+import argparse, math, os, re, subprocess, sys, tempfile, tomllib
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+BENCH = os.path.join(HERE, "..", "scenes", "bench")
+
+
+def read(scene):
+    cfg = tomllib.load(open(os.path.join(BENCH, scene + ".toml"), "rb"))
+    rows = [tuple(map(float, l.split(","))) for l in open(os.path.join(BENCH, scene + ".csv")).readlines()[1:]]
+    return cfg, rows
+
+
+def write_data(path, cfg, rows, lammps):
+    lo, hi = cfg["domain"]["min"], cfg["domain"]["max"]
+    rho = cfg["materials"]["bead"]["density"]
+    with open(path, "w") as f:
+        f.write("spheres\n\n%d atoms\n1 atom types\n\n" % len(rows))
+        for k, a in enumerate("xyz"):
+            pad = 1e-3
+            f.write("%.9g %.9g %slo %shi\n" % (lo[k] - pad, hi[k] + pad, a, a))
+        f.write("\nAtoms\n\n")
+        for i, r in enumerate(rows, 1):   # id type diameter density x y z
+            f.write("%d 1 %.9g %.9g %.9g %.9g %.9g\n" % (i, 2 * r[3], rho, *r[:3]))
+        f.write("\nVelocities\n\n")
+        for i, r in enumerate(rows, 1):
+            f.write("%d %.9g %.9g %.9g %.9g %.9g %.9g\n" % (i, *r[4:10]))
+
+
+def tsuji_equivalent(e):
+    """LAMMPS' tsuji polynomial is not the constant-restitution solution: give the e whose polynomial equals sqrt(5) beta."""
+    poly = lambda x: 1.2728 - 4.2783*x + 11.087*x**2 - 22.348*x**3 + 27.467*x**4 - 18.022*x**5 + 4.8218*x**6
+    target = math.sqrt(5) * -math.log(e) / math.hypot(math.log(e), math.pi)
+    a, b = 0.0, 1.0
+    for _ in range(60):
+        m = (a + b) / 2
+        a, b = (m, b) if poly(m) > target else (a, m)
+    return a
+
+
+def script(code, cfg, rows, data, warm, steps, ranks):
+    m = cfg["materials"]["bead"]
+    E, nu, e = (m["normal"][k] for k in ("youngs_modulus", "poisson_ratio", "restitution"))
+    mu = m["tangential"]["friction"]
+    rmin, rmax = min(r[3] for r in rows), max(r[3] for r in rows)
+    skin = 0.2 * rmin if rmin == rmax else 0.4 * rmin
+    mesh = [w for w in cfg["walls"] if w["shape"] == "mesh"]
+    grid = "1 1 1" if ranks == 1 else ("1 %d 1" % ranks if mesh else "%d 1 1" % ranks)
+    L = cfg["domain"]["max"]
+    out = ["atom_style %s" % ("sphere" if code == "lammps" else "granular"), "atom_modify map array", "boundary f f f",
+           "newton off", "%s vel yes" % ("comm_modify" if code == "lammps" else "communicate single"), "units si",
+           "processors " + grid, "read_data " + data, "neighbor %g bin" % skin, "neigh_modify delay 0"]
+    if code == "lammps":
+        xgt = math.sqrt(4 * (1 - nu) / (2 * (2 - nu)))
+        law = "hertz/material %g %.15g %g tangential mindlin NULL %.15g %g damping tsuji" % (E, tsuji_equivalent(e), nu, xgt, mu)
+        out += ["pair_style granular", "pair_coeff * * " + law]
+        out += ["fix w%d all wall/gran granular %s %s" % (k, law, w) for k, w in
+                enumerate(("xplane 0.0 %.9g" % L[0], "yplane 0.0 %.9g" % L[1], "zplane 0.0 NULL"))]
+    else:
+        out += ["hard_particles no", "fix m1 all property/global youngsModulus peratomtype %g" % E,
+                "fix m2 all property/global poissonsRatio peratomtype %g" % nu,
+                "fix m3 all property/global coefficientRestitution peratomtypepair 1 %g" % e,
+                "fix m4 all property/global coefficientFriction peratomtypepair 1 %g" % mu,
+                "pair_style gran model hertz tangential history", "pair_coeff * *"]
+        if mesh:
+            w = mesh[0]
+            period = 2 * math.pi / w["motion"][0]["angular_velocity"]
+            out += ["fix mesh all mesh/surface file %s type 1 precision 1e-9" % os.path.join(BENCH, w["file"]),
+                    "fix w1 all wall/gran model hertz tangential history mesh n_meshes 1 meshes mesh",
+                    "fix mv all move/mesh mesh mesh rotate origin 0. 0. 0. axis 0. 1. 0. period %.15g" % period]
+        else:
+            for k, w in enumerate(("xplane 0.0", "xplane %.9g" % L[0], "yplane 0.0", "yplane %.9g" % L[1], "zplane 0.0")):
+                out.append("fix w%d all wall/gran model hertz tangential history primitive type 1 %s" % (k, w))
+    out += ["timestep %g" % cfg["time"]["step"], "fix grav all gravity 9.81 vector 0.0 0.0 -1.0", "fix integr all nve/sphere",
+            "compute kr all erotate/sphere", "compute ct all contact/atom", "compute cs all reduce sum c_ct",
+            "thermo_style custom step atoms ke c_kr c_cs", "thermo %d" % max(steps, 1), "thermo_modify lost ignore norm no",
+            "run %d" % warm, "run %d" % steps]
+    return "\n".join(out) + "\n"
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("code", choices=("liggghts", "lammps"))
+    p.add_argument("scene")
+    p.add_argument("--ranks", type=int, default=1)
+    p.add_argument("--warm", type=int, default=50)
+    p.add_argument("--steps", type=int)
+    a = p.parse_args()
+    cfg, rows = read(a.scene)
+    if a.code == "lammps" and any(w["shape"] == "mesh" for w in cfg["walls"]):
+        sys.exit("lammps (Debian's version) has no mesh walls")
+    steps = a.steps or math.ceil(cfg["time"]["end"] / cfg["time"]["step"] - 1e-6) - a.warm   # so that both end at the same time
+    with tempfile.TemporaryDirectory() as d:
+        data = os.path.join(d, "in.data")
+        write_data(data, cfg, rows, a.code == "lammps")
+        inp = os.path.join(d, "in.script")
+        open(inp, "w").write(script(a.code, cfg, rows, data, a.warm, steps, a.ranks))
+        cmd = [{"liggghts": "liggghts", "lammps": "lmp"}[a.code], "-in", inp, "-log", os.path.join(d, "log")]
+        if a.ranks > 1:
+            cmd = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks)] + cmd
+        run = subprocess.run(cmd, capture_output=True, text=True, cwd=d, env=dict(os.environ, OMP_NUM_THREADS="1"))
+        txt = run.stdout + run.stderr
+    loops = re.findall(r"Loop time of ([\d.eE+-]+) on", txt)
+    if run.returncode or len(loops) < 2:
+        sys.exit("%s failed:\n%s" % (a.code, txt[-2000:]))
+    cpu = re.findall(r"([\d.]+)% CPU use", txt)
+    wall = float(loops[-1]) * 1e9 / len(rows) / steps
+    share = float(cpu[-1]) / 100 if cpu else float("nan")
+    last = [l.split() for l in txt.splitlines() if re.match(r"\s*%d\s" % (a.warm + steps), l)][-1]
+    print("%s scene=%s ranks=%d N=%d steps=%d wall_ns=%.1f cpu_ns=%.1f coordination=%.3f kinetic_total=%.6e" % (
+        a.code, a.scene, a.ranks, len(rows), steps, wall, wall * share, float(last[4]) / len(rows), float(last[2]) + float(last[3])))
+
+
+if __name__ == "__main__":
+    main()
