@@ -12,7 +12,7 @@ use mercury_common::scene::{SceneErrors, read_scene};
 use mercury_solver::output::folder;
 use mercury_solver::output::progress_line::ProgressLine;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, plan};
+use mercury_solver::plan::{Plan, document, plan, report};
 use mercury_solver::run::{Report, RunOptions, run, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.
@@ -21,6 +21,7 @@ const MOST_THREADS: i64 = 1024;
 const EXAMPLES: &str = "\
 Examples:
   mercury-solve drum.toml                         run it; files in ./drum/
+  mercury-solve drum.toml --check                 what the scene means; nothing is run
   mercury-solve drum.toml --set time.end=0.1 --set materials.glass.friction=0.3 --output short
   mercury-solve drum.toml --force --threads 4     replace an earlier run
   mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
@@ -43,6 +44,10 @@ struct Arguments {
     #[arg(long)]
     force: bool,
 
+    /// Print what the scene means (resolved parameters, time step and its reason) and stop
+    #[arg(long)]
+    check: bool,
+
     /// Threads; the results are the same with any number [default: what the machine has and the scene can use]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
@@ -55,7 +60,7 @@ struct Arguments {
     #[arg(long)]
     quiet: bool,
 
-    /// Print the summary as one JSON object on standard output
+    /// Print the summary (with --check: the plan) as one JSON object on standard output
     #[arg(long)]
     json: bool,
 
@@ -95,6 +100,13 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     // The argument is required without --completions.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let plan = planned(path, &arguments.set).map_err(|errors| scene_failure(&errors))?;
+    if arguments.check {
+        return say(&if arguments.json {
+            plan_as_json(&plan)?
+        } else {
+            report(&plan)
+        });
+    }
     let report = run_plan(arguments, plan)?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&report.summary)
@@ -116,6 +128,19 @@ fn planned(path: &Path, overrides: &[String]) -> Result<Plan, SceneErrors> {
     plan(&read_scene(path, overrides)?)
 }
 
+/// The content of `plan.toml`.
+fn plan_as_toml(plan: &Plan) -> Result<String, Failure> {
+    document(plan).map_err(|error| Failure::Run(format!("the plan cannot be written: {error}")))
+}
+
+/// The content of `plan.toml` as JSON.
+fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
+    let failed = |error: String| Failure::Run(format!("the plan cannot be written: {error}"));
+    let value: toml::Value =
+        toml::from_str(&plan_as_toml(plan)?).map_err(|error| failed(error.to_string()))?;
+    serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
+}
+
 fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(&plan.prefix));
     folder::prepare(&folder, &plan.prefix, arguments.force)
@@ -131,7 +156,7 @@ fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
         folder,
         threads,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        plan_document: None,
+        plan_document: Some(plan_as_toml(&plan)?),
         stop: stop_on_request()?,
     };
     let error = std::io::stderr();

@@ -23,7 +23,7 @@ use crate::forces::{Watch, block_size};
 use crate::output::pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 use crate::output::summary::{Status, Summary};
 use crate::output::{
-    OutputError, Schedule, Snapshot, Writer, Written, folder, wall_outlines, write_whole,
+    Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,
 };
 use crate::particles::inverse_inertia_factor;
 use crate::plan::Plan;
@@ -149,6 +149,9 @@ fn run_and_report(
     Ok(report)
 }
 
+/// Particle-steps that are made without looking up: some milliseconds.
+const STEPS_AT_ONCE: u64 = 50_000;
+
 /// What the time loop tells of itself.
 #[derive(Debug, Default)]
 struct Looped {
@@ -169,21 +172,39 @@ fn time_loop(
     let plan = Arc::clone(engine.plan());
     let output = &plan.output;
     let mut frames = Schedule::new(output.interval, plan.time_step);
-    let mut contact_frames = Schedule::new(output.fstat_interval, plan.time_step);
+    let contact_interval = if output.fstat {
+        output.fstat_interval
+    } else {
+        f64::INFINITY
+    };
+    let mut contact_frames = Schedule::new(contact_interval, plan.time_step);
     let mut rest = plan.until_at_rest.then(|| {
         let factor = inverse_inertia_factor(plan.dimensions);
         Rest::new(plan.gravity.length(), factor)
     });
     let mut looped = Looped::default();
     let mut next_look = 0;
-    if !writer.send(Snapshot::take(engine, true, output.fstat)) {
+    if !writer.send(Moment::take(engine, true, output.fstat)) {
         return Ok(looped);
     }
     let mut since = Instant::now();
-    for step in 1..=plan.steps {
+    let mut step = 0;
+    while step < plan.steps {
         let stopping = stop.load(Ordering::Relaxed);
+        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
+        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let target = if stopping || rest.is_some() {
+            step + 1
+        } else {
+            (step + most)
+                .min(frames.next_step())
+                .min(contact_frames.next_step())
+                .clamp(step + 1, plan.steps)
+        };
+        let count = target - step;
+        step = target;
         let frame = frames.is_due(step);
-        let contacts = contact_frames.is_due(step) && output.fstat;
+        let contacts = contact_frames.is_due(step);
         let last = step == plan.steps || stopping;
         // A step that may be the last one is watched in case it is.
         let perhaps_last = last || rest.as_ref().is_some_and(Rest::is_near);
@@ -191,8 +212,8 @@ fn time_loop(
             records: contacts || (perhaps_last && output.fstat),
             audit: None,
         });
-        engine.step(watch)?;
-        looped.particle_steps += engine.particles.len() as u64;
+        engine.steps_at_once(count, watch)?;
+        looped.particle_steps += count * engine.particles.len() as u64;
         looped.at_rest = rest.as_mut().is_some_and(|rest| {
             rest.is_reached(&engine.particles, engine.boundaries().expects_more())
         });
@@ -200,16 +221,15 @@ fn time_loop(
         if frame || contacts || ends {
             engine.complete_step()?;
             looped.seconds += since.elapsed().as_secs_f64();
-            let snapshot =
-                Snapshot::take(engine, frame || ends, contacts || (ends && output.fstat));
-            if !writer.send(snapshot) {
+            let moment = Moment::take(engine, frame || ends, contacts || (ends && output.fstat));
+            if !writer.send(moment) {
                 return Ok(looped);
             }
             since = Instant::now();
         }
-        // About every 20 000 particle-steps, so that looking at the clock costs nothing.
+        // Seldom enough that looking at the clock costs nothing.
         if looped.particle_steps + step >= next_look {
-            next_look = looped.particle_steps + step + 20_000;
+            next_look = looped.particle_steps + step + STEPS_AT_ONCE;
             observe(&Progress {
                 engine,
                 particle_steps: looped.particle_steps,

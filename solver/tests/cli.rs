@@ -79,6 +79,8 @@ fn a_run_ends_with_0_and_a_report() {
     assert_eq!(data.lines().count(), 3 * (1 + 2), "t = 0, 0.001 and 0.002");
     let log = fs::read_to_string(folder.path().join("pair/run.log")).unwrap();
     assert!(log.contains("pair.toml"), "{log}");
+    let plan = fs::read_to_string(folder.path().join("pair/plan.toml")).unwrap();
+    assert!(toml::from_str::<toml::Table>(&plan).is_ok(), "{plan}");
 }
 
 #[test]
@@ -192,6 +194,24 @@ fn set_changes_the_scene() {
     let wrong = solve(
         folder.path(),
         &["pair.toml", "--set", "time.ende=1", "--force"],
+    );
+    assert_eq!(code(&wrong), Some(2));
+}
+
+#[test]
+fn check_prints_the_plan_and_runs_nothing() {
+    let folder = folder_with_scene(SCENE);
+    let output = solve(folder.path(), &["pair.toml", "--check"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    assert!(said(&output).contains("Two spheres"), "{}", said(&output));
+    let output = solve(folder.path(), &["pair.toml", "--check", "--json"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let plan: serde_json::Value = serde_json::from_str(&said(&output)).unwrap();
+    assert!(plan.is_object());
+    assert!(!folder.path().join("pair").exists());
+    let wrong = solve(
+        folder.path(),
+        &["pair.toml", "--check", "--set", "time.end=-1"],
     );
     assert_eq!(code(&wrong), Some(2));
 }

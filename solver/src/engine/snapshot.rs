@@ -82,9 +82,7 @@ impl Engine {
         engine.kick_due = snapshot.kick_due;
         engine.rows_changed = snapshot.rows_changed;
         engine.rebuilds = snapshot.rebuilds;
-        engine
-            .boundaries
-            .restore(&snapshot.boundaries, rows);
+        engine.boundaries.restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);
         engine.wall_states = engine

@@ -1,7 +1,7 @@
 //! What a run leaves behind: frames, energies, wall loads, pictures, its summary and its log.
 //!
-//! The time loop hands a [`Snapshot`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
-//! one [`Stream`](stream::Stream) for each file. The rooms: `schedule` says when, `snapshot` and `state` what, `energies` sums
+//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
+//! one [`Stream`](stream::Stream) for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
 //! up, one room for each file writes; `folder` guards what is already there, `whole_file` replaces files at once.
 
 mod contact_frames;
@@ -10,11 +10,11 @@ mod ene_file;
 mod energies;
 pub mod folder;
 mod fstat_file;
+mod moment;
 mod particle_frames;
 pub mod pictures;
 pub mod progress_line;
 mod schedule;
-mod snapshot;
 mod state;
 mod stream;
 pub mod summary;
@@ -27,8 +27,8 @@ mod whole_file;
 mod writer;
 
 pub use energies::energies;
+pub use moment::Moment;
 pub use schedule::Schedule;
-pub use snapshot::Snapshot;
 pub use state::State;
 pub use stream::OutputError;
 pub use wall_outlines::wall_outlines;

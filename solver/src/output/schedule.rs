@@ -20,7 +20,17 @@ impl Schedule {
         }
     }
 
-    /// Whether something is due at the end of this step. Steps are asked about in order, once each.
+    /// The next step at which something is due; 0 if at every step.
+    #[must_use]
+    pub fn next_step(&self) -> u64 {
+        if self.stride <= 1e-6 {
+            return 0;
+        }
+        (self.stride * self.next as f64 - 1e-6).ceil() as u64
+    }
+
+    /// Whether something is due at the end of this step. Steps are asked about in order, once each; those before
+    /// [`Schedule::next_step`] may be left out.
     pub fn is_due(&mut self, step: u64) -> bool {
         if self.stride <= 1e-6 {
             return true;
@@ -45,7 +55,13 @@ mod tests {
 
     fn due(interval: f64, time_step: f64, steps: u64) -> Vec<u64> {
         let mut schedule = Schedule::new(interval, time_step);
-        (1..=steps).filter(|&step| schedule.is_due(step)).collect()
+        let each = |step: &u64| {
+            let announced = schedule.next_step().max(*step) == *step;
+            let due = schedule.is_due(*step);
+            assert_eq!(announced, due, "step {step}");
+            due
+        };
+        (1..=steps).filter(each).collect()
     }
 
     #[test]

@@ -2,12 +2,12 @@
 
 use glam::{DQuat, DVec3};
 
-use super::Snapshot;
+use super::Moment;
 use crate::forces::Observation;
 use crate::neighbours::Images;
 use crate::particles::{FIXED, Load, Particle};
 
-/// A [`Snapshot`] in the order of ids.
+/// A [`Moment`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Time, s.
@@ -37,32 +37,32 @@ pub struct State {
 }
 
 impl State {
-    /// Puts a snapshot in order.
+    /// Puts a moment in order.
     #[must_use]
-    pub fn new(snapshot: Snapshot, images: &Images) -> Self {
-        let mut order: Vec<u32> = (0..snapshot.ids.len() as u32).collect();
-        order.sort_unstable_by_key(|&row| snapshot.ids[row as usize]);
+    pub fn new(moment: Moment, images: &Images) -> Self {
+        let mut order: Vec<u32> = (0..moment.ids.len() as u32).collect();
+        order.sort_unstable_by_key(|&row| moment.ids[row as usize]);
         let mut rank_of_row = vec![0; order.len()];
         for (rank, &row) in order.iter().enumerate() {
             rank_of_row[row as usize] = rank as u32;
         }
-        let mut particles = gather(&snapshot.records, &order);
+        let mut particles = gather(&moment.records, &order);
         for particle in &mut particles {
             particle.position = images.wrap(particle.position);
         }
         Self {
-            time: snapshot.time,
-            step: snapshot.step,
-            frame: snapshot.frame,
-            contacts: snapshot.contacts,
+            time: moment.time,
+            step: moment.step,
+            frame: moment.frame,
+            contacts: moment.contacts,
             particles,
-            loads: gather(&snapshot.loads, &order),
-            ids: gather(&snapshot.ids, &order),
-            masses: gather(&snapshot.masses, &order),
-            orientations: snapshot.orientations.map(|all| gather(&all, &order)),
+            loads: gather(&moment.loads, &order),
+            ids: gather(&moment.ids, &order),
+            masses: gather(&moment.masses, &order),
+            orientations: moment.orientations.map(|all| gather(&all, &order)),
             rank_of_row,
-            observation: snapshot.observation,
-            dissipated: snapshot.dissipated,
+            observation: moment.observation,
+            dissipated: moment.dissipated,
         }
     }
 

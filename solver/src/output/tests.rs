@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
-use super::{Snapshot, State, energies, folder};
+use super::{Moment, State, energies, folder};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::particles::{FIXED, Load, Particle};
@@ -40,7 +40,7 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
-    let snapshot = Snapshot {
+    let moment = Moment {
         time: 1.5,
         step: 3,
         frame: true,
@@ -62,7 +62,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         dissipated: None,
     };
     let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
-    State::new(snapshot, &images)
+    State::new(moment, &images)
 }
 
 #[test]

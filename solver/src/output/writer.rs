@@ -15,7 +15,7 @@ use super::pictures::EnergyRow;
 use super::stream::Stream;
 use super::track_file::TrackFile;
 use super::wall_loads::WallLoads;
-use super::{OutputError, Snapshot, State, energies};
+use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
 use crate::plan::Plan;
@@ -26,7 +26,7 @@ const QUEUE: usize = 4;
 /// A thread that writes what it is sent.
 #[derive(Debug)]
 pub struct Writer {
-    sender: SyncSender<Snapshot>,
+    sender: SyncSender<Moment>,
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
@@ -72,8 +72,8 @@ impl Writer {
 
     /// Hands over a state; waits only while the queue is full. False if the writer has given up: [`Writer::finish`] says why.
     #[must_use]
-    pub fn send(&self, snapshot: Snapshot) -> bool {
-        self.sender.send(snapshot).is_ok()
+    pub fn send(&self, moment: Moment) -> bool {
+        self.sender.send(moment).is_ok()
     }
 
     /// Waits until everything is written.
@@ -120,7 +120,7 @@ fn streams(
 
 /// The writer's thread: ends when the sender is gone, or with the first error.
 fn write_all(
-    receiver: Receiver<Snapshot>,
+    receiver: Receiver<Moment>,
     mut streams: Vec<Box<dyn Stream>>,
     images: &Images,
     gravity: DVec3,
@@ -133,8 +133,8 @@ fn write_all(
         deepest: 0.0,
         last: None,
     };
-    for snapshot in receiver {
-        let state = State::new(snapshot, images);
+    for moment in receiver {
+        let state = State::new(moment, images);
         for stream in &mut streams {
             stream.write(&state)?;
         }

@@ -8,7 +8,7 @@ use crate::particles::{Load, Particle};
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Snapshot {
+pub struct Moment {
     /// Time, s.
     pub time: f64,
     /// Steps made.
@@ -33,7 +33,7 @@ pub struct Snapshot {
     pub dissipated: Option<f64>,
 }
 
-impl Snapshot {
+impl Moment {
     /// Of an engine whose step is complete and was watched.
     #[must_use]
     pub fn take(engine: &Engine, frame: bool, contacts: bool) -> Self {
