@@ -2,12 +2,19 @@
 
 use std::sync::Arc;
 
+mod snapshot;
+
+pub use snapshot::Snapshot;
+
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use crate::boundaries::Boundaries;
+use crate::contact::HistoryNumber;
 use crate::contact::registry::contact_loop;
-use crate::forces::{ContactForces, Observation, StepContext, Watch, block_size, find_near_walls};
+use crate::forces::{
+    ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
+};
 use crate::neighbours::{Images, Skin, Validity, build};
 use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
 use crate::plan::Plan;
@@ -58,6 +65,8 @@ pub struct Engine {
     step: u64,
     /// The second half kick of the last step is still to be made; it is made together with the next one.
     kick_due: bool,
+    /// The present step was begun when the last one ended: its kicks and drift are made already.
+    drifted: Option<Fastest>,
     /// Rows were added or removed since the list was built.
     rows_changed: bool,
     /// How often the list was built.
@@ -82,12 +91,43 @@ pub struct Audit {
     pub wall_work: f64,
 }
 
+impl Audit {
+    /// Dissipated by all mechanisms, J.
+    #[must_use]
+    pub fn dissipated(&self) -> f64 {
+        self.dissipated_normal + self.dissipated_tangential + self.dissipated_rolling
+    }
+}
+
 impl Engine {
     /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
     ///
     /// # Errors
     /// If threads cannot be started, or the start is not a number.
     pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, threads)?;
+        engine.exchange_particles();
+        engine.keep_lists_valid(0.0)?;
+        let spring_time = if engine.plan.startup_increment {
+            engine.plan.time_step
+        } else {
+            0.0
+        };
+        engine.evaluate_forces(
+            spring_time,
+            Some(Watch {
+                records: true,
+                audit: None,
+            }),
+            false,
+        );
+        // The first step begins with its own half kick alone.
+        engine.kick_due = false;
+        Ok(engine)
+    }
+
+    /// The particles and walls of a plan as they are placed, without lists and forces.
+    fn unstarted(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
         let (forces, law_names) = contact_loop(&plan.laws);
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         let mut particles = Particles::new(plan.orientations);
@@ -124,7 +164,7 @@ impl Engine {
             }
         }
         skin.limit(0.99 * room);
-        let mut engine = Self {
+        Ok(Self {
             boundaries: Boundaries::new(&plan),
             inverse_inertia: inverse_inertia_factor(plan.dimensions),
             turns: plan.laws.turns(),
@@ -140,26 +180,12 @@ impl Engine {
             moving_walls,
             step: 0,
             kick_due: false,
+            drifted: None,
             rows_changed: true,
             rebuilds: 0,
             pool,
             audit: Audit::default(),
-        };
-        engine.exchange_particles();
-        engine.keep_lists_valid(0.0)?;
-        let spring_time = if engine.plan.startup_increment {
-            engine.plan.time_step
-        } else {
-            0.0
-        };
-        engine.evaluate_forces(
-            spring_time,
-            Some(Watch {
-                records: true,
-                audit: None,
-            }),
-        );
-        Ok(engine)
+        })
     }
 
     /// Makes one time step: velocity Verlet as kick, drift, kick, rotation alike.
@@ -169,26 +195,50 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn step(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
-        let fastest = self.kick_and_drift()?;
-        self.step += 1;
-        self.move_walls();
-        self.exchange_particles();
-        self.keep_lists_valid(fastest)?;
-        self.evaluate_forces(self.plan.time_step, watch);
-        self.kick_due = true;
+        self.one_step(watch, false)
+    }
+
+    /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
+    /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
+        for k in 1..=count {
+            let last = k == count;
+            self.one_step(if last { watch } else { None }, !last)?;
+        }
         Ok(())
     }
 
-    /// First half kick and drift, with the second half kick of the step before if it is still due. Returns the largest speed.
-    fn kick_and_drift(&mut self) -> Result<f64, RunError> {
-        let kicks = if self.kick_due { 2 } else { 1 };
-        self.kick_due = false;
-        let (largest, sum) = self.advance(kicks, self.plan.time_step);
-        if sum.is_finite() {
-            Ok(largest.sqrt())
-        } else {
-            Err(self.not_finite())
+    /// The time step. `go_on`: kick and drift into the next step as soon as forces are known.
+    fn one_step(&mut self, watch: Option<Watch>, go_on: bool) -> Result<(), RunError> {
+        let fastest = match self.drifted.take() {
+            Some(fastest) => fastest,
+            None => self.kick_and_drift(),
+        };
+        if !fastest.sum.is_finite() {
+            return Err(self.not_finite());
         }
+        self.step += 1;
+        self.move_walls();
+        self.exchange_particles();
+        self.keep_lists_valid(fastest.squared_speed.sqrt())?;
+        self.evaluate_forces(self.plan.time_step, watch, go_on);
+        Ok(())
+    }
+
+    /// First half kick and drift, with the second half kick of the step before if it is still due.
+    fn kick_and_drift(&mut self) -> Fastest {
+        let kicks = if std::mem::take(&mut self.kick_due) {
+            2
+        } else {
+            1
+        };
+        let drift = self.plan.time_step;
+        let fastest = self.advance(kicks, drift);
+        self.turn_orientations(drift);
+        fastest
     }
 
     /// Makes the second half kick if it is still due, so that positions, velocities and forces belong to the same time.
@@ -196,50 +246,44 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn complete_step(&mut self) -> Result<(), RunError> {
-        if std::mem::take(&mut self.kick_due) {
-            let (_, sum) = self.advance(1, 0.0);
-            if !sum.is_finite() {
-                return Err(self.not_finite());
-            }
+        if std::mem::take(&mut self.kick_due) && !self.advance(1, 0.0).sum.is_finite() {
+            return Err(self.not_finite());
         }
         Ok(())
     }
 
-    /// `kicks` half kicks, then a drift of `drift` seconds. Returns the largest squared speed and the sum of squared speeds,
-    /// which is not finite if any velocity is not.
-    fn advance(&mut self, kicks: u32, drift: f64) -> (f64, f64) {
-        let pass = KickDrift {
+    /// `kicks` half kicks, then a drift of `drift` seconds.
+    fn advance(&mut self, kicks: u32, drift: f64) -> Fastest {
+        let pass = self.kick_drift(kicks, drift);
+        let special = self.hold_prescribed();
+        let size = block_size(self.particles.len());
+        let records = &mut self.particles.records;
+        let loads = &self.particles.loads;
+        let fastest = match &self.pool {
+            Some(pool) if records.len() > size => pool.install(|| {
+                let chunks = records.par_chunks_mut(size).zip(loads.par_chunks(size));
+                chunks
+                    .map(|(records, loads)| pass.run(records, loads))
+                    .reduce(Fastest::default, Fastest::merge)
+            }),
+            _ => pass.run(records, loads),
+        };
+        let prescribed = self.release_prescribed(special, drift);
+        Fastest {
+            squared_speed: fastest.squared_speed.max(prescribed),
+            ..fastest
+        }
+    }
+
+    fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
+        KickDrift {
             half: 0.5 * self.plan.time_step,
             drift,
             kicks,
             gravity: self.plan.gravity,
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
-        };
-        let special = self.hold_prescribed();
-        let size = block_size(self.particles.len());
-        let records = &mut self.particles.records;
-        let loads = &self.particles.loads;
-        let merge = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1 + b.1);
-        let result = match &self.pool {
-            Some(pool) if records.len() > size => pool.install(|| {
-                records
-                    .par_chunks_mut(size)
-                    .zip(loads.par_chunks(size))
-                    .map(|(records, loads)| pass.run(records, loads))
-                    .reduce(|| (0.0, 0.0), merge)
-            }),
-            _ => records
-                .chunks_mut(size)
-                .zip(loads.chunks(size))
-                .map(|(records, loads)| pass.run(records, loads))
-                .fold((0.0, 0.0), merge),
-        };
-        self.release_prescribed(special, drift);
-        if drift > 0.0 {
-            self.turn_orientations(drift);
         }
-        result
     }
 
     /// Remembers where prescribed particles stand before a pass that ignores what is prescribed.
@@ -249,8 +293,10 @@ impl Engine {
             .collect()
     }
 
-    /// Puts the prescribed components back and drifts them with their prescribed velocity.
-    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) {
+    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the largest squared speed
+    /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
+        let mut largest = 0.0f64;
         for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
             let record = &mut self.particles.records[prescribed.row as usize];
             for axis in 0..3 {
@@ -262,7 +308,9 @@ impl Engine {
                     record.angular_velocity[axis] = spin;
                 }
             }
+            largest = largest.max(record.velocity.length_squared());
         }
+        largest
     }
 
     /// Turns the orientations by the angular velocities over `drift` seconds, exactly for constant ones.
@@ -368,8 +416,9 @@ impl Engine {
         Ok(())
     }
 
-    /// Evaluates all contact forces; springs are stretched by `spring_time` seconds of motion.
-    fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>) {
+    /// Evaluates all contact forces; springs are stretched by `spring_time` seconds of motion. `go_on`: and kicks twice and
+    /// drifts, which ends this step and begins the next.
+    fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, go_on: bool) {
         let watch = match watch {
             Some(watch) => Some(watch),
             None if self.plan.energy_budget => Some(Watch::default()),
@@ -387,14 +436,31 @@ impl Engine {
             wall_curvature: self.plan.wall_curvature,
             watch,
         };
-        self.forces
-            .compute(&mut self.particles, &context, self.pool.as_ref());
+        // Prescribed motion is put right between kick and drift of all particles, not block by block.
+        let go_on = go_on && self.particles.prescribed.is_empty();
+        let pool = self.pool.as_ref();
+        if go_on {
+            let pass = self.kick_drift(2, self.plan.time_step);
+            let finish = |records: &mut [Particle], loads: &[Load]| pass.run(records, loads);
+            let fastest = self
+                .forces
+                .compute(&mut self.particles, &context, pool, &finish);
+            self.drifted = Some(fastest);
+        } else {
+            let finish = |_: &mut [Particle], _: &[Load]| Fastest::default();
+            self.forces
+                .compute(&mut self.particles, &context, pool, &finish);
+            self.kick_due = true;
+        }
         if self.plan.energy_budget {
             let seen = self.forces.observation(self.plan.walls.len());
             self.audit.dissipated_normal += seen.dissipated_normal;
             self.audit.dissipated_tangential += seen.dissipated_tangential;
             self.audit.dissipated_rolling += seen.dissipated_rolling;
             self.audit.wall_work += seen.wall_work;
+        }
+        if go_on {
+            self.turn_orientations(self.plan.time_step);
         }
     }
 
@@ -463,6 +529,12 @@ impl Engine {
         self.audit
     }
 
+    /// Unit and meaning of the numbers that contacts remember.
+    #[must_use]
+    pub fn history_columns(&self) -> Vec<HistoryNumber> {
+        self.forces.history_columns()
+    }
+
     /// The laws that the contact loop was compiled for.
     #[must_use]
     pub fn law_names(&self) -> &str {
@@ -489,7 +561,7 @@ struct KickDrift {
 }
 
 impl KickDrift {
-    fn run(&self, records: &mut [Particle], loads: &[Load]) -> (f64, f64) {
+    fn run(&self, records: &mut [Particle], loads: &[Load]) -> Fastest {
         let (mut largest, mut sum) = (0.0f64, 0.0);
         for (record, load) in records.iter_mut().zip(loads) {
             if record.flags & FIXED != 0 {
@@ -516,7 +588,10 @@ impl KickDrift {
             largest = largest.max(squared);
             sum += squared;
         }
-        (largest, sum)
+        Fastest {
+            squared_speed: largest,
+            sum,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
-//! The rooms, each of which may use those below it: [`engine`], [`output`], [`plan`], [`boundaries`],
+//! The rooms, each of which may use those below it: [`run`], [`output`], [`engine`], [`plan`], [`boundaries`],
 //! [`forces`], [`walls`], [`neighbours`], [`contact`], [`particles`].
 
 pub mod boundaries;
@@ -11,4 +11,5 @@ pub mod neighbours;
 pub mod output;
 pub mod particles;
 pub mod plan;
+pub mod run;
 pub mod walls;

@@ -1,2 +1,178 @@
-//! The command line.
-fn main() {}
+//! `mercury-solve`: the command line, nothing else.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::{CommandFactory as _, Parser};
+use clap_complete::Shell;
+use mercury_common::scene::{SceneErrors, read_scene};
+use mercury_solver::output::folder;
+use mercury_solver::output::progress_line::ProgressLine;
+use mercury_solver::output::summary::Status;
+use mercury_solver::plan::{Plan, plan};
+use mercury_solver::run::{Report, RunOptions, run, useful_threads};
+
+/// More threads than any machine has: a slip of the keyboard.
+const MOST_THREADS: i64 = 1024;
+
+const EXAMPLES: &str = "\
+Examples:
+  mercury-solve drum.toml                         run it; files in ./drum/
+  mercury-solve drum.toml --set time.end=0.1 --set materials.glass.friction=0.3 --output short
+  mercury-solve drum.toml --force --threads 4     replace an earlier run
+  mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
+
+Exit codes: 0 done, 1 the run failed or was stopped, 2 wrong usage or input.";
+
+/// Runs a discrete particle simulation that a scene file describes.
+#[derive(Debug, Parser)]
+#[command(name = "mercury-solve", version, after_help = EXAMPLES)]
+struct Arguments {
+    /// The scene file
+    #[arg(value_name = "SCENE.toml", required_unless_present = "completions")]
+    scene: Option<PathBuf>,
+
+    /// Folder for the files of the run [default: ./<name of the scene>/]
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    /// Replace the files of an earlier run in that folder
+    #[arg(long)]
+    force: bool,
+
+    /// Threads; the results are the same with any number [default: what the machine has and the scene can use]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    threads: Option<u16>,
+
+    /// Replace a key of the scene, for example time.end=0.1; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+
+    /// No progress and no report, only errors
+    #[arg(long)]
+    quiet: bool,
+
+    /// Print the summary as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+
+    /// Print completions for a shell and stop
+    #[arg(long, value_name = "SHELL")]
+    completions: Option<Shell>,
+}
+
+/// Why there is no success: the exit code, and what to say.
+enum Failure {
+    /// Wrong usage or input.
+    Input(String),
+    /// The run failed or was stopped.
+    Run(String),
+}
+
+fn main() -> ExitCode {
+    match execute(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let (code, message) = match failure {
+                Failure::Input(message) => (2, message),
+                Failure::Run(message) => (1, message),
+            };
+            eprintln!("{message}");
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(shell) = arguments.completions {
+        let mut out = Vec::new();
+        clap_complete::generate(shell, &mut Arguments::command(), "mercury-solve", &mut out);
+        return say(&String::from_utf8_lossy(&out));
+    }
+    // The argument is required without --completions.
+    let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
+    let plan = planned(path, &arguments.set).map_err(|errors| scene_failure(&errors))?;
+    let report = run_plan(arguments, plan)?;
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&report.summary)
+            .map_err(|error| Failure::Run(error.to_string()))?;
+        say(&json)?;
+    } else if !arguments.quiet {
+        say(&report.to_string())?;
+    }
+    match report.summary.status {
+        Status::Finished => Ok(()),
+        Status::Stopped => Err(Failure::Run(format!(
+            "stopped at t = {} s; everything until then is written. This version cannot resume a run.",
+            report.summary.time
+        ))),
+    }
+}
+
+fn planned(path: &Path, overrides: &[String]) -> Result<Plan, SceneErrors> {
+    plan(&read_scene(path, overrides)?)
+}
+
+fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
+    let folder = (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(&plan.prefix));
+    folder::prepare(&folder, &plan.prefix, arguments.force)
+        .map_err(|error| Failure::Input(error.to_string()))?;
+    let threads = arguments.threads.map_or_else(
+        || {
+            let available = std::thread::available_parallelism();
+            useful_threads(&plan, available.map_or(1, Into::into))
+        },
+        usize::from,
+    );
+    let options = RunOptions {
+        folder,
+        threads,
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        plan_document: None,
+        stop: stop_on_request()?,
+    };
+    let error = std::io::stderr();
+    let mut line = ProgressLine::new(&error, error.is_terminal());
+    let result = if arguments.quiet {
+        run(plan, &options, &mut |_| ())
+    } else {
+        run(plan, &options, &mut |progress| line.show(progress))
+    };
+    line.clear();
+    result.map_err(|failure| Failure::Run(format!("the run failed: {failure}")))
+}
+
+/// A flag that Ctrl-C and the end of the session set; the second time they end the program at once, with code 130.
+fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::flag;
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // The order matters: the shutdown looks at the flag before this signal sets it.
+        flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))
+            .and_then(|_| flag::register(signal, Arc::clone(&stop)))
+            .map_err(|error| Failure::Run(format!("signals cannot be caught: {error}")))?;
+    }
+    Ok(stop)
+}
+
+fn scene_failure(errors: &SceneErrors) -> Failure {
+    let count = match errors.0.len() {
+        1 => "1 problem; nothing was run".to_owned(),
+        count => format!("{count} problems; nothing was run"),
+    };
+    Failure::Input(format!("{errors}\n{count}"))
+}
+
+/// Prints on standard output. A reader that has gone away (`| head`) is no failure.
+fn say(text: &str) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Run(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,6 +1,12 @@
 //! End-to-end tests, validation cases and the plain reference path.
 
+pub mod cases;
 pub mod closed_forms;
 #[cfg(doctest)]
 mod how_to;
 pub mod reference;
+pub mod scene_checks;
+pub mod scenes;
+pub mod selftests;
+pub mod twins;
+pub mod validation;

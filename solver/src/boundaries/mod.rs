@@ -3,7 +3,8 @@
 //! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] removes the particles whose centre
 //! is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
 //! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
-//! ([`Boundaries::listed`]): that misses nobody as long as no particle moves more than half a skin in a single step.
+//! ([`Boundaries::listed`]): that misses nobody as long as no particle comes to move, in a single step, more than half a skin
+//! and more than twice as far as any particle did when the list was built.
 //!
 //! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
 //! waits for the next step if `attempts` consecutive places fail. It is never exchanged for one that fits, which keeps sizes
@@ -46,6 +47,8 @@ pub struct BoundaryState {
     pub deletions: Vec<Tally>,
     /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
     pub faces: [Tally; 6],
+    /// How far a particle may be from where it was listed, m.
+    pub margin: f64,
 }
 
 /// Insertions and deletions of a run, and what they counted.
@@ -58,6 +61,7 @@ pub struct Boundaries {
     rows: RowMap,
     /// How far a particle may be from where it was listed, m.
     margin: f64,
+    time_step: f64,
     images: Images,
     wall_images: Vec<Vec<u32>>,
 }
@@ -78,6 +82,7 @@ impl Boundaries {
             faces: [Tally::default(); 6],
             rows: RowMap::default(),
             margin: 0.0,
+            time_step: plan.time_step,
             wall_images: placement::wall_images(&plan.walls, &images),
             images,
         }
@@ -145,9 +150,17 @@ impl Boundaries {
 
     /// The list was built with this skin (m), the particles sorted: finds those that may reach an exit before the next build.
     pub fn listed(&mut self, particles: &Particles, skin: f64) {
-        // Particles move up to half a skin while the list is valid; the other half is for the step that ends its life.
-        self.margin = skin;
-        self.deletion.listed(particles, &self.images, skin);
+        // Particles move up to half a skin while the list is valid, and then make the step that ends its life: twice as fast as
+        // now at most, for what speeds up more is slow now.
+        let fastest = particles
+            .records
+            .iter()
+            .fold(0.0f64, |most, record| {
+                most.max(record.velocity.length_squared())
+            })
+            .sqrt();
+        self.margin = skin.max(0.5 * skin + 2.0 * fastest * self.time_step);
+        self.deletion.listed(particles, &self.images, self.margin);
         for insertion in &mut self.insertions {
             insertion.forget_crowd();
         }
@@ -160,11 +173,12 @@ impl Boundaries {
             insertions: self.insertions.iter().map(Insertion::state).collect(),
             deletions: self.deleted.clone(),
             faces: self.faces,
+            margin: self.margin,
         }
     }
 
-    /// Goes on from a state of the same plan that was taken after a step, when the present list (m of skin) had `rows` rows.
-    pub fn restore(&mut self, state: &BoundaryState, rows: usize, skin: f64) {
+    /// Goes on from a state of the same plan that was taken after a step, when there were `rows` rows, all listed.
+    pub fn restore(&mut self, state: &BoundaryState, rows: usize) {
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
             insertion.restore(*state);
         }
@@ -173,7 +187,7 @@ impl Boundaries {
         }
         self.faces = state.faces;
         self.rows = RowMap::of_list(rows);
-        self.margin = skin;
+        self.margin = state.margin;
         self.deletion.forget_near();
     }
 

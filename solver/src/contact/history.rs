@@ -2,10 +2,15 @@
 
 use glam::DVec3;
 
+/// Unit and meaning of one number of a history.
+pub type HistoryNumber = (&'static str, &'static str);
+
 /// The memory of one part of a contact. It lives in the neighbour list's slot and starts at its default.
 pub trait History: Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 'static {
     /// How many numbers it holds.
     const LENGTH: usize;
+    /// Unit and meaning of each of these numbers.
+    fn columns() -> Vec<HistoryNumber>;
     /// The same memory seen by the pair (B, A).
     #[must_use]
     fn swapped(self) -> Self;
@@ -18,6 +23,9 @@ pub trait History: Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 
 
 impl History for () {
     const LENGTH: usize = 0;
+    fn columns() -> Vec<HistoryNumber> {
+        Vec::new()
+    }
     fn swapped(self) -> Self {}
     fn write(&self, _: &mut Vec<f64>) {}
     fn read(_: &[f64]) -> Self {}
@@ -25,6 +33,10 @@ impl History for () {
 
 impl<A: History, B: History, C: History> History for (A, B, C) {
     const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH;
+
+    fn columns() -> Vec<HistoryNumber> {
+        [A::columns(), B::columns(), C::columns()].concat()
+    }
 
     fn swapped(self) -> Self {
         (self.0.swapped(), self.1.swapped(), self.2.swapped())
@@ -49,6 +61,14 @@ pub struct TangentialSpring(pub DVec3);
 
 impl History for TangentialSpring {
     const LENGTH: usize = 3;
+
+    fn columns() -> Vec<HistoryNumber> {
+        vec![
+            ("m", "tangential spring x"),
+            ("m", "tangential spring y"),
+            ("m", "tangential spring z"),
+        ]
+    }
 
     fn swapped(self) -> Self {
         Self(-self.0)

@@ -16,7 +16,7 @@ pub mod rolling;
 pub mod tangential;
 
 pub use evaluation::{Action, PairLaw};
-pub use history::History;
+pub use history::{History, HistoryNumber};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 pub use rolling::{AnyRolling, Luding, NoRolling, RollingLaw};
 pub use tangential::{

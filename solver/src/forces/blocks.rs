@@ -4,12 +4,13 @@ use glam::DVec3;
 
 use crate::particles::Load;
 
-/// Rows in a block for `count` particles: a power of two near count/64, between 1024 and 8192.
+/// Rows in a block for `count` particles: the power of two above count/16, between 1024 and 4096.
 ///
-/// It must not depend on the number of threads: it fixes the order of summation.
+/// Large blocks have fewer contacts that reach into others, small ones share out better. It must not depend on the number of
+/// threads: it fixes the order of summation.
 #[must_use]
 pub fn block_size(count: usize) -> usize {
-    (count / 64).next_power_of_two().clamp(1024, 8192)
+    (count / 16).next_power_of_two().clamp(1024, 4096)
 }
 
 /// The partner's share of contacts that reach into later blocks, parked by the block that computed them.

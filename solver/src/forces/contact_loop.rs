@@ -7,11 +7,13 @@ use rayon::prelude::*;
 
 use super::blocks::Outbox;
 use super::{
-    ContactForces, ContactRecord, NearWall, Observation, Partner, SavedSlot, StepContext, Watch,
-    block_size,
+    ContactForces, ContactRecord, Fastest, Finish, NearWall, Observation, Partner, SavedSlot,
+    StepContext, Watch, block_size,
 };
-use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
-use crate::neighbours::CandidateList;
+use crate::contact::{
+    Action, Contact, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
+use crate::neighbours::{CandidateList, opposite};
 use crate::particles::{Load, Particle, Particles};
 use crate::walls::{Shape, Touch, Touches, Wall, WallState};
 
@@ -231,55 +233,58 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         particles: &mut Particles,
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
-    ) {
-        let pass = Pass {
-            laws: &self.laws,
-            materials: self.materials,
-            block_size: self.block_size,
-            records: &particles.records,
-            context,
-        };
-        let run = |(block, loads): (&mut Block<_>, &mut [Load])| match (
-            context.images.any(),
-            context.watch,
-        ) {
-            (false, None) => pass.run::<false, false>(block, loads),
-            (false, Some(_)) => pass.run::<false, true>(block, loads),
-            (true, None) => pass.run::<true, false>(block, loads),
-            (true, Some(_)) => pass.run::<true, true>(block, loads),
-        };
+        finish: &Finish<'_>,
+    ) -> Fastest {
         let size = self.block_size;
+        let (laws, materials) = (&self.laws[..], self.materials);
+        let Particles {
+            records,
+            loads,
+            ids,
+            ..
+        } = particles;
+        let ids = &ids[..];
+        let compute = |block: &mut Block<_>, records: &[Particle], loads: &mut [Load]| {
+            let pass = Pass {
+                laws,
+                materials,
+                block_size: size,
+                records,
+                ids,
+                context,
+            };
+            match (context.images.any(), context.watch) {
+                (false, None) => pass.run::<false, false>(block, loads),
+                (false, Some(_)) => pass.run::<false, true>(block, loads),
+                (true, None) => pass.run::<true, false>(block, loads),
+                (true, Some(_)) => pass.run::<true, true>(block, loads),
+            }
+        };
         match pool {
             Some(pool) if self.blocks.len() > 1 => pool.install(|| {
-                let loads = particles.loads.par_chunks_mut(size);
-                self.blocks.par_iter_mut().zip(loads).for_each(run);
-            }),
-            _ => {
-                self.blocks
-                    .iter_mut()
-                    .zip(particles.loads.chunks_mut(size))
-                    .for_each(run);
-            }
-        }
-        let blocks = &self.blocks;
-        let deliver = |(index, loads): (usize, &mut [Load])| {
-            for (from, block) in blocks[..index].iter().enumerate() {
-                block.outbox.deliver(index - 1 - from, loads);
-            }
-        };
-        match pool {
-            Some(pool) if blocks.len() > 1 => pool.install(|| {
-                particles
-                    .loads
-                    .par_chunks_mut(size)
+                let with_loads = self.blocks.par_iter_mut().zip(loads.par_chunks_mut(size));
+                with_loads.for_each(|(block, loads)| compute(block, records, loads));
+                let blocks = &self.blocks;
+                let chunks = records.par_chunks_mut(size).zip(loads.par_chunks_mut(size));
+                chunks
                     .enumerate()
-                    .for_each(deliver);
+                    .map(|(index, (records, loads))| {
+                        deliver(&blocks[..index], loads);
+                        finish(records, loads)
+                    })
+                    .reduce(Fastest::default, Fastest::merge)
             }),
-            _ => particles
-                .loads
-                .chunks_mut(size)
-                .enumerate()
-                .for_each(deliver),
+            // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
+            _ => (0..self.blocks.len())
+                .map(|index| {
+                    let (earlier, rest) = self.blocks.split_at_mut(index);
+                    let block = &mut rest[0];
+                    let loads = &mut loads[block.rows.clone()];
+                    compute(block, records, loads);
+                    deliver(earlier, loads);
+                    finish(&mut records[block.rows.clone()], loads)
+                })
+                .fold(Fastest::default(), Fastest::merge),
         }
     }
 
@@ -380,8 +385,19 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         }
     }
 
+    fn history_columns(&self) -> Vec<HistoryNumber> {
+        <Histories<N, T, R>>::columns()
+    }
+
     fn slot_bytes(&self) -> usize {
         size_of::<Slot<Histories<N, T, R>>>()
+    }
+}
+
+/// Adds what earlier blocks parked for the block that follows them, in their order.
+fn deliver<H>(earlier: &[Block<H>], loads: &mut [Load]) {
+    for (index, block) in earlier.iter().enumerate() {
+        block.outbox.deliver(earlier.len() - 1 - index, loads);
     }
 }
 
@@ -391,6 +407,7 @@ struct Pass<'a, N, T, R> {
     materials: usize,
     block_size: usize,
     records: &'a [Particle],
+    ids: &'a [u32],
     context: &'a StepContext<'a>,
 }
 
@@ -687,21 +704,53 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             }
         }
         if watch.records {
-            let mut history = Vec::with_capacity(<Histories<N, T, R>>::LENGTH);
-            after.write(&mut history);
-            observation.records.push(ContactRecord {
-                row: seen.row as u32,
-                partner: seen.partner,
-                point: a.position - contact.normal * seen.lever,
-                normal: contact.normal,
-                overlap: contact.overlap,
-                force: action.force,
-                tangential: action.tangential,
-                couple: action.couple,
-                tangential_overlap: law.tangential.tangential_overlap(contact, &after.1),
-                history,
-            });
+            let record = self.record(a, seen, law, contact, action, after);
+            observation.records.push(record);
         }
+    }
+
+    /// The record of a contact, of two particles from the side of the lower id: an order that sorting does not change.
+    fn record(
+        &self,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        memory: Histories<N, T, R>,
+    ) -> ContactRecord {
+        let mut record = ContactRecord {
+            row: seen.row as u32,
+            partner: seen.partner,
+            point: a.position - contact.normal * seen.lever,
+            normal: contact.normal,
+            overlap: contact.overlap,
+            force: action.force,
+            tangential: action.tangential,
+            couple: action.couple,
+            tangential_overlap: 0.0,
+            history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
+        };
+        let mut memory = memory;
+        if let Partner::Particle { row, image } = seen.partner
+            && self.ids[row as usize] < self.ids[seen.row]
+        {
+            let b = &self.records[row as usize];
+            record.row = row;
+            record.partner = Partner::Particle {
+                row: seen.row as u32,
+                image: opposite(image),
+            };
+            record.point = b.position + contact.normal * (b.radius - 0.5 * contact.overlap);
+            record.normal = -contact.normal;
+            record.force = -action.force;
+            record.tangential = -action.tangential;
+            record.couple = -action.couple;
+            memory = memory.swapped();
+        }
+        record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        memory.write(&mut record.history);
+        record
     }
 }
 
@@ -762,7 +811,7 @@ fn meet<T: TangentialLaw, R: RollingLaw>(
 ) -> (Contact, f64, f64) {
     let distance = squared.sqrt();
     // Concentric particles have no normal; any will do to push them apart.
-    let normal = if distance > 0.0 {
+    let normal = if squared > 0.0 {
         offset * (1.0 / distance)
     } else {
         DVec3::X
@@ -792,12 +841,6 @@ fn meet<T: TangentialLaw, R: RollingLaw>(
         spin,
     };
     (contact, lever_a, lever_b)
-}
-
-/// Concentric particles have no normal; any will do to push them apart.
-#[cold]
-fn any_normal() -> DVec3 {
-    DVec3::X
 }
 
 /// R* at a wall with the given principal curvatures (1/m, positive if convex towards the particle): the geometric mean of the

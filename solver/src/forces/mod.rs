@@ -15,8 +15,9 @@ pub use contact_loop::ContactLoop;
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
 
+use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
-use crate::particles::Particles;
+use crate::particles::{Load, Particle, Particles};
 use crate::walls::{Wall, WallState};
 
 /// What the force evaluation of one step is told.
@@ -33,6 +34,29 @@ pub struct StepContext<'a> {
     pub wall_curvature: bool,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
+}
+
+/// What is done with a block of particles once the loads on them are known.
+pub type Finish<'a> = dyn Fn(&mut [Particle], &[Load]) -> Fastest + Sync + 'a;
+
+/// The largest squared speed of some particles, and the sum of their squared speeds, which is not finite if any of them is not.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fastest {
+    /// Largest v^2, m^2/s^2.
+    pub squared_speed: f64,
+    /// Sum of v^2 and w^2 without regard to units: a test for numbers.
+    pub sum: f64,
+}
+
+impl Fastest {
+    /// Of both groups.
+    #[must_use]
+    pub fn merge(self, other: Self) -> Self {
+        Self {
+            squared_speed: self.squared_speed.max(other.squared_speed),
+            sum: self.sum + other.sum,
+        }
+    }
 }
 
 /// The history of one contact, in numbers, by ids that survive sorting: for restarts.
@@ -58,13 +82,15 @@ pub trait ContactForces: Send {
     /// went, `u32::MAX` for rows that were removed.
     fn adopt(&mut self, list: &CandidateList, near_walls: &[NearWall], new_row: &[u32]);
 
-    /// Computes all loads on `particles`; with a pool, in parallel.
+    /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
+    /// loads are complete, while it is still in the cache; the answers are merged.
     fn compute(
         &mut self,
         particles: &mut Particles,
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
-    );
+        finish: &Finish<'_>,
+    ) -> Fastest;
 
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;
@@ -80,6 +106,9 @@ pub trait ContactForces: Send {
 
     /// Takes back what [`ContactForces::save`] gave for `rows` particles.
     fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]);
+
+    /// Unit and meaning of the numbers in [`ContactRecord::history`].
+    fn history_columns(&self) -> Vec<HistoryNumber>;
 
     /// Bytes of one slot, for the memory estimate.
     fn slot_bytes(&self) -> usize;

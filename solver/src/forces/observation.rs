@@ -35,11 +35,11 @@ pub enum Partner {
 /// One contact as the force evaluation saw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRecord {
-    /// Row of the first particle (A).
+    /// Row of the first particle (A); of two particles the one with the lower id.
     pub row: u32,
     /// The other side (B).
     pub partner: Partner,
-    /// Contact point, m.
+    /// Contact point beside A, m.
     pub point: DVec3,
     /// Unit normal from B to A.
     pub normal: DVec3,

@@ -77,6 +77,12 @@ impl Images {
     }
 }
 
+/// The code of the opposite shift.
+#[must_use]
+pub fn opposite(code: u32) -> u32 {
+    26 - code
+}
+
 /// The whole periods along each axis that a code stands for.
 fn steps(code: u32) -> DVec3 {
     let digit = |place: u32| f64::from(code / place % 3) - 1.0;
@@ -93,7 +99,7 @@ mod tests {
         assert_eq!(images.shift(NO_SHIFT), DVec3::ZERO);
         for code in 0..27 {
             assert_eq!(
-                images.shift(26 - code),
+                images.shift(opposite(code)),
                 -images.shift(code),
                 "the opposite shift"
             );

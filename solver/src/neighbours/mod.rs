@@ -10,7 +10,7 @@ mod skin;
 mod validity;
 
 pub use grid::Grid;
-pub use images::{Images, NO_SHIFT};
+pub use images::{Images, NO_SHIFT, opposite};
 pub use list::{Candidate, CandidateList, build};
 pub use skin::Skin;
 pub use validity::Validity;

@@ -1,3 +1,36 @@
-//! output.
+//! What a run leaves behind: frames, energies, wall loads, pictures, its summary and its log.
+//!
+//! The time loop hands a [`Snapshot`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
+//! one [`Stream`](stream::Stream) for each file. The rooms: `schedule` says when, `snapshot` and `state` what, `energies` sums
+//! up, one room for each file writes; `folder` guards what is already there, `whole_file` replaces files at once.
 
+mod contact_frames;
+mod data_file;
+mod ene_file;
+mod energies;
+pub mod folder;
+mod fstat_file;
+mod particle_frames;
 pub mod pictures;
+pub mod progress_line;
+mod schedule;
+mod snapshot;
+mod state;
+mod stream;
+pub mod summary;
+#[cfg(test)]
+mod tests;
+mod track_file;
+mod wall_loads;
+mod wall_outlines;
+mod whole_file;
+mod writer;
+
+pub use energies::energies;
+pub use schedule::Schedule;
+pub use snapshot::Snapshot;
+pub use state::State;
+pub use stream::OutputError;
+pub use wall_outlines::wall_outlines;
+pub use whole_file::write_whole;
+pub use writer::{Writer, Written};

@@ -77,6 +77,11 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));
         }
+        // As a reader meets them: file order, the command line last.
+        errors.sort_by_key(|error| {
+            let place = &error.place;
+            (place.is_argument(), place.line(), place.column())
+        });
         return Err(SceneErrors(errors));
     };
     let track: Vec<(String, u32)> = scene

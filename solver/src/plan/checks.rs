@@ -188,12 +188,12 @@ impl<T> Worst<T> {
         }
     }
 
-    /// "; 3 more pairs too", or nothing.
+    /// "; 2 more pairs are above the limit", or nothing.
     fn others(&self, what: &str) -> String {
         match self.count {
             0 | 1 => String::new(),
-            2 => format!("; 1 more {what} overlaps more than that"),
-            n => format!("; {} more {what}s overlap more than that", n - 1),
+            2 => format!("; 1 more {what} is above the limit"),
+            n => format!("; {} more {what}s are above the limit", n - 1),
         }
     }
 }

@@ -2,10 +2,13 @@
 
 mod build;
 mod checks;
+mod document;
 mod insertions;
 mod mixing;
 mod parameter;
 mod particles;
+mod passes;
+mod report;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -14,12 +17,16 @@ mod usage;
 mod walls;
 
 pub use build::plan;
+pub use document::document;
 pub use insertions::expected_number;
 pub use mixing::{PairPlan, harmonic_mean};
 pub use parameter::{Origin, Parameter, Value};
+pub use passes::{Pass, memory, passes};
+pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 
 use glam::DVec3;
+use mercury_common::formats::number::NumberStyle;
 
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -251,4 +258,13 @@ pub struct OutputPlan {
     pub track: Vec<(String, u32)>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,
+}
+
+impl OutputPlan {
+    /// How `.data`, `.fstat` and `.ene` print numbers.
+    #[must_use]
+    pub fn number_style(&self) -> NumberStyle {
+        self.digits
+            .map_or(NumberStyle::Shortest, NumberStyle::Digits)
+    }
 }

@@ -1,6 +1,7 @@
 //! The frame of an axisymmetric wall.
 
 use super::error::{WallError, direction, finite_vector};
+use super::outline::Outline;
 use glam::{DVec2, DVec3};
 
 /// An axis with two directions normal to it, so that a point near the axis still gets a radial
@@ -37,6 +38,17 @@ impl Axis {
             self.across[0]
         };
         (DVec2::new(r, offset.dot(self.direction)), outward)
+    }
+
+    /// The outline of a profile turned about the axis.
+    pub(super) fn outline(&self, profile: Vec<DVec2>, endless: bool) -> Outline {
+        Outline::Turned {
+            origin: self.origin,
+            direction: self.direction,
+            across: self.across,
+            profile,
+            endless,
+        }
     }
 
     /// Smallest box around the circle of radius `r` about the axis at height `z`.

@@ -2,12 +2,13 @@
 
 use super::axis::Axis;
 use super::error::{WallError, interval, positive};
+use super::outline::Outline;
 use super::pose::Pose;
 use super::revolved::Revolved;
 use super::side::Side;
 use super::symmetry;
 use super::touch::{Touch, Touches};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A cylindrical shell, endless or cut off. Features of an endless one: 0 the face, 1 the outer face
 /// of [`Side::Both`]; of a bounded one: 0 the face, 1 and 2 the rims at its beginning and end, 3 the
@@ -72,6 +73,15 @@ impl Cylinder {
                     feature,
                     curvature: [0.0, sign / radius],
                 });
+            }
+        }
+    }
+
+    pub(super) fn outline(&self) -> Outline {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.outline(),
+            Extent::Endless { axis, radius, .. } => {
+                axis.outline(vec![DVec2::new(*radius, 0.0)], true)
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The plane: the boundary of a solid half-space.
 
 use super::error::{WallError, direction, finite_vector};
+use super::outline::Outline;
 use super::pose::Pose;
 use super::symmetry;
 use super::touch::{Touch, Touches};
@@ -43,6 +44,13 @@ impl Plane {
     pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         if let Some(touch) = self.touch(centre, reach) {
             out.push(touch);
+        }
+    }
+
+    pub(super) fn outline(&self) -> Outline {
+        Outline::Plane {
+            point: self.point,
+            normal: self.normal,
         }
     }
 

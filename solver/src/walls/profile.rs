@@ -156,6 +156,11 @@ impl Profile {
         self.corners.iter().map(|corner| corner.point)
     }
 
+    /// Whether the last corner is joined to the first.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     /// Reports every feature within `reach` of `point`.
     #[inline]
     pub(super) fn near(&self, point: DVec2, reach: f64, mut report: impl FnMut(Near)) {

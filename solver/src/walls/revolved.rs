@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use super::error::WallError;
+use super::outline::Outline;
 use super::pose::Pose;
 use super::profile::Profile;
 use super::side::Side;
@@ -46,6 +47,14 @@ impl Revolved {
                 curvature: [0.0, curvature],
             });
         });
+    }
+
+    pub(super) fn outline(&self) -> Outline {
+        let mut corners: Vec<_> = self.profile.points().collect();
+        if self.profile.is_closed() {
+            corners.extend(corners.first().copied());
+        }
+        self.axis.outline(corners, false)
     }
 
     pub(super) fn adjacent(&self, a: u32, b: u32) -> bool {

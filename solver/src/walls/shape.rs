@@ -3,6 +3,7 @@
 use super::cone::Cone;
 use super::cylinder::Cylinder;
 use super::disc::Disc;
+use super::outline::Outline;
 use super::plane::Plane;
 use super::pose::Pose;
 use super::revolution::Revolution;
@@ -60,6 +61,19 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.adjacent(a, b),
             Self::Cone(cone) => cone.0.adjacent(a, b),
             Self::Revolution(revolution) => revolution.0.adjacent(a, b),
+        }
+    }
+
+    /// What a picture of the surface needs to know, in its own frame.
+    #[must_use]
+    pub fn outline(&self) -> Outline {
+        match self {
+            Self::Plane(plane) => plane.outline(),
+            Self::Disc(disc) => disc.0.outline(),
+            Self::Cylinder(cylinder) => cylinder.outline(),
+            Self::Cone(cone) => cone.0.outline(),
+            Self::Sphere(sphere) => sphere.outline(),
+            Self::Revolution(revolution) => revolution.0.outline(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The sphere, as a wall.
 
 use super::error::{WallError, finite_vector, positive};
+use super::outline::Outline;
 use super::pose::Pose;
 use super::side::Side;
 use super::symmetry;
@@ -50,6 +51,13 @@ impl SphereShell {
             feature,
             curvature: [sign / self.radius; 2],
         });
+    }
+
+    pub(super) fn outline(&self) -> Outline {
+        Outline::Sphere {
+            centre: self.centre,
+            radius: self.radius,
+        }
     }
 
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {

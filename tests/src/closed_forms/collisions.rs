@@ -97,7 +97,7 @@ pub fn hertz_largest_overlap(effective_modulus: f64, mass: f64, radius: f64, spe
 
 /// ∫₀¹ 2 dx/√(1 − x^(5/2)) = (4/5) √π Γ(2/5)/Γ(9/10): duration of an elastic Hertz contact in
 /// units of δ/v.
-pub const HERTZ_DURATION: f64 = 2.943_275_184_33;
+pub const HERTZ_DURATION: f64 = 2.943_275_184_324_704_7;
 
 /// Duration of an elastic Hertz contact \[s\].
 pub fn hertz_contact_time(effective_modulus: f64, mass: f64, radius: f64, speed: f64) -> f64 {

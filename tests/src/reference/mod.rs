@@ -140,9 +140,12 @@ impl Simulation {
             particle.torque = DVec3::ZERO;
         }
         // Only what touches now is put back: a contact that opened has lost its history.
-        let previous = std::mem::take(&mut self.contacts);
-        let remembered =
-            |key: &ContactKey| previous.get(key).map_or(History::default(), |c| c.history);
+        let mut previous = std::mem::take(&mut self.contacts);
+        let mut remembered = |key: &ContactKey| {
+            previous
+                .remove(key)
+                .map_or(History::default(), |c| c.history)
+        };
 
         for a in 0..self.particles.len() {
             for b in a + 1..self.particles.len() {
@@ -152,18 +155,63 @@ impl Simulation {
                     self.add_contact(key, kinematics, materials, remembered(&key), spring_time);
                 }
             }
+        }
+        for a in 0..self.particles.len() {
             for wall in 0..self.walls.len() {
                 let materials = (self.particles[a].material, self.walls[wall].material);
-                for (feature, kinematics) in self.wall_kinematics(a, wall) {
+                let touched = self.wall_kinematics(a, wall);
+                let histories = self.wall_histories(&previous, a, wall, &touched);
+                for ((feature, kinematics), history) in touched.into_iter().zip(histories) {
                     let key = ContactKey::Wall {
                         particle: a,
                         wall,
                         feature,
                     };
-                    self.add_contact(key, kinematics, materials, remembered(&key), spring_time);
+                    self.add_contact(key, kinematics, materials, history, spring_time);
                 }
             }
         }
+    }
+
+    /// What a particle remembers of the parts of a wall that it touches now. A sphere that rolls from one part over onto the
+    /// next, off a face over its rim, keeps what it remembers.
+    fn wall_histories(
+        &self,
+        previous: &BTreeMap<ContactKey, Contact>,
+        particle: usize,
+        wall: usize,
+        touched: &[(usize, Kinematics)],
+    ) -> Vec<History> {
+        let key = |feature| ContactKey::Wall {
+            particle,
+            wall,
+            feature,
+        };
+        let still = |feature: usize| touched.iter().any(|&(other, _)| other == feature);
+        let mut left: Vec<(usize, History)> = previous
+            .range(key(0)..=key(usize::MAX))
+            .filter_map(|(other, contact)| match *other {
+                ContactKey::Wall { feature, .. } if !still(feature) => {
+                    Some((feature, contact.history))
+                }
+                _ => None,
+            })
+            .collect();
+        touched
+            .iter()
+            .map(|&(feature, _)| {
+                if let Some(contact) = previous.get(&key(feature)) {
+                    return contact.history;
+                }
+                let near = |&(other, _): &(usize, History)| {
+                    self.walls[wall].shape.adjacent(other, feature)
+                };
+                match left.iter().position(near) {
+                    Some(index) => left.remove(index).1,
+                    None => History::default(),
+                }
+            })
+            .collect()
     }
 
     /// Evaluates the law of one contact, adds force and torque to its partners, and files it.

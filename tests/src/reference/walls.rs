@@ -153,13 +153,21 @@ impl Shape {
             .filter(|contact| contact.distance < radius)
             .collect()
     }
+
+    /// Whether a sphere rolls from one feature straight onto the other: from a segment onto one of its corners and back, and
+    /// from a segment onto the next, as a step may be longer than the way round the corner.
+    pub fn adjacent(&self, one: usize, other: usize) -> bool {
+        let apart = (one.wrapping_sub(other) as isize).unsigned_abs();
+        let both_corners = one % 2 == 1 && other % 2 == 1;
+        matches!(self, Shape::Revolution { .. }) && (apart == 1 || apart == 2 && !both_corners)
+    }
 }
 
 /// One place where a sphere touches a wall.
 #[derive(Debug, Clone, Copy)]
 pub struct WallContact {
     /// Which part of the wall: 2 i is segment i of a profile, 2 i + 1 the corner after it; corner 0
-    /// is `usize::MAX`. Other shapes have one part, 0. History does not pass from part to part.
+    /// is `usize::MAX`. Other shapes have one part, 0. History passes between adjacent parts.
     pub feature: usize,
     /// Unit normal from the wall to the particle.
     pub normal: DVec3,

@@ -51,10 +51,10 @@ impl Hertz {
 
     /// Duration (s) of an elastic collision at the relative speed v (m/s): 2.868... (m*^2/(R* E*^2 v))^(1/5).
     ///
-    /// The constant is 2 sqrt(pi) Gamma(2/5) / (5 Gamma(9/10)) (15/16)^(2/5) (Hertz 1882).
+    /// The constant is 4 sqrt(pi) Gamma(2/5) / (5 Gamma(9/10)) (15/16)^(2/5) (Hertz 1882).
     #[must_use]
     pub fn collision_time(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
-        2.868_265_699_19
+        2.868_265_699_195_331
             * (effective_mass * effective_mass
                 / (effective_radius * self.effective_modulus * self.effective_modulus * speed))
                 .powf(0.2)

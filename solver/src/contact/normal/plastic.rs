@@ -1,6 +1,6 @@
 //! The hysteretic spring of elasto-plastic, cohesive contacts.
 
-use super::super::History;
+use super::super::{History, HistoryNumber};
 use super::{Contact, NormalForce, NormalLaw};
 
 /// Loading along k1, unloading along a stiffness that grows with the largest overlap so far, cohesion along
@@ -32,6 +32,10 @@ pub struct MaxOverlap(pub f64);
 
 impl History for MaxOverlap {
     const LENGTH: usize = 1;
+
+    fn columns() -> Vec<HistoryNumber> {
+        vec![("m", "largest overlap so far")]
+    }
 
     fn swapped(self) -> Self {
         self

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::{Contact, History, SpringRotation, follow};
+use super::super::{Contact, History, HistoryNumber, SpringRotation, follow};
 use super::RollingLaw;
 
 /// One spring of the law.
@@ -43,6 +43,17 @@ pub struct RollingSprings {
 
 impl History for RollingSprings {
     const LENGTH: usize = 6;
+
+    fn columns() -> Vec<HistoryNumber> {
+        vec![
+            ("m", "rolling spring x"),
+            ("m", "rolling spring y"),
+            ("m", "rolling spring z"),
+            ("m", "torsion spring x"),
+            ("m", "torsion spring y"),
+            ("m", "torsion spring z"),
+        ]
+    }
 
     /// u_r keeps its sign under the swap (both n and dw turn round), u_o changes it.
     fn swapped(self) -> Self {

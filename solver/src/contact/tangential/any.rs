@@ -6,7 +6,7 @@ use super::super::history::TangentialSpring;
 use super::{
     Contact, LinearFriction, Mindlin, MindlinRescaled, NoFriction, StoredForce, TangentialLaw,
 };
-use crate::contact::History;
+use crate::contact::{History, HistoryNumber};
 
 /// One of the tangential laws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +32,10 @@ pub struct AnyTangentialHistory {
 
 impl History for AnyTangentialHistory {
     const LENGTH: usize = TangentialSpring::LENGTH + StoredForce::LENGTH;
+
+    fn columns() -> Vec<HistoryNumber> {
+        [TangentialSpring::columns(), StoredForce::columns()].concat()
+    }
 
     fn swapped(self) -> Self {
         Self {

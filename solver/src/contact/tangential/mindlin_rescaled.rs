@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::{Contact, History, project};
+use super::super::{Contact, History, HistoryNumber, project};
 use super::{TangentialLaw, coulomb};
 
 /// The stored force grows by -s k_t u_t dt, k_t = 8 G* a, and shrinks in proportion to the contact radius a while that
@@ -27,6 +27,15 @@ pub struct StoredForce {
 
 impl History for StoredForce {
     const LENGTH: usize = 4;
+
+    fn columns() -> Vec<HistoryNumber> {
+        vec![
+            ("N", "stored tangential force x"),
+            ("N", "stored tangential force y"),
+            ("N", "stored tangential force z"),
+            ("m", "contact radius it belongs to"),
+        ]
+    }
 
     fn swapped(self) -> Self {
         Self {

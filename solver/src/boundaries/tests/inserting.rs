@@ -1,0 +1,481 @@
+//! Insertions: totals, rates, sizes, places.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_common::random::Stream;
+use proptest::prelude::*;
+
+use super::super::{Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total};
+use super::{insertion, monodisperse, plan, uniform, unit_box};
+use crate::engine::Engine;
+use crate::neighbours::Images;
+use crate::particles::Particles;
+use crate::plan::{Material, NewParticle, Plan};
+use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallState};
+
+/// Particles and boundaries without an engine: nothing moves.
+struct Still {
+    plan: Plan,
+    images: Images,
+    walls: Vec<WallState>,
+    particles: Particles,
+    boundaries: Boundaries,
+}
+
+impl Still {
+    fn new(plan: Plan) -> Self {
+        let mut particles = Particles::new(false);
+        for new in &plan.particles {
+            let (record, mass, prescribed) = new.build(&plan);
+            particles.push(record, mass, prescribed);
+        }
+        Self {
+            images: Images::new(plan.domain_min, plan.domain_max, plan.periodic),
+            walls: plan
+                .walls
+                .iter()
+                .map(|wall| wall.state(0.0, plan.time_step))
+                .collect(),
+            boundaries: Boundaries::new(&plan),
+            particles,
+            plan,
+        }
+    }
+
+    fn exchange(&mut self, time: f64) -> bool {
+        self.boundaries.exchange(
+            &mut self.particles,
+            &self.plan,
+            &self.images,
+            &self.walls,
+            time,
+        )
+    }
+
+    fn inserted(&self) -> super::super::Tally {
+        self.boundaries.inserted()
+    }
+
+    fn limit(&self) -> Limit {
+        self.boundaries.state().insertions[0].limit
+    }
+}
+
+fn wall(shape: Shape) -> Wall {
+    Wall {
+        name: "wall".to_owned(),
+        material: 0,
+        shape,
+        motion: Motion::new(Vec::new()).unwrap(),
+        from: 0.0,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    }
+}
+
+fn with(insertions: Vec<InsertionPlan>, radii: [f64; 2]) -> Plan {
+    Plan {
+        insertions,
+        ..plan(radii)
+    }
+}
+
+/// Overlap of every pair, by all images and without cells: the deepest, m.
+fn deepest_overlap(still: &Still) -> f64 {
+    let records = &still.particles.records;
+    let mut deepest = f64::NEG_INFINITY;
+    for (i, one) in records.iter().enumerate() {
+        for other in &records[i + 1..] {
+            for code in 0..27 {
+                let shift = still.images.shift(code);
+                let allowed = (0..3).all(|axis| shift[axis] == 0.0 || still.images.periodic[axis]);
+                if allowed {
+                    let gap = (one.position - other.position + shift).length();
+                    deepest = deepest.max(one.radius + other.radius - gap);
+                }
+            }
+        }
+    }
+    deepest
+}
+
+#[test]
+fn totals_are_exact() {
+    let radii = [0.01, 0.02];
+    let feed = |total| insertion(unit_box(), uniform(0.02, 0.04), total);
+    let largest = 4.0 / 3.0 * std::f64::consts::PI * 0.02f64.powi(3);
+
+    let mut still = Still::new(with(vec![feed(Total::Number(317))], radii));
+    assert!(still.exchange(0.0));
+    assert_eq!((still.particles.len(), still.inserted().number), (317, 317));
+    assert_eq!(still.limit(), Limit::Total);
+    assert!(!still.exchange(1e-3), "it is finished");
+    assert!(!still.boundaries.expects_more());
+
+    let mut still = Still::new(with(vec![feed(Total::Volume(2e-3))], radii));
+    still.exchange(0.0);
+    let volume = still.inserted().volume;
+    assert!((2e-3..2e-3 + largest).contains(&volume), "{volume}");
+
+    let mut still = Still::new(with(vec![feed(Total::Mass(2.0))], radii));
+    still.exchange(0.0);
+    let mass: f64 = still.particles.masses.iter().sum();
+    assert!((2.0..2.0 + 1000.0 * largest).contains(&mass), "{mass}");
+    assert!((still.inserted().mass - mass).abs() < 1e-12);
+
+    // A whole number of equal particles is met exactly, whatever the round-off of their sum.
+    let sphere = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.01f64.powi(3);
+    for number in [1, 3, 10, 77, 300] {
+        let total = Total::Mass(sphere * f64::from(number));
+        let equal = insertion(unit_box(), monodisperse(0.02), total);
+        let mut still = Still::new(with(vec![equal], radii));
+        still.exchange(0.0);
+        assert_eq!(still.particles.len(), number as usize);
+    }
+}
+
+#[test]
+fn rates_are_kept_at_every_step() {
+    let sphere = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.005f64.powi(3);
+    let steady = |quantity, per_second| Rate::Steady {
+        quantity,
+        per_second,
+    };
+    for (rate, per_second, due) in [
+        (steady(Quantity::Number, 250.0), 250.0, 0.1),
+        (steady(Quantity::Mass, 333.3 * sphere), 333.3, 0.1),
+        (
+            steady(Quantity::Volume, 2000.0 * sphere / 1000.0),
+            2000.0,
+            0.1,
+        ),
+    ] {
+        let feed = InsertionPlan {
+            rate: Some(rate),
+            total: None,
+            from: 0.1,
+            until: 0.4,
+            ..insertion(unit_box(), monodisperse(0.01), Total::Full)
+        };
+        let mut still = Still::new(with(vec![feed], [0.005; 2]));
+        for step in 0..500 {
+            let time = f64::from(step) * 1e-3;
+            still.exchange(time);
+            // The number that is allowed, rounded up: the last may exceed it.
+            let allowed = per_second * (time.min(0.399) - due).max(0.0);
+            let expected = (allowed - 1e-6).ceil().max(0.0) as u64;
+            assert_eq!(still.inserted().number, expected, "at {time} s");
+        }
+        assert_eq!(still.limit(), Limit::Time);
+        let requested = still.plan.insertions[0].requested(1.0).unwrap().1;
+        let quantity_per_second = still.plan.insertions[0].requested(1.1).unwrap().1;
+        assert_eq!(requested, quantity_per_second, "nothing more after the end");
+    }
+}
+
+#[test]
+fn a_table_gives_the_flow() {
+    let rows = vec![[0.0, 0.0], [0.1, 10.0], [0.2, 10.0], [0.3, 40.0]];
+    let feed = InsertionPlan {
+        rate: Some(Rate::Table {
+            quantity: Quantity::Number,
+            rows,
+        }),
+        ..insertion(unit_box(), monodisperse(0.01), Total::Number(30))
+    };
+    let mut still = Still::new(with(vec![feed], [0.005; 2]));
+    for (time, expected) in [
+        (0.0, 0),
+        (0.05, 5),
+        (0.1, 10),
+        (0.15, 10),
+        (0.2, 10),
+        (0.25, 25),
+        (0.3, 30),
+    ] {
+        still.exchange(time);
+        assert_eq!(still.particles.len(), expected, "at {time} s");
+    }
+    assert_eq!(still.limit(), Limit::Total);
+}
+
+#[test]
+fn sizes_are_those_drawn_however_full_it_is() {
+    // Random sequential addition to the end: large particles fail ever more often.
+    let distribution = uniform(0.015, 0.045);
+    let feed = insertion(unit_box(), distribution.clone(), Total::Full);
+    let mut still = Still::new(with(vec![feed], [0.0075, 0.0225]));
+    still.exchange(0.0);
+    let state = still.boundaries.state().insertions[0];
+    assert!(state.failed_attempts > state.inserted.number, "{state:?}");
+    assert!(state.is_finished());
+    let n = still.particles.len();
+    assert!(n > 10_000, "{n}");
+
+    // Exactly the first sizes of the stream, none skipped.
+    let mut stream = Stream::new(7, "insertion feed sizes", 0);
+    for record in &still.particles.records {
+        stream.uniform();
+        let radius = 0.5 * distribution.sample_diameter(stream.uniform());
+        assert_eq!(record.radius, radius);
+    }
+    let pending = state.pending.unwrap();
+    stream.uniform();
+    assert_eq!(
+        pending.radius,
+        0.5 * distribution.sample_diameter(stream.uniform()),
+        "the next one waits"
+    );
+
+    // And so they follow the law: Kolmogorov's bound at a significance of 1e-6.
+    let mut diameters: Vec<f64> = still
+        .particles
+        .records
+        .iter()
+        .map(|record| 2.0 * record.radius)
+        .collect();
+    diameters.sort_by(f64::total_cmp);
+    let distance = diameters
+        .iter()
+        .enumerate()
+        .map(|(i, &d)| {
+            let expected = distribution.number_cdf(d);
+            let (below, above) = (i as f64 / n as f64, (i + 1) as f64 / n as f64);
+            (expected - below).abs().max((above - expected).abs())
+        })
+        .fold(0.0, f64::max);
+    let bound = ((2.0f64 / 1e-6).ln() / (2.0 * n as f64)).sqrt();
+    assert!(distance < bound, "{distance} > {bound}");
+}
+
+#[test]
+fn mixtures_follow_their_shares_by_number() {
+    let mut plan = with(Vec::new(), [0.005; 2]);
+    plan.materials.push(Material {
+        name: "heavy".to_owned(),
+        density: 3000.0,
+    });
+    plan.laws.materials = 2;
+    plan.laws.laws = vec![plan.laws.laws[0]; 4];
+    let mut feed = insertion(unit_box(), monodisperse(0.01), Total::Number(4000));
+    feed.mixture.push(Ingredient {
+        material: 1,
+        sizes: monodisperse(0.02),
+        share: 3.0,
+    });
+    plan.insertions = vec![feed];
+    let mut still = Still::new(plan);
+    still.exchange(0.0);
+    let records = &still.particles.records;
+    let heavy = records.iter().filter(|record| record.material == 1).count() as f64;
+    // 3 of 4, within four standard deviations.
+    assert!((heavy - 3000.0).abs() < 4.0 * (4000.0f64 * 0.75 * 0.25).sqrt());
+    for (record, mass) in records.iter().zip(&still.particles.masses) {
+        let (radius, density) = [(0.005f64, 1000.0), (0.01, 3000.0)][record.material as usize];
+        assert_eq!(record.radius, radius);
+        let expected = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+        assert!((mass / expected - 1.0).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn velocities_are_uniform_about_the_mean() {
+    let feed = InsertionPlan {
+        velocity_mean: DVec3::new(1.0, 0.0, -0.5),
+        velocity_spread: DVec3::new(0.2, 0.0, 0.1),
+        ..insertion(unit_box(), monodisperse(0.01), Total::Number(3000))
+    };
+    let mut still = Still::new(with(vec![feed], [0.005; 2]));
+    still.exchange(0.0);
+    let n = still.particles.len() as f64;
+    let mut sum = DVec3::ZERO;
+    for record in &still.particles.records {
+        let deviation = record.velocity - DVec3::new(1.0, 0.0, -0.5);
+        assert!(deviation.x.abs() <= 0.2 && deviation.y == 0.0 && deviation.z.abs() <= 0.1 + 1e-15);
+        sum += deviation;
+    }
+    // Four standard deviations of the mean of n uniform numbers of +-a: a / sqrt(3 n).
+    assert!((sum.x / n).abs() < 4.0 * 0.2 / (3.0 * n).sqrt());
+    let kinetic: f64 = still
+        .particles
+        .records
+        .iter()
+        .zip(&still.particles.masses)
+        .map(|(record, mass)| 0.5 * mass * record.velocity.length_squared())
+        .sum();
+    assert!((still.inserted().kinetic / kinetic - 1.0).abs() < 1e-12);
+    assert_eq!(still.inserted().rotational, 0.0);
+}
+
+#[test]
+fn discs_stay_in_their_plane() {
+    let mut plan = with(Vec::new(), [0.01; 2]);
+    plan.dimensions = 2;
+    (plan.domain_min.z, plan.domain_max.z) = (-0.1, 0.1);
+    let mut feed = insertion(
+        Region::Box {
+            min: DVec3::ZERO,
+            max: DVec3::new(1.0, 1.0, 0.0),
+        },
+        monodisperse(0.02),
+        Total::Full,
+    );
+    feed.velocity_spread = DVec3::ONE;
+    plan.insertions = vec![feed];
+    let mut still = Still::new(plan);
+    still.exchange(0.0);
+    // Random sequential addition of discs jams at a cover of 0.547 (Feder 1980); 1000 attempts get within a tenth of that.
+    let cover = still.particles.len() as f64 * std::f64::consts::PI * 1e-4;
+    assert!((0.44..0.547).contains(&cover), "{cover}");
+    assert!((still.inserted().volume - cover).abs() < 1e-9);
+    for record in &still.particles.records {
+        assert_eq!((record.position.z, record.velocity.z), (0.0, 0.0));
+    }
+    assert!(deepest_overlap(&still) <= 0.0);
+}
+
+#[test]
+fn what_cannot_fit_fails_at_once() {
+    let slit = Region::Box {
+        min: DVec3::ZERO,
+        max: DVec3::new(1.0, 1.0, 0.01),
+    };
+    let feed = insertion(slit.clone(), monodisperse(0.02), Total::Number(10));
+    let mut still = Still::new(with(vec![feed], [0.01; 2]));
+    assert!(!still.exchange(0.0));
+    assert_eq!(still.limit(), Limit::Space);
+    assert!(still.boundaries.expects_more());
+    let full = insertion(slit, monodisperse(0.02), Total::Full);
+    let mut still = Still::new(with(vec![full], [0.01; 2]));
+    assert!(!still.exchange(0.0));
+    assert_eq!(still.limit(), Limit::Total, "full of nothing is full");
+}
+
+#[test]
+fn full_is_once() {
+    let feed = InsertionPlan {
+        from: 0.01,
+        attempts: 50,
+        ..insertion(unit_box(), monodisperse(0.2), Total::Full)
+    };
+    let mut still = Still::new(with(vec![feed], [0.1; 2]));
+    assert!(!still.exchange(0.0) && !still.exchange(0.009));
+    assert_eq!(still.limit(), Limit::NotBegun);
+    assert!(still.exchange(0.01));
+    assert!(!still.exchange(0.011) && still.boundaries.state().insertions[0].is_finished());
+    // A hundred attempts would do for a cover of a fifth; many more spheres than one came.
+    assert!(still.particles.len() > 20);
+}
+
+#[test]
+fn goes_on_from_its_state_with_the_same_numbers() {
+    let feed = InsertionPlan {
+        rate: Some(Rate::Steady {
+            quantity: Quantity::Number,
+            per_second: 20_000.0,
+        }),
+        velocity_spread: DVec3::ONE,
+        ..insertion(unit_box(), uniform(0.02, 0.06), Total::Number(3000))
+    };
+    let plan = with(vec![feed], [0.01, 0.03]);
+    let mut whole = Still::new(plan.clone());
+    let mut stopped = Still::new(plan.clone());
+    for step in 0..200 {
+        let time = f64::from(step) * 1e-3;
+        whole.exchange(time);
+        stopped.exchange(time);
+        if step % 37 == 0 {
+            let state = stopped.boundaries.state();
+            stopped.boundaries = Boundaries::new(&plan);
+            stopped.boundaries.restore(&state, stopped.particles.len());
+            assert_eq!(stopped.boundaries.state(), state);
+        }
+    }
+    assert!(whole.particles.len() > 1000);
+    assert_eq!(whole.particles, stopped.particles);
+    assert_eq!(whole.boundaries.state(), stopped.boundaries.state());
+}
+
+#[test]
+fn the_engine_inserts_the_same_for_any_number_of_threads() {
+    let feed = InsertionPlan {
+        rate: Some(Rate::Steady {
+            quantity: Quantity::Number,
+            per_second: 10_000.0,
+        }),
+        velocity_mean: DVec3::new(0.0, 0.0, -1.0),
+        velocity_spread: DVec3::splat(0.5),
+        ..insertion(
+            Region::Box {
+                min: DVec3::new(0.0, 0.0, 0.6),
+                max: DVec3::ONE,
+            },
+            uniform(0.02, 0.04),
+            Total::Number(600),
+        )
+    };
+    let mut plan = with(vec![feed], [0.01, 0.02]);
+    plan.periodic = [true, true, false];
+    let floor = Plane::new(DVec3::ZERO, DVec3::Z).unwrap();
+    plan.walls = vec![wall(Shape::Plane(floor))];
+    let plan = Arc::new(plan);
+    let run = |threads| {
+        let mut engine = Engine::new(plan.clone(), threads).unwrap();
+        for _ in 0..120 {
+            engine.step(None).unwrap();
+        }
+        (engine.particles.clone(), engine.boundaries().state())
+    };
+    let (particles, state) = run(1);
+    assert_eq!(particles.len(), 600);
+    assert_eq!(run(3), (particles, state));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn nobody_overlaps_anybody_or_a_wall_and_all_lie_wholly_inside(
+        seed in 0..u64::MAX,
+        periodic in any::<[bool; 3]>(),
+        sticks_out in any::<bool>(),
+        ratio in 1.0..5.0f64,
+        round in any::<bool>(),
+    ) {
+        let (low, high) = if sticks_out { (-0.3, 0.8) } else { (0.0, 1.0) };
+        let region = if round {
+            Region::Sphere { origin: DVec3::splat(0.5 * (low + high)), radius: 0.5 * (high - low) }
+        } else {
+            Region::Box { min: DVec3::splat(low), max: DVec3::splat(high) }
+        };
+        let feed = |name: &str| InsertionPlan {
+            name: name.to_owned(),
+            attempts: 60,
+            ..insertion(region.clone(), uniform(0.05, 0.05 * ratio), Total::Full)
+        };
+        let mut plan = with(vec![feed("one"), feed("two")], [0.025, 0.025 * ratio]);
+        plan.seed = seed;
+        plan.periodic = periodic;
+        let tube = Cylinder::new(DVec3::Z, DVec3::splat(0.5), 0.2, Some([-0.2, 0.3]), Side::Both).unwrap();
+        let slope = Plane::new(DVec3::splat(0.3), DVec3::new(0.6, 0.0, 0.8)).unwrap();
+        plan.walls = vec![wall(Shape::Cylinder(tube)), wall(Shape::Plane(slope))];
+        // One is fixed, near a corner, so that its images matter.
+        plan.particles = vec![NewParticle { fixed: true, ..NewParticle::at(DVec3::splat(0.95), 0.2, 0) }];
+        let mut still = Still::new(plan);
+        still.exchange(0.0);
+        prop_assert!(still.particles.len() > 5);
+        prop_assert!(deepest_overlap(&still) <= 0.0, "{}", deepest_overlap(&still));
+        let mut touches = Touches::new();
+        for record in &still.particles.records[1..] {
+            for wall in &still.plan.walls {
+                wall.shape.touches(record.position, record.radius, &mut touches);
+                prop_assert!(touches.is_empty());
+            }
+            let inside = (0..27).any(|code| region.holds_sphere(
+                record.position + still.images.shift(code), record.radius * (1.0 - 1e-9)));
+            prop_assert!(inside);
+            prop_assert!(record.position.cmpge(DVec3::ZERO).all() && record.position.cmple(DVec3::ONE).all());
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Cost, by counts and generous clocks.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::super::{Region, Total};
+use super::{insertion, monodisperse, plan, uniform, unit_box};
+use crate::engine::Engine;
+
+#[test]
+fn a_hundred_thousand_particles_come_within_seconds() {
+    let mut scene = plan([0.004, 0.006]);
+    scene.insertions = vec![insertion(
+        unit_box(),
+        uniform(0.008, 0.012),
+        Total::Number(100_000),
+    )];
+    let start = Instant::now();
+    let engine = Engine::new(Arc::new(scene), 1).unwrap();
+    let seconds = start.elapsed().as_secs_f64();
+    assert_eq!(engine.particles.len(), 100_000);
+    // 0.4 s on a busy machine; testing all pairs would take minutes.
+    assert!(seconds < 10.0, "{seconds} s");
+    println!("100 000 particles: {seconds:.3} s with the first list and forces");
+}
+
+#[test]
+fn a_saturated_insertion_does_not_stop_the_run() {
+    let mut scene = plan([0.01; 2]);
+    scene.insertions = vec![insertion(
+        Region::Box {
+            min: DVec3::ZERO,
+            max: DVec3::new(1.0, 1.0, 0.5),
+        },
+        monodisperse(0.02),
+        Total::Number(1_000_000),
+    )];
+    let mut engine = Engine::new(Arc::new(scene), 1).unwrap();
+    let failed = |engine: &Engine| engine.boundaries().state().insertions[0].failed_attempts;
+    let before = (failed(&engine), engine.particles.len());
+    let start = Instant::now();
+    for _ in 0..20 {
+        engine.step(None).unwrap();
+    }
+    let seconds = start.elapsed().as_secs_f64() / 20.0;
+    let (attempts, came) = (
+        failed(&engine) - before.0,
+        engine.particles.len() - before.1,
+    );
+    println!(
+        "{} particles, {came} more in 20 steps, {attempts} failed attempts, {seconds:.5} s per step",
+        before.1
+    );
+    assert!(attempts >= 20_000);
+    assert!(seconds < 1.0, "{seconds} s per step");
+}

@@ -1,0 +1,96 @@
+//! The state of a run as one plain value.
+
+use std::sync::Arc;
+
+use super::{Audit, Engine, RunError};
+use crate::boundaries::BoundaryState;
+use crate::forces::SavedSlot;
+use crate::neighbours::{Skin, Validity};
+use crate::particles::Particles;
+use crate::plan::Plan;
+use crate::walls::Pose;
+
+/// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
+/// steps since the list was built, which decide the order of summation in the steps to come.
+///
+/// Two runs of one plan whose snapshots are equal stay equal.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// Steps made.
+    pub step: u64,
+    /// All particles with their last loads, row by row.
+    pub particles: Particles,
+    /// The listed pairs in order, with their histories.
+    pub pairs: Vec<SavedSlot>,
+    /// The particles near walls in order, with their histories.
+    pub near_walls: Vec<SavedSlot>,
+    /// Thickness of the skin, and its limits.
+    pub skin: Skin,
+    /// How much of the skin is used up.
+    pub validity: Validity,
+    /// Poses of the walls when the list was built.
+    pub listed_poses: Vec<Pose>,
+    /// The second half kick of the last step is still to be made.
+    pub kick_due: bool,
+    /// Rows were added or removed since the list was built.
+    pub rows_changed: bool,
+    /// How often the list was built.
+    pub rebuilds: u64,
+    /// Insertions and deletions, and what they counted.
+    pub boundaries: BoundaryState,
+    /// Running sums of the energy audit.
+    pub audit: Audit,
+}
+
+impl Engine {
+    /// The present state.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let (pairs, near_walls) = self.forces.save();
+        Snapshot {
+            step: self.step,
+            particles: self.particles.clone(),
+            pairs,
+            near_walls,
+            skin: self.skin,
+            validity: self.validity,
+            listed_poses: self.listed_poses.clone(),
+            kick_due: self.kick_due,
+            rows_changed: self.rows_changed,
+            rebuilds: self.rebuilds,
+            boundaries: self.boundaries.state(),
+            audit: self.audit,
+        }
+    }
+
+    /// A run of `plan` that goes on from `snapshot`, which must come from a run of the same plan; the number of threads may
+    /// differ. [`Engine::observation`] is empty until the next watched step.
+    ///
+    /// # Errors
+    /// If threads cannot be started.
+    pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, threads)?;
+        let rows = snapshot.particles.len();
+        engine
+            .forces
+            .restore(rows, &snapshot.pairs, &snapshot.near_walls);
+        engine.step = snapshot.step;
+        engine.particles = snapshot.particles;
+        engine.skin = snapshot.skin;
+        engine.validity = snapshot.validity;
+        engine.listed_poses = snapshot.listed_poses;
+        engine.kick_due = snapshot.kick_due;
+        engine.rows_changed = snapshot.rows_changed;
+        engine.rebuilds = snapshot.rebuilds;
+        engine.boundaries.restore(&snapshot.boundaries, rows);
+        engine.audit = snapshot.audit;
+        let (time, dt) = (engine.time(), engine.plan.time_step);
+        engine.wall_states = engine
+            .plan
+            .walls
+            .iter()
+            .map(|wall| wall.state(time, dt))
+            .collect();
+        Ok(engine)
+    }
+}

@@ -1,0 +1,99 @@
+//! `<prefix>.contacts.arrow`: the native frames of contacts.
+
+use std::path::Path;
+
+use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
+
+use super::particle_frames::frames_header;
+use super::stream::Stream;
+use super::{OutputError, State};
+use crate::contact::{AnyRolling, HistoryNumber};
+use crate::forces::Partner;
+use crate::plan::Plan;
+
+pub(super) struct ContactFrames {
+    writer: ContactWriter,
+    columns: ContactColumns,
+}
+
+impl ContactFrames {
+    pub(super) fn create(
+        folder: &Path,
+        plan: &Plan,
+        history: &[HistoryNumber],
+    ) -> Result<Self, OutputError> {
+        let mut laws = plan.laws.laws.iter().flatten();
+        let columns = ContactColumns {
+            torque: laws.any(|law| law.rolling != AnyRolling::None),
+            history: history
+                .iter()
+                .map(|&(unit, description)| HistoryColumn {
+                    unit: unit.to_owned(),
+                    description: description.to_owned(),
+                })
+                .collect(),
+        };
+        let path = folder.join(format!("{}.contacts.arrow", plan.prefix));
+        Ok(Self {
+            writer: ContactWriter::create(path, &columns, &frames_header(plan))?,
+            columns,
+        })
+    }
+}
+
+impl Stream for ContactFrames {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.contacts {
+            return Ok(());
+        }
+        self.writer.append(contact_frame(state, &self.columns))?;
+        Ok(())
+    }
+}
+
+/// The contacts sorted by the lower id, then pairs by the higher one, then walls.
+pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactFrame {
+    let mut records: Vec<_> = state.observation.records.iter().collect();
+    records.sort_by_key(|record| {
+        let partner = match record.partner {
+            Partner::Particle { row, .. } => (0, state.rank(row)),
+            Partner::Wall { wall, .. } => (1, usize::from(wall)),
+        };
+        (state.rank(record.row), partner)
+    });
+    let mut frame = ContactFrame {
+        time: state.time,
+        step: state.step,
+        torque: columns.torque.then(Vec::new),
+        history: vec![Vec::with_capacity(records.len()); columns.history.len()],
+        ..ContactFrame::default()
+    };
+    for record in records {
+        let i = state.rank(record.row);
+        let particle = &state.particles[i];
+        let lever = particle.radius - 0.5 * record.overlap;
+        let (j, wall, length) = match record.partner {
+            Partner::Particle { row, .. } => {
+                let j = state.rank(row);
+                let distance = particle.radius + state.particles[j].radius - record.overlap;
+                (Some(state.ids[j]), None, distance)
+            }
+            Partner::Wall { wall, .. } => (None, Some(u32::from(wall)), lever),
+        };
+        frame.i.push(state.ids[i]);
+        frame.j.push(j);
+        frame.wall.push(wall);
+        frame.point.push(particle.position - record.normal * lever);
+        frame.branch.push(record.normal * length);
+        frame.normal.push(record.normal);
+        frame.force.push(record.force);
+        frame.overlap.push(record.overlap);
+        if let Some(torque) = &mut frame.torque {
+            torque.push(record.couple);
+        }
+        for (column, &number) in frame.history.iter_mut().zip(&record.history) {
+            column.push(number);
+        }
+    }
+    frame
+}

@@ -1,0 +1,61 @@
+//! `<prefix>.data`: the particles in MercuryDPM's layout.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::formats::data::{DataFrame, DataRow, write_frame};
+use mercury_common::formats::number::NumberStyle;
+use mercury_common::formats::orientation::euler_from_quaternion;
+
+use super::stream::{Stream, TextFile};
+use super::{OutputError, State};
+use crate::plan::Plan;
+
+pub(super) struct DataFile {
+    file: TextFile,
+    style: NumberStyle,
+    dimensions: u8,
+    domain: (DVec3, DVec3),
+}
+
+impl DataFile {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        Ok(Self {
+            file: TextFile::create(folder, &format!("{}.data", plan.prefix))?,
+            style: plan.output.number_style(),
+            dimensions: plan.dimensions,
+            domain: (plan.domain_min, plan.domain_max),
+        })
+    }
+}
+
+impl Stream for DataFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let rows = state.particles.iter().enumerate().map(|(rank, particle)| {
+            let angles = match &state.orientations {
+                Some(orientations) => euler_from_quaternion(orientations[rank]),
+                None => DVec3::ZERO,
+            };
+            DataRow {
+                position: particle.position,
+                velocity: particle.velocity,
+                radius: particle.radius,
+                angles,
+                angular_velocity: particle.angular_velocity,
+                info: f64::from(particle.material),
+            }
+        });
+        let frame = DataFrame {
+            time: state.time,
+            dimensions: self.dimensions,
+            min: self.domain.0,
+            max: self.domain.1,
+            particles: rows.collect(),
+        };
+        write_frame(&frame, self.style, &mut self.file.buffer);
+        self.file.flush()
+    }
+}

@@ -1,0 +1,44 @@
+//! `<prefix>.ene`: the energies in MercuryDPM's layout.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::formats::ene::{write_header, write_row};
+use mercury_common::formats::number::NumberStyle;
+
+use super::stream::{Stream, TextFile};
+use super::{OutputError, State, energies};
+use crate::plan::Plan;
+
+pub(super) struct EneFile {
+    file: TextFile,
+    style: NumberStyle,
+    gravity: DVec3,
+    dimensions: u8,
+}
+
+impl EneFile {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let mut file = TextFile::create(folder, &format!("{}.ene", plan.prefix))?;
+        let style = plan.output.number_style();
+        write_header(style, &mut file.buffer);
+        file.flush()?;
+        Ok(Self {
+            file,
+            style,
+            gravity: plan.gravity,
+            dimensions: plan.dimensions,
+        })
+    }
+}
+
+impl Stream for EneFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let row = energies(state, self.gravity, self.dimensions);
+        write_row(&row, self.style, &mut self.file.buffer);
+        self.file.flush()
+    }
+}

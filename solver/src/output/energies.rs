@@ -1,0 +1,38 @@
+//! The energies of a state.
+
+use glam::DVec3;
+use mercury_common::formats::ene::EnergyRow;
+
+use super::State;
+use crate::particles::inverse_inertia_factor;
+
+/// The energies (J) and the centre of mass (m) of the particles that are not fixed, summed in the order of ids.
+///
+/// Gravitational energy is -sum m g.x, with positions inside the periodic domain.
+#[must_use]
+pub fn energies(state: &State, gravity: DVec3, dimensions: u8) -> EnergyRow {
+    let mut row = EnergyRow {
+        time: state.time,
+        elastic: state.observation.elastic_energy,
+        ..EnergyRow::default()
+    };
+    let (mut mass, mut moment) = (0.0, DVec3::ZERO);
+    for (rank, particle) in state.particles.iter().enumerate() {
+        if state.is_fixed(rank) {
+            continue;
+        }
+        let m = state.masses[rank];
+        let inertia = m * particle.radius * particle.radius / inverse_inertia_factor(dimensions);
+        mass += m;
+        moment += m * particle.position;
+        row.gravitational -= m * gravity.dot(particle.position);
+        row.translational_kinetic += 0.5 * m * particle.velocity.length_squared();
+        row.rotational_kinetic += 0.5 * inertia * particle.angular_velocity.length_squared();
+    }
+    row.center_of_mass = if mass > 0.0 {
+        moment / mass
+    } else {
+        DVec3::NAN
+    };
+    row
+}

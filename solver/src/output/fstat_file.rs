@@ -1,0 +1,105 @@
+//! `<prefix>.fstat`: the contacts in MercuryDPM's layout.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::formats::fstat::{ContactRow, FstatFrame, write_frame};
+use mercury_common::formats::number::NumberStyle;
+
+use super::stream::{Stream, TextFile};
+use super::{OutputError, State};
+use crate::forces::Partner;
+use crate::plan::Plan;
+
+pub(super) struct FstatFile {
+    file: TextFile,
+    style: NumberStyle,
+    domain: (DVec3, DVec3),
+}
+
+impl FstatFile {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        Ok(Self {
+            file: TextFile::create(folder, &format!("{}.fstat", plan.prefix))?,
+            style: plan.output.number_style(),
+            domain: (plan.domain_min, plan.domain_max),
+        })
+    }
+}
+
+impl Stream for FstatFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.contacts {
+            return Ok(());
+        }
+        let radii = || state.particles.iter().map(|particle| particle.radius);
+        let frame = FstatFrame {
+            time: state.time,
+            has_contact_points: true,
+            min: self.domain.0,
+            max: self.domain.1,
+            radius_min: radii().fold(f64::NAN, f64::min),
+            radius_max: radii().fold(f64::NAN, f64::max),
+            contacts: contact_rows(state),
+        };
+        write_frame(&frame, self.style, &mut self.file.buffer);
+        self.file.flush()
+    }
+}
+
+/// The lines of all contacts, sorted by the two indices: two for a pair, one for a wall, none for the side of a fixed particle.
+///
+/// Both lines of a pair carry the point on the side of the lower index; normal and tangent of a wall contact are
+/// reversed. These are MercuryDPM's conventions.
+pub(super) fn contact_rows(state: &State) -> Vec<ContactRow> {
+    let mut rows = Vec::with_capacity(2 * state.observation.records.len());
+    for record in &state.observation.records {
+        let i = state.rank(record.row);
+        let particle = &state.particles[i];
+        let lever = particle.radius - 0.5 * record.overlap;
+        let tangential_force = record.tangential.length();
+        let row = ContactRow {
+            time: state.time,
+            i: i as i64,
+            j: 0,
+            contact_point: particle.position - record.normal * lever,
+            overlap: record.overlap,
+            tangential_overlap: record.tangential_overlap,
+            normal_force: record.force.dot(record.normal),
+            tangential_force,
+            normal: record.normal,
+            tangent: if tangential_force > 0.0 {
+                record.tangential / tangential_force
+            } else {
+                DVec3::ZERO
+            },
+        };
+        let reversed = ContactRow {
+            normal: -row.normal,
+            tangent: -row.tangent,
+            ..row
+        };
+        match record.partner {
+            Partner::Particle { row: partner, .. } => {
+                let j = state.rank(partner);
+                if !state.is_fixed(i) {
+                    rows.push(ContactRow { j: j as i64, ..row });
+                }
+                if !state.is_fixed(j) {
+                    rows.push(ContactRow {
+                        i: j as i64,
+                        j: i as i64,
+                        ..reversed
+                    });
+                }
+            }
+            Partner::Wall { wall, .. } => rows.push(ContactRow {
+                j: ContactRow::j_of_wall(u32::from(wall)),
+                ..reversed
+            }),
+        }
+    }
+    // Stable: two features of one wall stay in the order in which the state holds them.
+    rows.sort_by_key(|row| (row.i, row.j));
+    rows
+}

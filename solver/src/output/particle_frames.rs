@@ -1,0 +1,90 @@
+//! `<prefix>.particles.arrow`: the native frames of particles.
+
+use std::path::Path;
+
+use mercury_common::frames::{
+    FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame, ParticleWriter,
+};
+
+use super::stream::Stream;
+use super::{OutputError, State};
+use crate::particles::{FIXED, PRESCRIBED, volume};
+use crate::plan::Plan;
+
+pub(super) struct ParticleFrames {
+    writer: ParticleWriter,
+    columns: ParticleColumns,
+    dimensions: u8,
+}
+
+impl ParticleFrames {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let columns = ParticleColumns {
+            body: false,
+            orientation: plan.orientations,
+            angular_velocity: true,
+            force: true,
+            torque: plan.laws.turns(),
+            film_volume: false,
+        };
+        let path = folder.join(format!("{}.particles.arrow", plan.prefix));
+        Ok(Self {
+            writer: ParticleWriter::create(path, columns, &frames_header(plan))?,
+            columns,
+            dimensions: plan.dimensions,
+        })
+    }
+}
+
+/// What files of frames say about their run.
+pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
+    let materials = plan.materials.iter().map(|material| material.name.clone());
+    FramesHeader {
+        title: plan.title.clone(),
+        materials: materials.collect(),
+        walls: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
+        domain: Some((plan.domain_min, plan.domain_max)),
+        periodic: plan.periodic,
+        dimensions: Some(plan.dimensions),
+        gravity: Some(plan.gravity),
+    }
+}
+
+impl Stream for ParticleFrames {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let particles = &state.particles;
+        let flags = |flags: u32| {
+            let bit = |mine, theirs| if flags & mine != 0 { theirs } else { 0 };
+            bit(FIXED, FLAG_FIXED) | bit(PRESCRIBED, FLAG_PRESCRIBED)
+        };
+        let frame = ParticleFrame {
+            time: state.time,
+            step: state.step,
+            id: state.ids.clone(),
+            material: particles.iter().map(|p| p.material).collect(),
+            flags: particles.iter().map(|p| flags(p.flags)).collect(),
+            mass: state.masses.clone(),
+            volume: particles
+                .iter()
+                .map(|p| volume(p.radius, self.dimensions))
+                .collect(),
+            radius: particles.iter().map(|p| p.radius).collect(),
+            position: particles.iter().map(|p| p.position).collect(),
+            velocity: particles.iter().map(|p| p.velocity).collect(),
+            body: None,
+            orientation: state.orientations.clone(),
+            angular_velocity: Some(particles.iter().map(|p| p.angular_velocity).collect()),
+            force: Some(state.loads.iter().map(|load| load.force).collect()),
+            torque: self
+                .columns
+                .torque
+                .then(|| state.loads.iter().map(|load| load.torque).collect()),
+            film_volume: None,
+        };
+        self.writer.append(frame)?;
+        Ok(())
+    }
+}

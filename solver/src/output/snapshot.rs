@@ -1,0 +1,56 @@
+//! The state at one time, copied so that the time loop can go on.
+
+use glam::DQuat;
+
+use crate::engine::Engine;
+use crate::forces::Observation;
+use crate::particles::{Load, Particle};
+
+/// What is written of one time. Rows are in the engine's order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Time, s.
+    pub time: f64,
+    /// Steps made.
+    pub step: u64,
+    /// A frame is due.
+    pub frame: bool,
+    /// The contacts are due.
+    pub contacts: bool,
+    /// Particles.
+    pub records: Vec<Particle>,
+    /// Contact forces on the particles.
+    pub loads: Vec<Load>,
+    /// Ids.
+    pub ids: Vec<u32>,
+    /// Masses, kg.
+    pub masses: Vec<f64>,
+    /// Orientations, if integrated.
+    pub orientations: Option<Vec<DQuat>>,
+    /// What was seen of the contacts.
+    pub observation: Observation,
+    /// Dissipated since the start, J, in audited runs.
+    pub dissipated: Option<f64>,
+}
+
+impl Snapshot {
+    /// Of an engine whose step is complete and was watched.
+    #[must_use]
+    pub fn take(engine: &Engine, frame: bool, contacts: bool) -> Self {
+        let particles = &engine.particles;
+        let audit = engine.audit();
+        Self {
+            time: engine.time(),
+            step: engine.steps(),
+            frame,
+            contacts,
+            records: particles.records.clone(),
+            loads: particles.loads.clone(),
+            ids: particles.ids.clone(),
+            masses: particles.masses.clone(),
+            orientations: particles.orientations.clone(),
+            observation: engine.observation(),
+            dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
+        }
+    }
+}

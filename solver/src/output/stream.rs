@@ -1,0 +1,93 @@
+//! Files that grow frame by frame.
+
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use mercury_common::frames::FrameWriteError;
+
+use super::State;
+use super::pictures::PictureError;
+
+/// Why the outputs of a run could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The operating system refused.
+    #[error("{}: {action}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What was tried, as `the file cannot be ...`.
+        action: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file of native frames could not be written.
+    #[error(transparent)]
+    Frames(#[from] FrameWriteError),
+    /// A picture could not be made.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// The summary is no JSON.
+    #[error("the summary cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// The thread that writes ended without a word.
+    #[error("the thread that writes the outputs has failed; this is a defect of the program")]
+    Lost,
+}
+
+/// One file of a run.
+pub(super) trait Stream: Send {
+    /// Writes what is due of this state.
+    fn write(&mut self, state: &State) -> Result<(), OutputError>;
+}
+
+/// A text file to which whole frames are appended.
+#[derive(Debug)]
+pub(super) struct TextFile {
+    path: PathBuf,
+    file: File,
+    /// The frame in the making; kept, so that its memory is.
+    pub(super) buffer: Vec<u8>,
+}
+
+impl TextFile {
+    /// Makes the file, empty.
+    pub(super) fn create(folder: &Path, name: &str) -> Result<Self, OutputError> {
+        let path = folder.join(name);
+        match File::create(&path) {
+            Ok(file) => Ok(Self {
+                path,
+                file,
+                buffer: Vec::new(),
+            }),
+            Err(source) => Err(OutputError::File {
+                path,
+                action: "the file cannot be made",
+                source,
+            }),
+        }
+    }
+
+    /// Appends the buffer to the file in one call, and empties it.
+    pub(super) fn flush(&mut self) -> Result<(), OutputError> {
+        let written = self.file.write_all(&self.buffer);
+        self.buffer.clear();
+        written.map_err(|source| OutputError::File {
+            path: self.path.clone(),
+            action: "the file cannot be written",
+            source,
+        })
+    }
+}
+
+/// Appends a name as a field of a CSV file.
+pub(super) fn push_csv_name(out: &mut Vec<u8>, name: &str) {
+    if name.contains([',', '"', '\n', '\r']) {
+        out.push(b'"');
+        out.extend_from_slice(name.replace('"', "\"\"").as_bytes());
+        out.push(b'"');
+    } else {
+        out.extend_from_slice(name.as_bytes());
+    }
+}

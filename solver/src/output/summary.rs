@@ -1,0 +1,93 @@
+//! `summary.json`: a run in numbers, under names that scripts rely on.
+
+use serde::Serialize;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// As planned.
+    Finished,
+    /// By a request.
+    Stopped,
+}
+
+/// A run in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Title of the scene.
+    pub title: String,
+    /// Steps made.
+    pub steps: u64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Time step, s.
+    pub time_step: f64,
+    /// Particles at the end.
+    pub particles: usize,
+    /// Contacts between particles at the end.
+    pub contacts: u64,
+    /// Contacts with walls at the end.
+    pub wall_contacts: u64,
+    /// Duration of the time loop without start-up and output, s.
+    pub wall_seconds: f64,
+    /// Particles times steps in each of these seconds.
+    pub particle_steps_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Twice the contacts between particles over the particles; 0 without particles.
+    pub coordination_number: f64,
+    /// Energies at the end.
+    pub energy: EnergySummary,
+    /// Particles that came in after the start of the scene.
+    pub inserted: u64,
+    /// Particles that went out.
+    pub deleted: u64,
+    /// What a user should know.
+    pub warnings: Vec<String>,
+    /// How it ended.
+    pub status: Status,
+}
+
+/// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct EnergySummary {
+    /// Of translation.
+    pub kinetic: f64,
+    /// Of rotation.
+    pub rotational: f64,
+    /// In gravity, -sum m g.x.
+    pub gravitational: f64,
+    /// Stored in contacts.
+    pub elastic: f64,
+    /// Dissipated since the start.
+    pub dissipated: Option<Dissipated>,
+    /// Work that the walls did on the particles.
+    pub wall_work: Option<f64>,
+    /// Brought in by particles that came.
+    pub inserted: Option<f64>,
+    /// Taken out by particles that went.
+    pub deleted: Option<f64>,
+    /// (initial + work + inserted - deleted - final - dissipated) over the largest energy of the run. Also null where
+    /// work is done that is not measured: prescribed particles, gravity along a periodic axis.
+    pub closure_error: Option<f64>,
+}
+
+/// Dissipated energy by mechanism, J.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Dissipated {
+    /// Viscous and plastic normal forces.
+    pub normal: f64,
+    /// Sliding friction and tangential dashpots.
+    pub tangential: f64,
+    /// Rolling and torsion resistance.
+    pub rolling: f64,
+}
+
+impl Dissipated {
+    /// By all mechanisms, J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.normal + self.tangential + self.rolling
+    }
+}

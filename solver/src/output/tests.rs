@@ -1,0 +1,239 @@
+//! Conventions of the files, on states made by hand.
+
+use glam::DVec3;
+
+use super::contact_frames::contact_frame;
+use super::fstat_file::contact_rows;
+use super::{Snapshot, State, energies, folder};
+use crate::forces::{ContactRecord, Observation, Partner};
+use crate::neighbours::{Images, NO_SHIFT};
+use crate::particles::{FIXED, Load, Particle};
+use mercury_common::frames::ContactColumns;
+
+fn particle(x: f64, radius: f64, flags: u32) -> Particle {
+    Particle {
+        position: DVec3::new(x, 0.0, 0.0),
+        radius,
+        velocity: DVec3::new(0.0, 2.0, 0.0),
+        inverse_mass: if flags & FIXED != 0 { 0.0 } else { 0.5 },
+        angular_velocity: DVec3::new(0.0, 0.0, 3.0),
+        material: 0,
+        flags,
+    }
+}
+
+/// A contact of the particle in `row` with force (4, 3, 0) N along the normal +x and overlap 0.2 m.
+fn record(row: u32, partner: Partner) -> ContactRecord {
+    ContactRecord {
+        row,
+        partner,
+        point: DVec3::ZERO,
+        normal: DVec3::X,
+        overlap: 0.2,
+        force: DVec3::new(4.0, 3.0, 0.0),
+        tangential: DVec3::new(0.0, 3.0, 0.0),
+        couple: DVec3::Z,
+        tangential_overlap: -0.01,
+        history: vec![7.0],
+    }
+}
+
+/// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
+fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
+    let snapshot = Snapshot {
+        time: 1.5,
+        step: 3,
+        frame: true,
+        contacts: true,
+        records: vec![
+            particle(5.0, 0.5, 0),
+            particle(11.0, 1.0, 0),
+            particle(-0.8, 1.0, flags_of_id_6),
+        ],
+        loads: vec![Load::default(); 3],
+        ids: vec![9, 4, 6],
+        masses: vec![2.0; 3],
+        orientations: None,
+        observation: Observation {
+            records,
+            elastic_energy: 0.25,
+            ..Observation::default()
+        },
+        dissipated: None,
+    };
+    let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
+    State::new(snapshot, &images)
+}
+
+#[test]
+fn states_are_ordered_by_id_and_wrapped() {
+    let state = state(0, Vec::new());
+    assert_eq!(state.ids, [4, 6, 9]);
+    let x: Vec<f64> = state.particles.iter().map(|p| p.position.x).collect();
+    assert_eq!(x, [1.0, 10.0 - 0.8, 5.0]);
+    assert_eq!(state.rank_of_row, [2, 0, 1]);
+}
+
+#[test]
+fn a_pair_makes_two_lines_with_the_point_of_the_lower_index() {
+    // id 4 (rank 0) with id 6 (rank 1), across the periodic face.
+    let partner = Partner::Particle {
+        row: 2,
+        image: NO_SHIFT,
+    };
+    let rows = contact_rows(&state(0, vec![record(1, partner)]));
+    assert_eq!(
+        rows.iter().map(|row| (row.i, row.j)).collect::<Vec<_>>(),
+        [(0, 1), (1, 0)]
+    );
+    // c = x_P - (R_P - overlap / 2) n with the wrapped position 1: 1 - 0.9
+    let point = DVec3::new(1.0 - (1.0 - 0.1), 0.0, 0.0);
+    for row in &rows {
+        assert_eq!(row.time, 1.5);
+        assert!((row.contact_point - point).length() < 1e-15);
+        assert_eq!((row.overlap, row.tangential_overlap), (0.2, -0.01));
+        assert_eq!((row.normal_force, row.tangential_force), (4.0, 3.0));
+    }
+    assert_eq!(rows[0].force(), DVec3::new(4.0, 3.0, 0.0), "on P");
+    assert_eq!(rows[1].force(), -rows[0].force(), "on I");
+    assert_eq!((rows[0].normal, rows[0].tangent), (DVec3::X, DVec3::Y));
+}
+
+#[test]
+fn a_fixed_particle_has_no_line() {
+    let partner = Partner::Particle {
+        row: 2,
+        image: NO_SHIFT,
+    };
+    let rows = contact_rows(&state(FIXED, vec![record(1, partner)]));
+    assert_eq!(
+        rows.iter().map(|row| (row.i, row.j)).collect::<Vec<_>>(),
+        [(0, 1)]
+    );
+}
+
+#[test]
+fn a_wall_makes_one_line_that_points_into_it() {
+    let partner = Partner::Wall {
+        wall: 2,
+        image: NO_SHIFT,
+    };
+    let rows = contact_rows(&state(0, vec![record(0, partner)]));
+    assert_eq!(rows.len(), 1);
+    assert_eq!((rows[0].i, rows[0].j, rows[0].wall()), (2, -3, Some(2)));
+    assert_eq!((rows[0].normal, rows[0].tangent), (-DVec3::X, -DVec3::Y));
+    assert_eq!(rows[0].normal_force, 4.0, "repulsion is positive");
+    assert_eq!(rows[0].force(), DVec3::new(4.0, 3.0, 0.0));
+    // The point is on the wall side of the particle: 5 - (0.5 - 0.1).
+    assert!((rows[0].contact_point.x - 4.6).abs() < 1e-15);
+}
+
+#[test]
+fn lines_are_sorted_by_both_indices() {
+    let pair = |row| Partner::Particle {
+        row,
+        image: NO_SHIFT,
+    };
+    let wall = Partner::Wall {
+        wall: 0,
+        image: NO_SHIFT,
+    };
+    let records = vec![record(2, pair(0)), record(1, wall), record(1, pair(2))];
+    let rows = contact_rows(&state(0, records));
+    let keys: Vec<_> = rows.iter().map(|row| (row.i, row.j)).collect();
+    assert_eq!(keys, [(0, -1), (0, 1), (1, 0), (1, 2), (2, 1)]);
+}
+
+#[test]
+fn native_contacts_carry_ids_and_branch_vectors() {
+    let pair = Partner::Particle {
+        row: 2,
+        image: NO_SHIFT,
+    };
+    let wall = Partner::Wall {
+        wall: 2,
+        image: NO_SHIFT,
+    };
+    let columns = ContactColumns {
+        torque: true,
+        history: vec![mercury_common::frames::HistoryColumn {
+            unit: "m".to_owned(),
+            description: String::new(),
+        }],
+    };
+    let frame = contact_frame(&state(0, vec![record(0, wall), record(1, pair)]), &columns);
+    assert_eq!(frame.i, [4, 9]);
+    assert_eq!(frame.j, [Some(6), None]);
+    assert_eq!(frame.wall, [None, Some(2)]);
+    // R_i + R_j - overlap, and R_i - overlap / 2.
+    assert!((frame.branch[0] - DVec3::X * 1.8).length() < 1e-15);
+    assert!((frame.branch[1] - DVec3::X * 0.4).length() < 1e-15);
+    assert_eq!(frame.normal, [DVec3::X, DVec3::X]);
+    assert_eq!(frame.torque, Some(vec![DVec3::Z, DVec3::Z]));
+    assert_eq!(frame.history, [[7.0, 7.0]]);
+}
+
+#[test]
+fn energies_leave_fixed_particles_out() {
+    let gravity = DVec3::new(-10.0, 0.0, 0.0);
+    let row = energies(&state(FIXED, Vec::new()), gravity, 3);
+    // two particles of 2 kg at x = 1 and 5, v = 2, radii 1 and 0.5, w = 3
+    assert!((row.gravitational - 2.0 * 10.0 * (1.0 + 5.0)).abs() < 1e-12);
+    assert!((row.translational_kinetic - 2.0 * (0.5 * 2.0 * 4.0)).abs() < 1e-12);
+    let inertia = 0.4 * 2.0 * (1.0 + 0.25);
+    assert!((row.rotational_kinetic - 0.5 * inertia * 9.0).abs() < 1e-12);
+    assert_eq!(row.elastic, 0.25);
+    assert!((row.center_of_mass.x - 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("run");
+    folder::prepare(&path, "drum", false).unwrap();
+    for name in [
+        "drum.data",
+        "drum.toml",
+        "drum.csv",
+        "other.data",
+        "notes.txt",
+    ] {
+        std::fs::write(path.join(name), name).unwrap();
+    }
+    let error = folder::prepare(&path, "drum", false)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("drum.data") && error.contains("--force"),
+        "{error}"
+    );
+    assert!(path.join("drum.data").exists());
+    folder::prepare(&path, "drum", true).unwrap();
+    let mut left: Vec<_> = std::fs::read_dir(&path)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["drum.csv", "drum.toml", "notes.txt", "other.data"]);
+    for name in ["plan.toml", "summary.json"] {
+        std::fs::write(path.join(name), name).unwrap();
+        assert!(folder::prepare(&path, "drum", false).is_err(), "{name}");
+        std::fs::remove_file(path.join(name)).unwrap();
+    }
+}
+
+#[test]
+fn a_file_is_no_folder() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("taken");
+    std::fs::write(&path, "").unwrap();
+    for force in [false, true] {
+        let error = folder::prepare(&path, "drum", force)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("not a folder") && error.contains("--output"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,62 @@
+//! `<prefix>.track.csv`: the motion of named particles.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+
+use super::stream::{Stream, TextFile, push_csv_name};
+use super::{OutputError, State};
+use crate::plan::Plan;
+
+pub(super) struct TrackFile {
+    file: TextFile,
+    track: Vec<(String, u32)>,
+}
+
+impl TrackFile {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let mut file = TextFile::create(folder, &format!("{}.track.csv", plan.prefix))?;
+        file.buffer
+            .extend_from_slice(b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n");
+        file.flush()?;
+        Ok(Self {
+            file,
+            track: plan.output.track.clone(),
+        })
+    }
+}
+
+impl Stream for TrackFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let out = &mut self.file.buffer;
+        for (name, id) in &self.track {
+            // A particle that was deleted has no more rows.
+            let Ok(rank) = state.ids.binary_search(id) else {
+                continue;
+            };
+            let particle = &state.particles[rank];
+            let (x, v, w) = (
+                particle.position,
+                particle.velocity,
+                particle.angular_velocity,
+            );
+            let q = state.orientation(rank);
+            push_number(out, state.time, NumberStyle::Shortest);
+            out.push(b',');
+            push_csv_name(out, name);
+            out.push(b',');
+            push_integer(out, i64::from(*id));
+            for value in [
+                x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z,
+            ] {
+                out.push(b',');
+                push_number(out, value, NumberStyle::Shortest);
+            }
+            out.push(b'\n');
+        }
+        self.file.flush()
+    }
+}

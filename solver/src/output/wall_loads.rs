@@ -1,0 +1,48 @@
+//! `<prefix>.walls.csv`: force and torque of the particles on each wall, and the power of the wall.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_number};
+
+use super::stream::{Stream, TextFile, push_csv_name};
+use super::{OutputError, State};
+use crate::plan::Plan;
+
+pub(super) struct WallLoads {
+    file: TextFile,
+    names: Vec<String>,
+}
+
+impl WallLoads {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let mut file = TextFile::create(folder, &format!("{}.walls.csv", plan.prefix))?;
+        file.buffer
+            .extend_from_slice(b"time,name,fx,fy,fz,tx,ty,tz,power\n");
+        file.flush()?;
+        Ok(Self {
+            file,
+            names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
+        })
+    }
+}
+
+impl Stream for WallLoads {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let out = &mut self.file.buffer;
+        for (name, (load, power)) in self.names.iter().zip(&state.observation.walls) {
+            push_number(out, state.time, NumberStyle::Shortest);
+            out.push(b',');
+            push_csv_name(out, name);
+            let (f, t) = (load.force, load.torque);
+            for value in [f.x, f.y, f.z, t.x, t.y, t.z, *power] {
+                out.push(b',');
+                push_number(out, value, NumberStyle::Shortest);
+            }
+            out.push(b'\n');
+        }
+        self.file.flush()
+    }
+}

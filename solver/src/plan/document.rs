@@ -1,0 +1,257 @@
+//! The plan as `plan.toml`: the content of the report for programs.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::passes::{expected_particles, memory, passes};
+use super::{Limit, PairPlan, Plan, Value, expected_number};
+
+/// The plan as a TOML document.
+///
+/// # Errors
+/// If the document cannot be written as TOML, which no plan of a scene causes.
+pub fn document(plan: &Plan) -> Result<String, toml::ser::Error> {
+    toml::to_string(&Document::of(plan))
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    title: &'a str,
+    prefix: &'a str,
+    /// As text: TOML's integers end at 2^63.
+    seed: String,
+    gravity: [f64; 3],
+    warnings: &'a [String],
+    notes: &'a [String],
+    memory_bytes: f64,
+    domain: Domain,
+    time: Time<'a>,
+    particles: Particles,
+    materials: Vec<Material<'a>>,
+    walls: Vec<Wall<'a>>,
+    insertions: Vec<Insertion<'a>>,
+    contacts: Vec<Contact<'a>>,
+    passes: Vec<Pass>,
+}
+
+#[derive(Serialize)]
+struct Domain {
+    min: [f64; 3],
+    max: [f64; 3],
+    periodic: Vec<&'static str>,
+    dimensions: u8,
+}
+
+#[derive(Serialize)]
+struct Time<'a> {
+    step: f64,
+    steps: u64,
+    automatic: bool,
+    reason: &'a str,
+    reference_speed: f64,
+    reference_speed_reason: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rayleigh_time: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shortest_contact: Option<Bound<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    critical_step: Option<Bound<'a>>,
+}
+
+#[derive(Serialize)]
+struct Bound<'a> {
+    time: f64,
+    of: &'a str,
+    /// The step over `time`.
+    ratio: f64,
+}
+
+#[derive(Serialize)]
+struct Particles {
+    at_start: usize,
+    fixed: usize,
+    expected: f64,
+    smallest_radius: f64,
+    mean_radius: f64,
+    largest_radius: f64,
+}
+
+#[derive(Serialize)]
+struct Material<'a> {
+    name: &'a str,
+    density: f64,
+}
+
+#[derive(Serialize)]
+struct Wall<'a> {
+    name: &'a str,
+    material: &'a str,
+    moves: bool,
+    from: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    until: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Insertion<'a> {
+    name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expected_number: Option<f64>,
+    from: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    until: Option<f64>,
+    mixture: Vec<Ingredient<'a>>,
+}
+
+#[derive(Serialize)]
+struct Ingredient<'a> {
+    material: &'a str,
+    number_share: f64,
+    smallest_diameter: f64,
+    largest_diameter: f64,
+}
+
+#[derive(Serialize)]
+struct Contact<'a> {
+    between: [&'a str; 2],
+    particles: bool,
+    walls: bool,
+    parameters: BTreeMap<&'static str, Parameter>,
+}
+
+#[derive(Serialize)]
+struct Parameter {
+    value: toml::Value,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    unit: &'static str,
+    from: String,
+}
+
+#[derive(Serialize)]
+struct Pass {
+    name: &'static str,
+    done: bool,
+    reason: String,
+}
+
+impl<'a> Document<'a> {
+    fn of(plan: &'a Plan) -> Self {
+        let finite = |number: f64| number.is_finite().then_some(number);
+        let material = |index: u32| plan.materials[index as usize].name.as_str();
+        let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+        let bound = |limit: &'a Option<Limit>| {
+            limit.as_ref().map(|limit| Bound {
+                time: limit.time,
+                of: &limit.of,
+                ratio: plan.time_step / limit.time,
+            })
+        };
+        Self {
+            title: &plan.title,
+            prefix: &plan.prefix,
+            seed: plan.seed.to_string(),
+            gravity: plan.gravity.to_array(),
+            warnings: &plan.warnings,
+            notes: &plan.notes,
+            memory_bytes: memory(plan),
+            domain: Domain {
+                min: plan.domain_min.to_array(),
+                max: plan.domain_max.to_array(),
+                periodic: (0..3)
+                    .filter(|&axis| plan.periodic[axis])
+                    .map(|axis| ["x", "y", "z"][axis])
+                    .collect(),
+                dimensions: plan.dimensions,
+            },
+            time: Time {
+                step: plan.time_step,
+                steps: plan.steps,
+                automatic: plan.step.is_automatic,
+                reason: &plan.step.reason,
+                reference_speed: plan.step.reference_speed,
+                reference_speed_reason: &plan.step.reference_speed_reason,
+                rayleigh_time: plan.step.rayleigh,
+                shortest_contact: bound(&plan.step.contact),
+                critical_step: bound(&plan.step.critical),
+            },
+            particles: Particles {
+                at_start: plan.particles.len(),
+                fixed: plan.particles.iter().filter(|p| p.fixed).count(),
+                expected: expected_particles(plan),
+                smallest_radius: plan.smallest_radius,
+                mean_radius: plan.mean_radius,
+                largest_radius: plan.largest_radius,
+            },
+            materials: plan
+                .materials
+                .iter()
+                .map(|m| Material {
+                    name: &m.name,
+                    density: m.density,
+                })
+                .collect(),
+            walls: plan
+                .walls
+                .iter()
+                .map(|wall| Wall {
+                    name: &wall.name,
+                    material: material(wall.material),
+                    moves: !wall.motion.is_static(),
+                    from: wall.from,
+                    until: finite(wall.until),
+                })
+                .collect(),
+            insertions: plan
+                .insertions
+                .iter()
+                .map(|insertion| Insertion {
+                    name: &insertion.name,
+                    expected_number: expected_number(insertion, &densities, plan.dimensions),
+                    from: insertion.from,
+                    until: finite(insertion.until),
+                    mixture: insertion
+                        .mixture
+                        .iter()
+                        .map(|part| Ingredient {
+                            material: material(part.material),
+                            number_share: part.share,
+                            smallest_diameter: part.sizes.smallest(),
+                            largest_diameter: part.sizes.largest(),
+                        })
+                        .collect(),
+                })
+                .collect(),
+            contacts: plan.pairs.iter().map(contact).collect(),
+            passes: passes(plan)
+                .into_iter()
+                .map(|pass| Pass {
+                    name: pass.name,
+                    done: pass.is_done,
+                    reason: pass.reason,
+                })
+                .collect(),
+        }
+    }
+}
+
+fn contact(pair: &PairPlan) -> Contact<'_> {
+    let parameters = pair.parameters.iter().map(|parameter| {
+        let value = match parameter.value {
+            Value::Number(number) => toml::Value::Float(number),
+            Value::Word(word) => toml::Value::String(word.to_owned()),
+        };
+        let parameter_of_pair = Parameter {
+            value,
+            unit: parameter.unit,
+            from: parameter.origin.to_string(),
+        };
+        (parameter.name, parameter_of_pair)
+    });
+    Contact {
+        between: [&pair.names[0], &pair.names[1]],
+        particles: pair.between_particles,
+        walls: pair.at_walls,
+        parameters: parameters.collect(),
+    }
+}

@@ -1,0 +1,160 @@
+//! What a run does in its steps, what it skips, and why; and the memory it needs.
+
+use super::{Plan, expected_number};
+use crate::contact::registry::contact_loop;
+use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
+use crate::particles::Particle;
+
+/// A part of the simulation that a scene may or may not need.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pass {
+    /// What it is.
+    pub name: &'static str,
+    /// Whether the run has it.
+    pub is_done: bool,
+    /// Why, or how.
+    pub reason: String,
+}
+
+/// Every part, in the order of a time step.
+#[must_use]
+pub fn passes(plan: &Plan) -> Vec<Pass> {
+    let pass = |name, is_done, done: &str, skipped: &str| Pass {
+        name,
+        is_done,
+        reason: if is_done { done } else { skipped }.to_owned(),
+    };
+    let turns = plan.laws.turns();
+    let has_rolling = plan
+        .pairs
+        .iter()
+        .any(|pair| pair.law.rolling != AnyRolling::None);
+    let has_friction = plan
+        .pairs
+        .iter()
+        .any(|pair| pair.law.tangential != AnyTangential::None);
+    let moving = plan.walls.iter().filter(|wall| !wall.motion.is_static());
+    let ratio = plan.largest_radius / plan.smallest_radius;
+    vec![
+        Pass {
+            name: "contact loop",
+            is_done: !plan.pairs.is_empty(),
+            reason: if plan.pairs.is_empty() {
+                "nothing can meet".to_owned()
+            } else {
+                contact_loop(&plan.laws).1
+            },
+        },
+        pass(
+            "friction",
+            has_friction,
+            "history of a tangential spring for each contact",
+            "no pair has a friction coefficient above 0",
+        ),
+        pass(
+            "rotation",
+            turns,
+            "torques and angular velocities",
+            "without friction and rolling resistance no contact turns a particle",
+        ),
+        pass(
+            "rolling and torsion",
+            has_rolling,
+            "history of two springs for each contact",
+            "no pair has rolling or torsion resistance",
+        ),
+        pass(
+            "liquid",
+            false,
+            "",
+            "no material has a liquid law: no films, no bridges, no pairs at a distance",
+        ),
+        Pass {
+            name: "wall contacts",
+            is_done: !plan.walls.is_empty(),
+            reason: match (plan.walls.len(), moving.count()) {
+                (0, _) => "no walls".to_owned(),
+                (n, 0) => format!("{n} walls at rest, in closed form"),
+                (n, m) => format!("{n} walls in closed form, {m} of them moving"),
+            },
+        },
+        pass("mesh search", false, "", "no wall is a mesh"),
+        Pass {
+            name: "grid levels",
+            is_done: false,
+            reason: if ratio.is_finite() {
+                format!("one level, largest over smallest particle {ratio:.3}")
+            } else {
+                "no particles".to_owned()
+            },
+        },
+        pass(
+            "periodic images",
+            plan.periodic.contains(&true),
+            "one contact per pair, with a shift",
+            "no axis is periodic",
+        ),
+        pass("bodies", false, "", "no clumps"),
+        pass(
+            "insertion and deletion",
+            !plan.insertions.is_empty() || !plan.deletions.is_empty(),
+            "in every step while something is due",
+            "none planned; particles that leave the domain are removed",
+        ),
+        pass(
+            "contact output",
+            plan.output.fstat,
+            "contacts are written",
+            "output.fstat = false",
+        ),
+        pass(
+            "energy sums",
+            plan.energy_budget,
+            "in every step, by mechanism",
+            "only where a row is written (output.energy_budget = false)",
+        ),
+        pass(
+            "orientations",
+            plan.orientations,
+            "written to .data or .track",
+            "nothing writes them",
+        ),
+    ]
+}
+
+/// The number of particles expected: those of the start, and those of insertions that say how many.
+pub(super) fn expected_particles(plan: &Plan) -> f64 {
+    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+    let inserted: f64 = plan
+        .insertions
+        .iter()
+        .filter_map(|insertion| expected_number(insertion, &densities, plan.dimensions))
+        .sum();
+    plan.particles.len() as f64 + inserted
+}
+
+/// Listed pairs per particle: half of the about twelve that touch or nearly touch in a dense packing, and the skin's.
+const PAIRS_PER_PARTICLE: f64 = 10.0;
+
+/// Estimate of the memory (bytes) that the particles expected and their contacts need.
+#[must_use]
+pub fn memory(plan: &Plan) -> f64 {
+    let is_plastic = |pair: &super::PairPlan| matches!(pair.law.normal, AnyNormal::Plastic(_));
+    let any = |test: &dyn Fn(&super::PairPlan) -> bool| plan.pairs.iter().any(test);
+    let mut history = 0.0;
+    if any(&is_plastic) {
+        history += 8.0;
+    }
+    if any(&|pair| pair.law.tangential != AnyTangential::None) {
+        history += 32.0;
+    }
+    if any(&|pair| pair.law.rolling != AnyRolling::None) {
+        history += 48.0;
+    }
+    // The record; force and torque, id, mass, place in the list; the orientation.
+    let columns = 48.0 + 4.0 + 8.0 + 24.0 + if plan.orientations { 32.0 } else { 0.0 };
+    let record = size_of::<Particle>() as f64;
+    // A listed pair: candidate and slot; twice while a list is rebuilt.
+    let pair = 2.0 * (16.0 + history);
+    expected_particles(plan) * (record + columns + PAIRS_PER_PARTICLE * pair)
+}

@@ -1,0 +1,277 @@
+//! The plan as text: what `--check` prints.
+
+use std::fmt::Write;
+
+use super::parameter::short;
+use super::passes::{expected_particles, memory, passes};
+use super::{PairPlan, Plan, expected_number};
+use crate::boundaries::{Quantity, Rate, Total};
+use crate::engine::is_constrained;
+
+/// The plan in aligned plain text.
+#[must_use]
+pub fn report(plan: &Plan) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_report(&mut text, plan);
+    text
+}
+
+/// A line `  name       value`.
+fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
+    writeln!(text, "  {name:<22}{value}")
+}
+
+fn heading(text: &mut String, title: &str) -> std::fmt::Result {
+    writeln!(text, "\n{title}")
+}
+
+fn vector(v: glam::DVec3) -> String {
+    let [x, y, z] = v.to_array().map(short);
+    format!("[{x}, {y}, {z}]")
+}
+
+fn write_report(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    writeln!(text, "{}", plan.title)?;
+    heading(text, "Space")?;
+    let corners = format!(
+        "{} to {} m",
+        vector(plan.domain_min),
+        vector(plan.domain_max)
+    );
+    line(text, "domain", &corners)?;
+    let axes: Vec<&str> = (0..3)
+        .filter(|&axis| plan.periodic[axis])
+        .map(|axis| ["x", "y", "z"][axis])
+        .collect();
+    let periodic = if axes.is_empty() {
+        "no axis".to_owned()
+    } else {
+        axes.join(", ")
+    };
+    line(text, "periodic", &periodic)?;
+    let dimensions = match plan.dimensions {
+        2 => "2: discs in x-y, masses per unit length",
+        _ => "3",
+    };
+    line(text, "dimensions", dimensions)?;
+    line(text, "gravity", &format!("{} m/s^2", vector(plan.gravity)))?;
+
+    particles(text, plan)?;
+    walls(text, plan)?;
+    heading(text, "Contacts")?;
+    if plan.pairs.is_empty() {
+        writeln!(text, "  none: nothing in this scene can meet")?;
+    }
+    for pair in &plan.pairs {
+        write_pair(text, pair)?;
+    }
+    time(text, plan)?;
+
+    heading(text, "What is done in a step")?;
+    let all = passes(plan);
+    for pass in all.iter().filter(|pass| pass.is_done) {
+        line(text, pass.name, &pass.reason)?;
+    }
+    heading(text, "What is skipped, and why")?;
+    for pass in all.iter().filter(|pass| !pass.is_done) {
+        line(text, pass.name, &pass.reason)?;
+    }
+    heading(text, "Memory")?;
+    line(
+        text,
+        "estimate",
+        &format!(
+            "{:.1} MB for {} particles",
+            memory(plan) / 1e6,
+            short(expected_particles(plan).round())
+        ),
+    )?;
+    if !plan.notes.is_empty() {
+        heading(text, "Notes")?;
+        for note in &plan.notes {
+            writeln!(text, "  {note}")?;
+        }
+    }
+    if !plan.warnings.is_empty() {
+        heading(text, "Warnings")?;
+        for warning in &plan.warnings {
+            writeln!(text, "  {warning}")?;
+        }
+    }
+    Ok(())
+}
+
+fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    heading(text, "Particles")?;
+    let fixed = plan.particles.iter().filter(|p| p.fixed).count();
+    let prescribed = plan
+        .particles
+        .iter()
+        .filter(|p| !p.fixed && is_constrained(&p.build(plan).0))
+        .count();
+    let mut start = format!("{}", plan.particles.len());
+    for (count, what) in [(fixed, "fixed"), (prescribed, "prescribed")] {
+        if count > 0 {
+            let _ = write!(start, ", {count} {what}");
+        }
+    }
+    line(text, "at the start", &start)?;
+    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+    for insertion in &plan.insertions {
+        let mut words = match (
+            insertion.total,
+            expected_number(insertion, &densities, plan.dimensions),
+        ) {
+            (Some(Total::Number(number)), _) => format!("{number} particles"),
+            (Some(Total::Mass(mass)), Some(expected)) => {
+                format!(
+                    "{} kg, about {} particles",
+                    short(mass),
+                    short(expected.round())
+                )
+            }
+            (Some(Total::Volume(volume)), Some(expected)) => {
+                format!(
+                    "{} m^3, about {} particles",
+                    short(volume),
+                    short(expected.round())
+                )
+            }
+            (Some(_), _) => "until nothing fits any more".to_owned(),
+            (None, _) => "no total".to_owned(),
+        };
+        match &insertion.rate {
+            None => words.push_str(", as fast as they fit"),
+            Some(Rate::Steady {
+                quantity,
+                per_second,
+            }) => {
+                let unit = match quantity {
+                    Quantity::Number => "particles/s",
+                    Quantity::Mass => "kg/s",
+                    Quantity::Volume => "m^3/s",
+                };
+                let _ = write!(words, ", {} {unit}", short(*per_second));
+            }
+            Some(Rate::Table { rows, .. }) => {
+                let _ = write!(words, ", by a table of {} rows", rows.len());
+            }
+        }
+        let _ = write!(words, ", from {} s", short(insertion.from));
+        if insertion.until.is_finite() {
+            let _ = write!(words, " until {} s", short(insertion.until));
+        }
+        line(text, &format!("insertion `{}`", insertion.name), &words)?;
+        for part in &insertion.mixture {
+            let words = format!(
+                "{}, diameters {} to {} m, {} of the particles",
+                plan.materials[part.material as usize].name,
+                short(part.sizes.smallest()),
+                short(part.sizes.largest()),
+                short(part.share)
+            );
+            line(text, "", &words)?;
+        }
+    }
+    for deletion in &plan.deletions {
+        line(text, "deletion", &format!("`{}`", deletion.name))?;
+    }
+    if plan.largest_radius > 0.0 {
+        let radii = format!(
+            "{} to {} m, mean {} m",
+            short(plan.smallest_radius),
+            short(plan.largest_radius),
+            short(plan.mean_radius)
+        );
+        line(text, "radii", &radii)?;
+    }
+    for material in &plan.materials {
+        let density = format!("{} kg/m^3", short(material.density));
+        line(text, &format!("density of {}", material.name), &density)?;
+    }
+    Ok(())
+}
+
+fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    heading(text, "Walls")?;
+    if plan.walls.is_empty() {
+        writeln!(text, "  none")?;
+    }
+    for wall in &plan.walls {
+        let mut words = plan.materials[wall.material as usize].name.clone();
+        if !wall.motion.is_static() {
+            words.push_str(", moving");
+        }
+        if wall.from > 0.0 {
+            let _ = write!(words, ", from {} s", short(wall.from));
+        }
+        if wall.until.is_finite() {
+            let _ = write!(words, ", until {} s", short(wall.until));
+        }
+        line(text, &wall.name, &words)?;
+    }
+    Ok(())
+}
+
+fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
+    let [a, b] = &pair.names;
+    let where_they_meet = match (pair.between_particles, pair.at_walls) {
+        (true, true) => "particles and walls",
+        (true, false) => "particles",
+        _ => "walls",
+    };
+    writeln!(text, "  {a} - {b} ({where_they_meet})")?;
+    for parameter in &pair.parameters {
+        let value = format!("{} {}", parameter.value, parameter.unit);
+        writeln!(
+            text,
+            "    {:<36}{:<22}{}",
+            parameter.name,
+            value.trim_end(),
+            parameter.origin
+        )?;
+    }
+    Ok(())
+}
+
+fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    heading(text, "Time")?;
+    let step = &plan.step;
+    let steps = format!("{} s: {}", plan.time_step, step.reason);
+    line(text, "step", &steps)?;
+    let end = short(plan.steps as f64 * plan.time_step);
+    line(text, "steps", &format!("{}, until {end} s", plan.steps))?;
+    if plan.until_at_rest {
+        line(text, "", "or until the particles rest")?;
+    }
+    let speed = format!(
+        "{} m/s: {}",
+        short(step.reference_speed),
+        step.reference_speed_reason
+    );
+    line(text, "reference speed", &speed)?;
+    for (name, limit) in [
+        ("shortest contact", &step.contact),
+        ("critical step", &step.critical),
+    ] {
+        if let Some(limit) = limit {
+            let words = format!(
+                "{} s ({}); the step is {} of it",
+                short(limit.time),
+                limit.of,
+                short(plan.time_step / limit.time)
+            );
+            line(text, name, &words)?;
+        }
+    }
+    if let Some(time) = step.rayleigh {
+        let words = format!(
+            "{} s; the step is {} of it",
+            short(time),
+            short(plan.time_step / time)
+        );
+        line(text, "Rayleigh time", &words)?;
+    }
+    Ok(())
+}

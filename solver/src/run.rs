@@ -1,0 +1,339 @@
+//! A run: from the plan to the files it leaves.
+
+mod budget;
+mod report;
+mod rest;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+pub use budget::Budget;
+pub use report::Report;
+
+use budget::{energy_summary, exchanged};
+use rest::Rest;
+
+use crate::boundaries::Tally;
+use crate::engine::{Engine, RunError};
+use crate::forces::{Watch, block_size};
+use crate::output::pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
+use crate::output::summary::{Status, Summary};
+use crate::output::{
+    OutputError, Schedule, Snapshot, Writer, Written, folder, wall_outlines, write_whole,
+};
+use crate::particles::inverse_inertia_factor;
+use crate::plan::Plan;
+
+/// What a run needs beside its plan.
+#[derive(Debug, Clone, Default)]
+pub struct RunOptions {
+    /// Where the files go; ready for a run ([`folder::prepare`]).
+    pub folder: PathBuf,
+    /// Threads that step; the results do not depend on them.
+    pub threads: usize,
+    /// How the run was called, for `run.log`.
+    pub command_line: String,
+    /// Content of `plan.toml`.
+    pub plan_document: Option<String>,
+    /// Set by anyone who wants the run to end after the step it is in.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Why a run failed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunFailure {
+    /// The simulation cannot go on.
+    #[error(transparent)]
+    Engine(#[from] RunError),
+    /// The outputs cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// Where a run is.
+pub struct Progress<'a> {
+    /// The engine, in the middle of a step's kicks.
+    pub engine: &'a Engine,
+    /// Particles times steps made so far.
+    pub particle_steps: u64,
+}
+
+impl Progress<'_> {
+    /// The share of the planned steps that is made.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        let steps = self.engine.plan().steps.max(1);
+        self.engine.steps() as f64 / steps as f64
+    }
+
+    /// Translational kinetic energy of the particles that are not fixed, J.
+    #[must_use]
+    pub fn kinetic_energy(&self) -> f64 {
+        let particles = &self.engine.particles;
+        let rows = (0..particles.len()).filter(|&row| !particles.is_fixed(row));
+        rows.map(|row| {
+            0.5 * particles.masses[row] * particles.records[row].velocity.length_squared()
+        })
+        .sum()
+    }
+}
+
+/// Threads that a run of this plan can keep busy, of those that the machine has.
+#[must_use]
+pub fn useful_threads(plan: &Plan, available: usize) -> usize {
+    if !plan.insertions.is_empty() {
+        return available.max(1);
+    }
+    let particles = plan.particles.len();
+    particles
+        .div_ceil(block_size(particles))
+        .clamp(1, available.max(1))
+}
+
+/// Runs a plan to its end and writes its files; `observe` is called now and then.
+///
+/// # Errors
+/// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. What was
+/// written until then stays, without a `summary.json`.
+pub fn run(
+    plan: Plan,
+    options: &RunOptions,
+    observe: &mut dyn FnMut(&Progress<'_>),
+) -> Result<Report, RunFailure> {
+    let begun = Instant::now();
+    let result = run_and_report(plan, options, observe, begun);
+    if let Err(failure) = &result {
+        let log = log_head(options) + &format!("failed: {failure}\n");
+        // The failure is what the caller must hear of, not that it cannot be logged.
+        let _ = write_whole(&options.folder.join("run.log"), log.as_bytes());
+    }
+    result
+}
+
+fn run_and_report(
+    plan: Plan,
+    options: &RunOptions,
+    observe: &mut dyn FnMut(&Progress<'_>),
+    begun: Instant,
+) -> Result<Report, RunFailure> {
+    let folder = &options.folder;
+    if let Some(document) = &options.plan_document {
+        write_whole(&folder.join("plan.toml"), document.as_bytes())?;
+    }
+    let starting = plan.particles.len() as u64;
+    let plan = Arc::new(plan);
+    let mut engine = Engine::new(Arc::clone(&plan), options.threads)?;
+    let writer = Writer::start(folder, &plan, &engine.history_columns())?;
+    let at_start = exchanged(&engine);
+    let looped = time_loop(&mut engine, &writer, &options.stop, observe);
+    // Also after a failed step everything that was handed over is written.
+    let written = writer.finish();
+    let looped = looped?;
+    let written = written?;
+    if plan.output.pictures {
+        draw_pictures(folder, &engine, &written)?;
+    }
+    let mut report = report(&engine, options, &at_start, starting, &looped, &written);
+    let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
+    write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())?;
+    report.total_seconds = begun.elapsed().as_secs_f64();
+    // The log names all files, itself too.
+    report.files = folder::present(folder, &plan.prefix);
+    report.files.push("run.log".to_owned());
+    let log = log_head(options) + &log_body(&report);
+    write_whole(&folder.join("run.log"), log.as_bytes())?;
+    Ok(report)
+}
+
+/// What the time loop tells of itself.
+#[derive(Debug, Default)]
+struct Looped {
+    /// Seconds without output.
+    seconds: f64,
+    particle_steps: u64,
+    stopped: bool,
+    at_rest: bool,
+}
+
+/// Steps to the end: watches the steps that are written out and hands their states to the writer.
+fn time_loop(
+    engine: &mut Engine,
+    writer: &Writer,
+    stop: &AtomicBool,
+    observe: &mut dyn FnMut(&Progress<'_>),
+) -> Result<Looped, RunError> {
+    let plan = Arc::clone(engine.plan());
+    let output = &plan.output;
+    let mut frames = Schedule::new(output.interval, plan.time_step);
+    let mut contact_frames = Schedule::new(output.fstat_interval, plan.time_step);
+    let mut rest = plan.until_at_rest.then(|| {
+        let factor = inverse_inertia_factor(plan.dimensions);
+        Rest::new(plan.gravity.length(), factor)
+    });
+    let mut looped = Looped::default();
+    let mut next_look = 0;
+    if !writer.send(Snapshot::take(engine, true, output.fstat)) {
+        return Ok(looped);
+    }
+    let mut since = Instant::now();
+    for step in 1..=plan.steps {
+        let stopping = stop.load(Ordering::Relaxed);
+        let frame = frames.is_due(step);
+        let contacts = contact_frames.is_due(step) && output.fstat;
+        let last = step == plan.steps || stopping;
+        // A step that may be the last one is watched in case it is.
+        let perhaps_last = last || rest.as_ref().is_some_and(Rest::is_near);
+        let watch = (frame || contacts || perhaps_last).then_some(Watch {
+            records: contacts || (perhaps_last && output.fstat),
+            audit: None,
+        });
+        engine.step(watch)?;
+        looped.particle_steps += engine.particles.len() as u64;
+        looped.at_rest = rest.as_mut().is_some_and(|rest| {
+            rest.is_reached(&engine.particles, engine.boundaries().expects_more())
+        });
+        let ends = last || looped.at_rest;
+        if frame || contacts || ends {
+            engine.complete_step()?;
+            looped.seconds += since.elapsed().as_secs_f64();
+            let snapshot =
+                Snapshot::take(engine, frame || ends, contacts || (ends && output.fstat));
+            if !writer.send(snapshot) {
+                return Ok(looped);
+            }
+            since = Instant::now();
+        }
+        // About every 20 000 particle-steps, so that looking at the clock costs nothing.
+        if looped.particle_steps + step >= next_look {
+            next_look = looped.particle_steps + step + 20_000;
+            observe(&Progress {
+                engine,
+                particle_steps: looped.particle_steps,
+            });
+        }
+        if ends {
+            looped.stopped = step < plan.steps && !looped.at_rest;
+            break;
+        }
+    }
+    Ok(looped)
+}
+
+fn report(
+    engine: &Engine,
+    options: &RunOptions,
+    at_start: &(Tally, Tally),
+    starting: u64,
+    looped: &Looped,
+    written: &Written,
+) -> Report {
+    let plan = engine.plan();
+    let particles = engine.particles.len();
+    let seen = written.last.as_ref().map(|state| &state.observation);
+    let contacts = seen.map_or(0, |seen| seen.particle_contacts);
+    let created = u64::from(engine.particles.next_id);
+    let mut warnings = plan.warnings.clone();
+    if written.deep_frames > 0 {
+        warnings.push(format!(
+            "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
+            written.deep_frames,
+            written.energies.len(),
+            100.0 * written.deepest
+        ));
+    }
+    let (rebuilds, listed) = engine.list_statistics();
+    Report {
+        summary: Summary {
+            title: plan.title.clone(),
+            steps: engine.steps(),
+            time: engine.time(),
+            time_step: plan.time_step,
+            particles,
+            contacts,
+            wall_contacts: seen.map_or(0, |seen| seen.wall_contacts),
+            wall_seconds: looped.seconds,
+            particle_steps_per_second: if looped.seconds > 0.0 {
+                looped.particle_steps as f64 / looped.seconds
+            } else {
+                0.0
+            },
+            threads: options.threads.max(1),
+            coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
+            energy: energy_summary(engine, at_start, &written.energies),
+            inserted: created - starting,
+            deleted: created - particles as u64,
+            warnings,
+            status: if looped.stopped {
+                Status::Stopped
+            } else {
+                Status::Finished
+            },
+        },
+        budget: Budget::new(engine, written),
+        files: Vec::new(),
+        folder: options.folder.display().to_string(),
+        rebuilds,
+        listed,
+        laws: engine.law_names().to_owned(),
+        total_seconds: 0.0,
+    }
+}
+
+/// The final state and the energies as pictures.
+fn draw_pictures(folder: &Path, engine: &Engine, written: &Written) -> Result<(), OutputError> {
+    let plan = engine.plan();
+    let path = |ending: &str| folder.join(format!("{}.{ending}", plan.prefix));
+    if let Some(last) = &written.last {
+        let spheres: Vec<PictureSphere> = (last.particles.iter().enumerate())
+            .map(|(rank, particle)| PictureSphere {
+                centre: particle.position,
+                radius: particle.radius,
+                speed: particle.velocity.length(),
+                fixed: last.is_fixed(rank),
+            })
+            .collect();
+        let domain = (plan.domain_min, plan.domain_max);
+        let scene = PictureScene {
+            title: &plan.title,
+            time: last.time,
+            spheres: &spheres,
+            domain_min: plan.domain_min,
+            domain_max: plan.domain_max,
+            gravity: plan.gravity,
+            dimensions: plan.dimensions,
+            walls: &wall_outlines(&plan.walls, engine.wall_states(), domain),
+        };
+        draw_final(&path("final.png"), &path("final.svg"), &scene)?;
+    }
+    draw_energies(
+        &path("energy.png"),
+        &path("energy.svg"),
+        &plan.title,
+        &written.energies,
+    )?;
+    Ok(())
+}
+
+fn log_head(options: &RunOptions) -> String {
+    let mut log = format!("mercury-solve {}\n", env!("CARGO_PKG_VERSION"));
+    if !options.command_line.is_empty() {
+        log += &format!("command: {}\n", options.command_line);
+    }
+    log
+}
+
+fn log_body(report: &Report) -> String {
+    let steps = report.summary.steps;
+    format!(
+        "{report}\nlaws: {}\nneighbour list: built {} times, every {:.1} steps, {} pairs listed at the end\nwarnings: {}\n",
+        report.laws,
+        report.rebuilds,
+        steps as f64 / report.rebuilds.max(1) as f64,
+        report.listed,
+        report.summary.warnings.len()
+    )
+}

@@ -1,0 +1,138 @@
+//! What came in, what went out, what is there: the budgets of a run.
+
+use glam::DVec3;
+
+use crate::boundaries::Tally;
+use crate::engine::Engine;
+use crate::output::Written;
+use crate::output::pictures::EnergyRow;
+use crate::output::summary::{Dissipated, EnergySummary};
+use crate::plan::Plan;
+
+/// Budgets of mass and momentum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Mass of the scene's own particles that are not fixed, kg.
+    pub initial_mass: f64,
+    /// Inserted, kg.
+    pub inserted_mass: f64,
+    /// Taken out, kg.
+    pub deleted_mass: f64,
+    /// There at the end, kg.
+    pub final_mass: f64,
+    /// Momentum in the first frame, kg m/s.
+    pub initial_momentum: DVec3,
+    /// Momentum at the end, kg m/s.
+    pub final_momentum: DVec3,
+}
+
+impl Budget {
+    /// Of a run.
+    pub(super) fn new(engine: &Engine, written: &Written) -> Self {
+        let plan = engine.plan();
+        let (final_mass, final_momentum) = match &written.last {
+            Some(last) => last.mass_and_momentum(),
+            None => (0.0, DVec3::ZERO),
+        };
+        let (inserted, deleted) = exchanged(engine);
+        let start = plan.particles.iter().filter(|particle| !particle.fixed);
+        Self {
+            initial_mass: start.map(|particle| particle.build(plan).1).sum(),
+            inserted_mass: inserted.mass,
+            deleted_mass: deleted.mass,
+            final_mass,
+            initial_momentum: written.initial,
+            final_momentum,
+        }
+    }
+
+    /// Mass that is missing (positive) or too much, kg.
+    #[must_use]
+    pub fn mass_error(&self) -> f64 {
+        self.initial_mass + self.inserted_mass - self.deleted_mass - self.final_mass
+    }
+}
+
+/// What came in and what went out so far.
+pub(super) fn exchanged(engine: &Engine) -> (Tally, Tally) {
+    (
+        engine.boundaries().inserted(),
+        engine.boundaries().removed(),
+    )
+}
+
+/// The energies at the end, and their budget where the plan asks for it.
+pub(super) fn energy_summary(
+    engine: &Engine,
+    at_start: &(Tally, Tally),
+    rows: &[EnergyRow],
+) -> EnergySummary {
+    let plan = engine.plan();
+    let last = rows.last().copied().unwrap_or(EnergyRow {
+        time: 0.0,
+        kinetic: 0.0,
+        rotational: 0.0,
+        gravitational: 0.0,
+        elastic: 0.0,
+        dissipated: None,
+    });
+    let mut summary = EnergySummary {
+        kinetic: last.kinetic,
+        rotational: last.rotational,
+        gravitational: last.gravitational,
+        elastic: last.elastic,
+        dissipated: None,
+        wall_work: None,
+        inserted: None,
+        deleted: None,
+        closure_error: None,
+    };
+    if !plan.energy_budget {
+        return summary;
+    }
+    let audit = engine.audit();
+    let dissipated = Dissipated {
+        normal: audit.dissipated_normal,
+        tangential: audit.dissipated_tangential,
+        rolling: audit.dissipated_rolling,
+    };
+    let carried =
+        |tally: &Tally| tally.kinetic + tally.rotational - plan.gravity.dot(tally.mass_moment);
+    let (inserted, deleted) = exchanged(engine);
+    let inserted = carried(&inserted) - carried(&at_start.0);
+    let deleted = carried(&deleted) - carried(&at_start.1);
+    summary.dissipated = Some(dissipated);
+    summary.wall_work = Some(audit.wall_work);
+    summary.inserted = Some(inserted);
+    summary.deleted = Some(deleted);
+    if let (Some(first), true) = (rows.first(), is_closed(plan)) {
+        let total =
+            |row: &EnergyRow| row.kinetic + row.rotational + row.gravitational + row.elastic;
+        let gap =
+            total(first) + audit.wall_work + inserted - deleted - total(&last) - dissipated.total();
+        // Gravitational energy has no zero of its own: its change counts.
+        let largest = rows
+            .iter()
+            .flat_map(|row| {
+                let fall = row.gravitational - first.gravitational;
+                [row.kinetic, row.rotational, row.elastic, fall]
+            })
+            .chain([audit.wall_work, inserted, deleted, dissipated.total()])
+            .fold(0.0, |largest: f64, energy| largest.max(energy.abs()));
+        summary.closure_error = Some(if largest > 0.0 { gap / largest } else { 0.0 });
+    }
+    summary
+}
+
+/// Whether all work done on the particles is measured.
+fn is_closed(plan: &Plan) -> bool {
+    let driven = plan.particles.iter().any(|particle| {
+        let prescribed = [
+            particle.prescribed_velocity,
+            particle.prescribed_angular_velocity,
+        ];
+        prescribed.iter().flatten().any(Option::is_some)
+    });
+    let falls_for_ever = (0..3).any(|axis| plan.periodic[axis] && plan.gravity[axis] != 0.0);
+    !driven && !falls_for_ever
+}

@@ -1,0 +1,92 @@
+//! What a run tells when it is over.
+
+use std::fmt;
+
+use super::budget::Budget;
+use crate::output::progress_line::duration;
+use crate::output::summary::{Status, Summary};
+
+/// A run that is over. Printed, it is the closing report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// What `summary.json` says.
+    pub summary: Summary,
+    /// Budgets of mass and momentum.
+    pub budget: Budget,
+    /// Names of the files in the run's folder.
+    pub files: Vec<String>,
+    /// The folder, as the user named it.
+    pub folder: String,
+    /// Times the candidate list was built.
+    pub rebuilds: u64,
+    /// Pairs listed at the end.
+    pub listed: usize,
+    /// The laws that the contact loop was compiled for.
+    pub laws: String,
+    /// From the start of the run to its end, s.
+    pub total_seconds: f64,
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (s, b) = (&self.summary, &self.budget);
+        let how = match s.status {
+            Status::Finished => "finished",
+            Status::Stopped => "stopped",
+        };
+        writeln!(
+            f,
+            "{}: {how} at t = {} s after {} steps",
+            s.title, s.time, s.steps
+        )?;
+        writeln!(
+            f,
+            "  particles  {} ({} inserted, {} deleted), {} contacts, {} with walls, coordination number {:.3}",
+            s.particles, s.inserted, s.deleted, s.contacts, s.wall_contacts, s.coordination_number
+        )?;
+        writeln!(
+            f,
+            "  mass       {:.6e} + {:.6e} inserted - {:.6e} deleted = {:.6e} kg (error {:.1e} kg)",
+            b.initial_mass,
+            b.inserted_mass,
+            b.deleted_mass,
+            b.final_mass,
+            b.mass_error()
+        )?;
+        let (p, q) = (b.initial_momentum, b.final_momentum);
+        writeln!(
+            f,
+            "  momentum   ({:.3e}, {:.3e}, {:.3e}) -> ({:.3e}, {:.3e}, {:.3e}) kg m/s",
+            p.x, p.y, p.z, q.x, q.y, q.z
+        )?;
+        let e = &s.energy;
+        writeln!(
+            f,
+            "  energy     kinetic {:.4e}, rotational {:.4e}, gravitational {:.4e}, elastic {:.4e} J",
+            e.kinetic, e.rotational, e.gravitational, e.elastic
+        )?;
+        if let (Some(lost), Some(work)) = (e.dissipated, e.wall_work) {
+            writeln!(
+                f,
+                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e} J; work of walls {work:.4e} J",
+                lost.normal, lost.tangential, lost.rolling
+            )?;
+        }
+        if let Some(error) = e.closure_error {
+            writeln!(f, "  closure    {error:.1e} of the largest energy")?;
+        }
+        writeln!(
+            f,
+            "  speed      {:.3e} particle-steps/s on {} {}, {} in the time loop, {} in all",
+            s.particle_steps_per_second,
+            s.threads,
+            if s.threads == 1 { "thread" } else { "threads" },
+            duration(s.wall_seconds),
+            duration(self.total_seconds)
+        )?;
+        for warning in &s.warnings {
+            writeln!(f, "  warning    {warning}")?;
+        }
+        write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
+    }
+}

@@ -1,0 +1,390 @@
+//! Whole runs of small scenes: what they write, and when.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+use mercury_common::formats::data::DataReader;
+use mercury_common::formats::ene::EnergyReader;
+use mercury_common::frames::{ContactReader, ParticleReader};
+
+use super::*;
+use crate::contact::registry::AnyPairLaw;
+use crate::contact::{
+    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+};
+use crate::plan::NewParticle;
+use crate::walls::{Motion, Plane, Shape, Wall};
+
+const RADIUS: f64 = 0.01;
+const DENSITY: f64 = 2000.0;
+const STIFFNESS: f64 = 1000.0;
+
+fn law(friction: f64) -> AnyPairLaw {
+    AnyPairLaw {
+        normal: AnyNormal::Linear(Linear::new(STIFFNESS, 2.0)),
+        tangential: if friction > 0.0 {
+            AnyTangential::Linear(LinearFriction {
+                stiffness: 2.0 / 7.0 * STIFFNESS,
+                dissipation: 0.5,
+                friction,
+                static_friction: friction,
+                rotation: SpringRotation::default(),
+            })
+        } else {
+            AnyTangential::None
+        },
+        rolling: AnyRolling::None,
+    }
+}
+
+/// An empty scene that writes everything every `interval`.
+fn plan(steps: u64, interval: f64, friction: f64) -> Plan {
+    let domain = (DVec3::ZERO, DVec3::splat(0.4));
+    let mut plan = Plan::bare(1e-4, domain, DENSITY, law(friction));
+    plan.title = "test".to_owned();
+    plan.prefix = "test".to_owned();
+    plan.steps = steps;
+    plan.gravity = DVec3::new(0.0, 0.0, -10.0);
+    plan.orientations = friction > 0.0;
+    plan.output = crate::plan::OutputPlan {
+        interval,
+        fstat_interval: interval,
+        data: true,
+        ene: true,
+        fstat: true,
+        frames: true,
+        walls: true,
+        pictures: false,
+        track: vec![("first, of all".to_owned(), 0)],
+        digits: None,
+    };
+    plan
+}
+
+fn floor() -> Wall {
+    Wall {
+        name: "floor".to_owned(),
+        material: 0,
+        shape: Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z).unwrap()),
+        motion: Motion::new(Vec::new()).unwrap(),
+        from: 0.0,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    }
+}
+
+fn options(folder: &Path, threads: usize) -> RunOptions {
+    RunOptions {
+        folder: folder.to_owned(),
+        threads,
+        plan_document: Some("planned = true\n".to_owned()),
+        ..RunOptions::default()
+    }
+}
+
+fn go(plan: Plan, folder: &Path) -> Report {
+    run(plan, &options(folder, 1), &mut |_| ()).unwrap()
+}
+
+/// Two spheres that collide along x in the middle of the domain.
+fn collision(steps: u64, interval: f64) -> Plan {
+    let mut plan = plan(steps, interval, 0.0);
+    plan.gravity = DVec3::ZERO;
+    let mut a = NewParticle::at(DVec3::new(0.2 - 1.01 * RADIUS, 0.2, 0.2), RADIUS, 0);
+    let mut b = NewParticle::at(DVec3::new(0.2 + 1.01 * RADIUS, 0.2, 0.2), RADIUS, 0);
+    (a.velocity.x, b.velocity.x) = (0.1, -0.1);
+    plan.with_particles(vec![a, b])
+}
+
+fn times(folder: &Path) -> Vec<f64> {
+    let rows = EnergyReader::open(folder.join("test.ene")).unwrap();
+    rows.map(|row| row.unwrap().time).collect()
+}
+
+fn step_times(steps: &[u64]) -> Vec<f64> {
+    steps.iter().map(|&step| step as f64 * 1e-4).collect()
+}
+
+#[test]
+fn a_run_leaves_exactly_its_files() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(30, 1e-3);
+    plan.output.pictures = true;
+    let report = go(plan, place.path());
+    let mut found: Vec<_> = fs::read_dir(place.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    found.sort();
+    let expected = [
+        "plan.toml",
+        "run.log",
+        "summary.json",
+        "test.contacts.arrow",
+        "test.data",
+        "test.ene",
+        "test.energy.png",
+        "test.energy.svg",
+        "test.final.png",
+        "test.final.svg",
+        "test.fstat",
+        "test.particles.arrow",
+        "test.track.csv",
+    ];
+    assert_eq!(found, expected);
+    let mut told = report.files.clone();
+    told.sort();
+    assert_eq!(told, expected);
+    assert_eq!(times(place.path()), step_times(&[0, 10, 20, 30]));
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(place.path().join("summary.json")).unwrap()).unwrap();
+    assert_eq!(json["status"], "finished");
+    assert_eq!(json["steps"], 30);
+    assert_eq!(json["inserted"], 0);
+    assert!(json["energy"]["dissipated"].is_null());
+}
+
+#[test]
+fn the_end_is_written_once_also_between_two_frames() {
+    let place = tempfile::tempdir().unwrap();
+    go(collision(25, 1e-3), place.path());
+    assert_eq!(times(place.path()), step_times(&[0, 10, 20, 25]));
+    go(collision(0, 1e-3), place.path());
+    assert_eq!(
+        times(place.path()),
+        [0.0],
+        "a run of no steps has its start"
+    );
+}
+
+#[test]
+fn contacts_have_their_own_interval() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(30, 1e-3);
+    plan.output.fstat_interval = 1.5e-3;
+    go(plan, place.path());
+    assert_eq!(times(place.path()), step_times(&[0, 10, 20, 30]));
+    let frames = ContactReader::open(place.path().join("test.contacts.arrow")).unwrap();
+    let found: Vec<f64> = frames.iter().map(|frame| frame.unwrap().time).collect();
+    assert_eq!(found, step_times(&[0, 15, 30]));
+}
+
+#[test]
+fn data_and_frames_hold_the_state() {
+    let place = tempfile::tempdir().unwrap();
+    let plan = collision(20, 1e-3);
+    go(plan.clone(), place.path());
+    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    for _ in 0..20 {
+        engine.step(None).unwrap();
+    }
+    engine.complete_step().unwrap();
+    let rows = engine.particles.rows_by_id();
+    let data = DataReader::open(place.path().join("test.data")).unwrap();
+    let last = data.last().unwrap().unwrap();
+    let native = ParticleReader::open(place.path().join("test.particles.arrow")).unwrap();
+    let frame = native.frame(native.frames().len() - 1).unwrap();
+    assert_eq!(frame.step, 20);
+    for (k, &row) in rows.iter().enumerate() {
+        let record = &engine.particles.records[row as usize];
+        assert_eq!(last.particles[k].position, record.position);
+        assert_eq!(last.particles[k].velocity, record.velocity);
+        assert_eq!(frame.position[k], record.position);
+        assert_eq!(frame.velocity[k], record.velocity);
+        assert_eq!(frame.mass[k], engine.particles.masses[row as usize]);
+        assert_eq!(
+            frame.force.as_ref().unwrap()[k],
+            engine.particles.loads[row as usize].force
+        );
+    }
+    let track = fs::read_to_string(place.path().join("test.track.csv")).unwrap();
+    assert_eq!(track.lines().count(), 1 + 3);
+    assert!(
+        track
+            .lines()
+            .nth(1)
+            .unwrap()
+            .starts_with("0,\"first, of all\",0,"),
+        "{track}"
+    );
+}
+
+#[test]
+fn a_wall_carries_the_weight_of_what_rests_on_it() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = plan(40_000, 1.0, 0.0);
+    plan.until_at_rest = true;
+    plan.walls = vec![floor()];
+    plan.wall_curvature = false;
+    let (x, y) = (0.3, 0.1);
+    let plan = plan.with_particles(vec![NewParticle::at(
+        DVec3::new(x, y, 1.01 * RADIUS),
+        RADIUS,
+        0,
+    )]);
+    let report = go(plan, place.path());
+    assert!(report.summary.steps < 40_000, "the run ends at rest");
+    assert_eq!(report.summary.status, Status::Finished);
+    let mass = DENSITY * crate::particles::volume(RADIUS, 3);
+    let weight = mass * 10.0;
+    // At rest the kinetic energy is below 1e-6 m g d for a thousand steps, many periods of the contact (2 pi sqrt(m/k) =
+    // 18 ms, 180 steps): amplitude A with k A^2 / 2 < 1e-6 m g d, so the force is off by less than k A; the
+    // dashpot adds gamma v with m v^2 / 2 below the same energy.
+    let energy = 1e-6 * weight * 2.0 * RADIUS;
+    let tolerance = (2.0 * STIFFNESS * energy).sqrt() + 2.0 * (2.0 * energy / mass).sqrt();
+    assert!(
+        tolerance < 0.05 * weight,
+        "the test tells something: {tolerance} of {weight}"
+    );
+    let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
+    let mut lines = walls.lines();
+    assert_eq!(lines.next().unwrap(), "time,name,fx,fy,fz,tx,ty,tz,power");
+    let last: Vec<&str> = lines.last().unwrap().split(',').collect();
+    assert_eq!(last[1], "floor");
+    let number = |k: usize| last[k].parse::<f64>().unwrap();
+    assert_eq!((number(2), number(3)), (0.0, 0.0));
+    assert!((number(4) + weight).abs() < tolerance, "{walls}");
+    // (x, y, 0) x (0, 0, -W) = (-y W, x W, 0)
+    assert!((number(5) + y * weight).abs() < y * tolerance);
+    assert!((number(6) - x * weight).abs() < x * tolerance);
+    assert_eq!((number(7), number(8)), (0.0, 0.0));
+}
+
+#[test]
+fn energy_budget_closes() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = plan(2000, 0.01, 0.5);
+    plan.energy_budget = true;
+    plan.walls = vec![floor()];
+    let mut ball = NewParticle::at(DVec3::new(0.2, 0.2, 2.0 * RADIUS), RADIUS, 0);
+    ball.velocity.x = 0.3;
+    let report = go(plan.with_particles(vec![ball]), place.path());
+    let energy = report.summary.energy;
+    let dissipated = energy.dissipated.unwrap();
+    assert!(dissipated.normal > 0.0 && dissipated.tangential > 0.0);
+    assert_eq!(dissipated.rolling, 0.0);
+    // Work is summed with velocities half a step from the forces: an error of the order of the step over the time
+    // scale of the contact, 1e-4 s / 3 ms.
+    let error = energy.closure_error.unwrap();
+    assert!(error.abs() < 0.035, "{error}");
+    assert!(energy.rotational > 0.0);
+}
+
+#[test]
+fn a_request_stops_the_run_with_its_state_written() {
+    let place = tempfile::tempdir().unwrap();
+    let mut options = options(place.path(), 1);
+    options.stop = Arc::new(AtomicBool::new(true));
+    let report = run(collision(1000, 0.01), &options, &mut |_| ()).unwrap();
+    assert_eq!(
+        (report.summary.status, report.summary.steps),
+        (Status::Stopped, 1)
+    );
+    assert_eq!(times(place.path()), step_times(&[0, 1]));
+}
+
+/// 3,375 particles in a box that is periodic along x, thrown about, with friction.
+fn crowd() -> Plan {
+    let mut plan = plan(40, 2e-3, 0.5);
+    plan.periodic = [true, false, false];
+    plan.domain_max = DVec3::splat(15.0 * 2.0 * RADIUS);
+    plan.walls = vec![floor()];
+    let mut particles = Vec::new();
+    for k in 0..3375u32 {
+        let cell = DVec3::new(
+            f64::from(k % 15),
+            f64::from(k / 15 % 15),
+            f64::from(k / 225),
+        );
+        // Pseudo-random speeds without a generator: the fractional parts of multiples of irrational numbers.
+        let wobble = |n: f64| (f64::from(k) * n).fract() - 0.5;
+        let position = (cell + 0.5) * (1.99 * RADIUS);
+        let mut particle = NewParticle::at(position, RADIUS * (1.0 + 0.01 * wobble(0.917)), 0);
+        particle.velocity = DVec3::new(wobble(0.618), wobble(0.414), wobble(0.732));
+        particle.angular_velocity = particle.velocity * 50.0;
+        particle.fixed = k % 97 == 0;
+        particles.push(particle);
+    }
+    plan.with_particles(particles)
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let mut all = Vec::new();
+    for threads in [1, 2, 4] {
+        let place = tempfile::tempdir().unwrap();
+        let report = run(crowd(), &options(place.path(), threads), &mut |_| ()).unwrap();
+        assert!(report.summary.contacts > 1000 && report.summary.wall_contacts > 100);
+        let files: BTreeMap<String, Vec<u8>> = fs::read_dir(place.path())
+            .unwrap()
+            .map(|entry| entry.unwrap())
+            .map(|entry| {
+                (
+                    entry.file_name().into_string().unwrap(),
+                    fs::read(entry.path()).unwrap(),
+                )
+            })
+            .filter(|(name, _)| name != "summary.json" && name != "run.log")
+            .collect();
+        assert!(files.len() >= 8);
+        all.push(files);
+    }
+    for (name, bytes) in &all[0] {
+        assert!(!bytes.is_empty());
+        for other in &all[1..] {
+            assert!(bytes == &other[name], "{name} depends on the threads");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_ends_the_run_and_names_the_file() {
+    let place = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink("/dev/full", place.path().join("test.data")).unwrap();
+    let failure = run(
+        collision(1000, 1e-3),
+        &options(place.path(), 1),
+        &mut |_| (),
+    )
+    .unwrap_err();
+    let message = failure.to_string();
+    assert!(
+        message.contains("test.data: the file cannot be written"),
+        "{message}"
+    );
+    assert!(!place.path().join("summary.json").exists());
+    let log = fs::read_to_string(place.path().join("run.log")).unwrap();
+    assert!(log.contains("failed"), "{log}");
+}
+
+#[test]
+fn a_missing_folder_ends_the_run_before_it_steps() {
+    let place = tempfile::tempdir().unwrap();
+    let missing = place.path().join("missing");
+    let message = run(collision(10, 1e-3), &options(&missing, 1), &mut |_| {
+        panic!("no step is made")
+    })
+    .unwrap_err()
+    .to_string();
+    assert!(message.contains("plan.toml"), "{message}");
+}
+
+#[test]
+fn numbers_that_explode_end_the_run_with_what_was_written() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(200_000, 1e-3);
+    plan.time_step = 0.5;
+    plan.output.interval = 0.5;
+    plan.walls = vec![floor(), floor()];
+    plan.gravity = DVec3::new(0.0, 0.0, f64::MAX);
+    let failure = run(plan, &options(place.path(), 1), &mut |_| ()).unwrap_err();
+    assert!(
+        matches!(failure, RunFailure::Engine(RunError::NotFinite { .. })),
+        "{failure}"
+    );
+    assert!(!times(place.path()).is_empty());
+}

@@ -1,0 +1,277 @@
+//! The command line as a user meets it: exit codes, messages, files.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const SCENE: &str = r#"
+title = "Two spheres"
+
+[time]
+end = 0.002
+step = 1e-5
+
+[domain]
+min = [0.0, 0.0, 0.0]
+max = [0.1, 0.1, 0.1]
+
+[materials.glass]
+density = 2500.0
+normal = { law = "linear", stiffness = 1000.0, restitution = 0.8 }
+
+[[particles]]
+name = "left"
+material = "glass"
+radius = 0.01
+position = [0.03, 0.05, 0.05]
+velocity = [0.1, 0.0, 0.0]
+
+[[particles]]
+name = "right"
+material = "glass"
+radius = 0.01
+position = [0.0501, 0.05, 0.05]
+velocity = [-0.1, 0.0, 0.0]
+
+[output]
+interval = 0.001
+pictures = false
+"#;
+
+fn folder_with_scene(text: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("pair.toml"), text).unwrap();
+    folder
+}
+
+fn solve(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn code(output: &Output) -> Option<i32> {
+    output.status.code()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+#[test]
+fn a_run_ends_with_0_and_a_report() {
+    let folder = folder_with_scene(SCENE);
+    let output = solve(folder.path(), &["pair.toml"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let report = said(&output);
+    assert!(
+        report.contains("Two spheres: finished at t = 0.002 s after 200 steps"),
+        "{report}"
+    );
+    assert!(report.contains("pair.data"), "{report}");
+    let data = fs::read_to_string(folder.path().join("pair/pair.data")).unwrap();
+    assert_eq!(data.lines().count(), 3 * (1 + 2), "t = 0, 0.001 and 0.002");
+    let log = fs::read_to_string(folder.path().join("pair/run.log")).unwrap();
+    assert!(log.contains("pair.toml"), "{log}");
+}
+
+#[test]
+fn a_folder_with_a_run_needs_force() {
+    let folder = folder_with_scene(SCENE);
+    assert_eq!(code(&solve(folder.path(), &["pair.toml"])), Some(0));
+    fs::write(folder.path().join("pair/notes.txt"), "mine").unwrap();
+    let refused = solve(folder.path(), &["pair.toml"]);
+    assert_eq!(code(&refused), Some(2));
+    assert!(errors(&refused).contains("--force"), "{}", errors(&refused));
+    assert_eq!(
+        code(&solve(folder.path(), &["pair.toml", "--output", "other"])),
+        Some(0)
+    );
+    assert_eq!(
+        code(&solve(folder.path(), &["pair.toml", "--force"])),
+        Some(0)
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("pair/notes.txt")).unwrap(),
+        "mine"
+    );
+}
+
+#[test]
+fn an_output_that_is_a_file_is_refused() {
+    let folder = folder_with_scene(SCENE);
+    let output = solve(
+        folder.path(),
+        &["pair.toml", "--output", "pair.toml", "--force"],
+    );
+    assert_eq!(code(&output), Some(2));
+    assert!(
+        errors(&output).contains("not a folder"),
+        "{}",
+        errors(&output)
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("pair.toml")).unwrap(),
+        SCENE
+    );
+}
+
+#[test]
+fn the_folder_of_the_scene_can_be_the_folder_of_the_run() {
+    let folder = folder_with_scene(SCENE);
+    for _ in 0..2 {
+        let output = solve(folder.path(), &["pair.toml", "--output", ".", "--force"]);
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    }
+    assert_eq!(
+        fs::read_to_string(folder.path().join("pair.toml")).unwrap(),
+        SCENE
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_cannot_be_written_is_refused() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder_with_scene(SCENE);
+    let locked = folder.path().join("locked");
+    fs::create_dir(&locked).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(locked.join("probe"), "").is_ok() {
+        println!("skipped: this user may write everywhere");
+        return;
+    }
+    let output = solve(folder.path(), &["pair.toml", "--output", "locked"]);
+    assert_eq!(code(&output), Some(2));
+    assert!(errors(&output).contains("locked"), "{}", errors(&output));
+}
+
+#[test]
+fn a_wrong_scene_ends_with_2_and_says_where() {
+    let folder = folder_with_scene(&SCENE.replace("density = 2500.0", "density = -1.0"));
+    let output = solve(folder.path(), &["pair.toml"]);
+    assert_eq!(code(&output), Some(2));
+    let message = errors(&output);
+    assert!(message.contains("pair.toml:13:"), "{message}");
+    assert!(message.contains("1 problem"), "{message}");
+    assert!(
+        !folder.path().join("pair").exists(),
+        "nothing is made for a wrong scene"
+    );
+    let missing = solve(folder.path(), &["missing.toml"]);
+    assert_eq!(code(&missing), Some(2));
+    assert!(
+        errors(&missing).contains("missing.toml"),
+        "{}",
+        errors(&missing)
+    );
+}
+
+#[test]
+fn set_changes_the_scene() {
+    let folder = folder_with_scene(SCENE);
+    let output = solve(
+        folder.path(),
+        &["pair.toml", "--set", "time.end=0.001", "--json"],
+    );
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let summary: serde_json::Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!(summary["steps"], 100);
+    assert_eq!(summary["status"], "finished");
+    let file = fs::read_to_string(folder.path().join("pair/summary.json")).unwrap();
+    assert_eq!(
+        serde_json::from_str::<serde_json::Value>(&file).unwrap(),
+        summary
+    );
+    let wrong = solve(
+        folder.path(),
+        &["pair.toml", "--set", "time.ende=1", "--force"],
+    );
+    assert_eq!(code(&wrong), Some(2));
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let folder = folder_with_scene(SCENE);
+    let output = solve(folder.path(), &["pair.toml", "--quiet"]);
+    assert_eq!(
+        (code(&output), said(&output), errors(&output)),
+        (Some(0), String::new(), String::new())
+    );
+}
+
+#[test]
+fn wrong_usage_ends_with_2() {
+    let folder = folder_with_scene(SCENE);
+    for arguments in [
+        &["pair.toml", "--threads", "0"][..],
+        &["pair.toml", "--threads", "100000"],
+        &["pair.toml", "--nonsense"],
+        &[],
+    ] {
+        let output = solve(folder.path(), arguments);
+        assert_eq!(code(&output), Some(2), "{arguments:?}");
+        assert!(!errors(&output).is_empty());
+    }
+}
+
+#[test]
+fn help_version_and_completions() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = solve(folder.path(), &["--help"]);
+    assert_eq!(code(&help), Some(0));
+    assert!(said(&help).contains("Examples:") && said(&help).contains("--set"));
+    let version = solve(folder.path(), &["--version"]);
+    assert_eq!(
+        said(&version).trim(),
+        format!("mercury-solve {}", env!("CARGO_PKG_VERSION"))
+    );
+    let completions = solve(folder.path(), &["--completions", "bash"]);
+    assert_eq!(code(&completions), Some(0));
+    assert!(said(&completions).contains("--output"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_request_to_stop_ends_with_1_and_whole_files() {
+    let folder = folder_with_scene(SCENE);
+    // A run of hours, stopped as soon as its first frame is there.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder.path())
+        .args(["pair.toml", "--quiet", "--set", "time.end=1000"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let data = folder.path().join("pair/pair.data");
+    while fs::metadata(&data).map_or(0, |data| data.len()) == 0 {
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "the run ended by itself"
+        );
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), Some(1));
+    assert!(
+        errors(&output).contains("stopped at t ="),
+        "{}",
+        errors(&output)
+    );
+    let summary = fs::read_to_string(folder.path().join("pair/summary.json")).unwrap();
+    assert!(summary.contains("\"status\": \"stopped\""), "{summary}");
+    assert!(fs::read_to_string(&data).unwrap().ends_with('\n'));
+}

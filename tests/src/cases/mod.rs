@@ -1,0 +1,117 @@
+//! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
+//!
+//! A row names its case (T1 to T18, by the physics it tests), what is measured, the expected value, how near the solver must
+//! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
+//! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
+
+mod collision;
+mod friction;
+mod golden;
+mod hertz;
+mod integrator;
+mod mindlin_paths;
+mod mixing;
+mod normal;
+mod slope;
+mod squeezed;
+
+/// How near a measured value must come to the expected one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// |measured/expected − 1| at most this.
+    Relative(f64),
+    /// |measured − expected| at most this, in the unit of the value.
+    Absolute(f64),
+    /// The expected value is known to so many digits: one unit of the last one.
+    Digit(f64),
+}
+
+impl Tolerance {
+    /// The largest difference allowed from `expected`, in its unit.
+    pub fn allowed(self, expected: f64) -> f64 {
+        match self {
+            Self::Relative(share) => share * expected.abs(),
+            Self::Absolute(difference) | Self::Digit(difference) => difference,
+        }
+    }
+}
+
+/// One row of the table.
+pub struct Case {
+    /// Unique: the case, *law* or *engine*, and the quantity with its unit.
+    pub name: String,
+    /// What theory or another code gives, SI units.
+    pub expected: f64,
+    /// How near the solver must come.
+    pub tolerance: Tolerance,
+    /// Asks the solver.
+    pub measured: Box<dyn Fn() -> f64>,
+    /// Where the expected value comes from.
+    pub source: &'static str,
+}
+
+/// What became of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Its name.
+    pub name: String,
+    /// Expected value.
+    pub expected: f64,
+    /// What the solver gave.
+    pub measured: f64,
+    /// Largest difference allowed.
+    pub allowed: f64,
+    /// Where the expected value comes from.
+    pub source: &'static str,
+}
+
+impl Outcome {
+    /// Whether the difference is allowed; not-a-number never is.
+    pub fn holds(&self) -> bool {
+        (self.measured - self.expected).abs() <= self.allowed
+    }
+}
+
+impl Case {
+    /// A row.
+    pub fn new(
+        name: impl Into<String>,
+        expected: f64,
+        tolerance: Tolerance,
+        source: &'static str,
+        measured: impl Fn() -> f64 + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            expected,
+            tolerance,
+            measured: Box::new(measured),
+            source,
+        }
+    }
+
+    /// Asks the solver and compares.
+    pub fn run(&self) -> Outcome {
+        Outcome {
+            name: self.name.clone(),
+            expected: self.expected,
+            measured: (self.measured)(),
+            allowed: self.tolerance.allowed(self.expected),
+            source: self.source,
+        }
+    }
+}
+
+/// The whole table.
+pub fn all() -> Vec<Case> {
+    let mut cases = normal::cases();
+    cases.extend(hertz::cases());
+    cases.extend(integrator::cases());
+    cases.extend(golden::cases());
+    cases.extend(friction::cases());
+    cases.extend(slope::cases());
+    cases.extend(squeezed::cases());
+    cases.extend(mindlin_paths::cases());
+    cases.extend(mixing::cases());
+    cases
+}

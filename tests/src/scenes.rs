@@ -1,0 +1,136 @@
+//! Small scenes for the engine, put together by hand.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
+use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw};
+use mercury_solver::engine::Engine;
+use mercury_solver::forces::Watch;
+use mercury_solver::particles::Particle;
+use mercury_solver::plan::{Material, NewParticle, Plan};
+use mercury_solver::walls::{Motion, Plane, Shape, Wall};
+
+/// Records of all contacts, no audit.
+pub const RECORDS: Option<Watch> = Some(Watch {
+    records: true,
+    audit: None,
+});
+
+/// A law without friction.
+pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
+    PairLaw {
+        normal,
+        tangential: AnyTangential::None,
+        rolling: AnyRolling::None,
+    }
+}
+
+/// A plan in a domain of 2 km about the origin, which no particle leaves.
+pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Plan {
+    Plan::bare(
+        time_step,
+        (DVec3::splat(-1e3), DVec3::splat(1e3)),
+        density,
+        law,
+    )
+}
+
+/// A second material of another density (kg/m³) that follows the same law.
+pub fn add_material(plan: &mut Plan, density: f64) -> u32 {
+    let law = plan.laws.laws[0];
+    plan.materials.push(Material {
+        name: format!("material {}", plan.materials.len()),
+        density,
+    });
+    let count = plan.materials.len();
+    plan.laws = LawTable {
+        materials: count,
+        laws: vec![law; count * count],
+    };
+    count as u32 - 1
+}
+
+/// A free sphere of material 0.
+pub fn sphere(position: DVec3, radius: f64, velocity: DVec3, spin: DVec3) -> NewParticle {
+    NewParticle {
+        velocity,
+        angular_velocity: spin,
+        ..NewParticle::at(position, radius, 0)
+    }
+}
+
+/// The same particle, held at all its velocities.
+pub fn held(particle: NewParticle) -> NewParticle {
+    NewParticle {
+        prescribed_velocity: particle.velocity.to_array().map(Some),
+        prescribed_angular_velocity: particle.angular_velocity.to_array().map(Some),
+        ..particle
+    }
+}
+
+/// A wall of material 0 that is always there.
+pub fn wall(shape: Shape, motion: Motion) -> Wall {
+    Wall {
+        name: "wall".to_owned(),
+        material: 0,
+        shape,
+        motion,
+        from: f64::NEG_INFINITY,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    }
+}
+
+/// A plane at rest through `point` (m) with particles where `normal` points.
+pub fn plane(point: DVec3, normal: DVec3) -> Wall {
+    let plane = Plane::new(point, normal).expect("a finite point and a direction");
+    wall(Shape::Plane(plane), Motion::default())
+}
+
+/// The start of a plan, in the thread that asks.
+pub fn start(plan: Plan) -> Engine {
+    Engine::new(Arc::new(plan), 1).expect("the scene starts from finite numbers")
+}
+
+/// Makes `steps` steps and completes the last one.
+pub fn advance(engine: &mut Engine, steps: u64) {
+    for _ in 0..steps {
+        engine.step(None).expect("the motion stays finite");
+    }
+    engine.complete_step().expect("the motion stays finite");
+}
+
+/// Makes and completes one step whose contacts are recorded.
+pub fn observed_step(engine: &mut Engine) {
+    engine.step(RECORDS).expect("the motion stays finite");
+    engine.complete_step().expect("the motion stays finite");
+}
+
+/// The row of a particle.
+pub fn row(engine: &Engine, id: u32) -> usize {
+    let ids = &engine.particles.ids;
+    ids.iter()
+        .position(|&other| other == id)
+        .expect("the particle is there")
+}
+
+/// A particle by its id.
+pub fn particle(engine: &Engine, id: u32) -> Particle {
+    engine.particles.records[row(engine, id)]
+}
+
+/// A contact at rest along z, for laws on their own.
+pub fn contact_at_rest(overlap: f64, effective_radius: f64, effective_mass: f64) -> Contact {
+    Contact {
+        normal: DVec3::Z,
+        distance: 2.0 * effective_radius - overlap,
+        overlap,
+        effective_radius,
+        effective_mass,
+        normal_velocity: 0.0,
+        tangential_velocity: DVec3::ZERO,
+        centre_velocity: DVec3::ZERO,
+        spin: DVec3::ZERO,
+    }
+}

@@ -1,0 +1,190 @@
+//! The same scene twice: for the engine and for the reference path.
+
+use glam::DVec3;
+use mercury_solver::contact::registry::AnyPairLaw;
+use mercury_solver::contact::rolling::FrictionSpring;
+use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
+use mercury_solver::engine::Engine;
+use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::walls as fast;
+
+use crate::reference::laws::{
+    ContactLaw, Conventions, CoulombLimits, LinearDamping, LoadHistory, Normal, Resistance,
+    ResistanceStiffness, RollingLever, Tangential, TangentialHistory,
+};
+use crate::reference::state::{Particle, PeriodicBox};
+use crate::reference::{Simulation, walls as plain};
+use crate::scenes;
+
+/// A wall, twice.
+#[derive(Debug, Clone)]
+pub struct TwinWall {
+    /// For the engine.
+    pub fast: fast::Wall,
+    /// For the reference path.
+    pub plain: plain::Wall,
+}
+
+/// The law and the conventions of the reference path that mean the same as a law of the engine.
+pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
+    let mut conventions = Conventions::default();
+    let normal = match law.normal {
+        AnyNormal::Linear(law) => {
+            conventions.clamp_tension = law.clamp_tension;
+            Normal::Linear {
+                stiffness: law.stiffness,
+                damping: if law.damping_ratio > 0.0 {
+                    LinearDamping::Ratio(law.damping_ratio)
+                } else {
+                    LinearDamping::Dissipation(law.dissipation)
+                },
+            }
+        }
+        AnyNormal::Hertz(law) => {
+            conventions.clamp_tension = law.clamp_tension;
+            Normal::Hertz {
+                effective_modulus: law.effective_modulus,
+                damping: law.damping,
+            }
+        }
+        AnyNormal::Plastic(law) => {
+            conventions.clamp_tension = law.clamp_tension;
+            Normal::Plastic {
+                loading_stiffness: law.loading_stiffness,
+                unloading_stiffness: law.unloading_stiffness,
+                cohesion_stiffness: law.cohesion_stiffness,
+                penetration_depth: law.penetration_depth,
+                dissipation: law.dissipation,
+            }
+        }
+    };
+    let mut mindlin = |law: mercury_solver::contact::Mindlin, load_history| {
+        if law.cap_total {
+            conventions.coulomb_limits = CoulombLimits::Total;
+        }
+        Tangential::Mindlin {
+            effective_shear_modulus: law.effective_shear_modulus,
+            damping: law.damping,
+            friction: law.friction,
+            static_friction: law.static_friction,
+            stiffness_factor: law.stiffness_factor,
+            load_history,
+        }
+    };
+    let tangential = match law.tangential {
+        AnyTangential::None => Tangential::None,
+        AnyTangential::Linear(law) => {
+            conventions.tangential_history = match law.rotation {
+                SpringRotation::Project => TangentialHistory::Project,
+                SpringRotation::Incremental => TangentialHistory::Incremental,
+            };
+            Tangential::Linear {
+                stiffness: law.stiffness,
+                dissipation: law.dissipation,
+                friction: law.friction,
+                static_friction: law.static_friction,
+            }
+        }
+        AnyTangential::Mindlin(law) => mindlin(law, LoadHistory::Secant),
+        AnyTangential::MindlinRescaled(law) => mindlin(law.plain, LoadHistory::Rescale),
+    };
+    let resistance = |spring: FrictionSpring| Resistance {
+        stiffness: spring
+            .stiffness
+            .map_or(ResistanceStiffness::Sliding, ResistanceStiffness::Fixed),
+        dissipation: spring.dissipation,
+        friction: spring.friction,
+        static_friction: spring.static_friction,
+    };
+    let (mut rolling, mut torsion) = (None, None);
+    if let AnyRolling::Luding(Luding {
+        rolling: against_rolling,
+        torsion: against_torsion,
+        lever,
+        ..
+    }) = law.rolling
+    {
+        rolling = Some(resistance(against_rolling));
+        torsion = Some(resistance(against_torsion));
+        if lever == 2.0 {
+            conventions.rolling_lever = RollingLever::EffectiveDiameter;
+        }
+    }
+    let law = ContactLaw {
+        normal,
+        tangential,
+        rolling,
+        torsion,
+    };
+    (law, conventions)
+}
+
+/// The particle of the reference path for one of a plan.
+fn reference_particle(new: &NewParticle, plan: &Plan) -> Particle {
+    let density = plan.materials[new.material as usize].density;
+    let particle = if plan.dimensions == 2 {
+        Particle::disc(new.radius, density)
+    } else {
+        Particle::sphere(new.radius, density)
+    };
+    let mut particle = particle.placed(new.position, new.velocity, new.angular_velocity);
+    particle.material = new.material as usize;
+    particle.fixed = new.fixed;
+    particle.velocity_held = new.prescribed_velocity.map(|value| value.is_some());
+    particle.angular_velocity_held = new.prescribed_angular_velocity.map(|value| value.is_some());
+    particle
+}
+
+/// The reference path on a plan's scene. The walls of the plan are replaced by `walls`; all laws must share their conventions.
+pub fn reference_of(plan: &mut Plan, walls: &[TwinWall]) -> Simulation {
+    plan.walls = walls.iter().map(|wall| wall.fast.clone()).collect();
+    let count = plan.materials.len();
+    let laws: Vec<_> = plan.laws.laws.iter().flatten().map(reference_law).collect();
+    assert_eq!(
+        laws.len(),
+        count * count,
+        "every pair of materials has a law"
+    );
+    let mut simulation = Simulation::new(plan.time_step, laws[0].0);
+    simulation.conventions = Conventions {
+        startup_increment: plan.startup_increment,
+        ..laws[0].1
+    };
+    simulation.pair_parameters = Box::new(move |a, b| laws[a * count + b].0);
+    simulation.gravity = plan.gravity;
+    let period = plan.domain_max - plan.domain_min;
+    simulation.periodic_box = PeriodicBox {
+        min: plan.domain_min,
+        period: [0, 1, 2].map(|axis| plan.periodic[axis].then_some(period[axis])),
+    };
+    simulation.walls = walls.iter().map(|wall| wall.plain.clone()).collect();
+    simulation.particles = plan
+        .particles
+        .iter()
+        .map(|new| reference_particle(new, plan))
+        .collect();
+    simulation
+}
+
+/// Largest difference of the forces (and of the torques over the radii) in the last evaluation, over the largest force.
+pub fn force_difference(engine: &Engine, simulation: &Simulation) -> f64 {
+    let (mut largest, mut difference) = (0.0f64, 0.0f64);
+    for (id, particle) in simulation.particles.iter().enumerate() {
+        let load = engine.particles.loads[scenes::row(engine, id as u32)];
+        largest = largest.max(particle.force.length());
+        difference = difference.max((load.force - particle.force).length());
+        difference = difference.max((load.torque - particle.torque).length() / particle.radius);
+    }
+    difference / largest
+}
+
+/// Largest difference of the positions over the radius, images counting as the same place.
+pub fn position_difference(engine: &Engine, simulation: &Simulation) -> f64 {
+    let difference = |(id, particle): (usize, &Particle)| {
+        let record = scenes::particle(engine, id as u32);
+        let apart: DVec3 = record.position - particle.position;
+        simulation.periodic_box.minimum_image(apart).length() / particle.radius
+    };
+    let particles = simulation.particles.iter().enumerate();
+    particles.map(difference).fold(0.0, f64::max)
+}

@@ -1,0 +1,108 @@
+//! Every combination of the parts of a contact law.
+
+use mercury_solver::contact::normal::hertz_damping;
+use mercury_solver::contact::registry::AnyPairLaw;
+use mercury_solver::contact::rolling::FrictionSpring;
+use mercury_solver::contact::{
+    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin,
+    MindlinRescaled, PairLaw, Plastic, SpringRotation,
+};
+
+fn normals() -> Vec<AnyNormal> {
+    let ratio = Linear::with_damping_ratio(1e5, 0.1);
+    let mut clamped_ratio = ratio;
+    clamped_ratio.clamp_tension = true;
+    let hertz = Hertz::new(2e6, hertz_damping(0.7));
+    let mut clamped_hertz = hertz;
+    clamped_hertz.clamp_tension = true;
+    let plastic = Plastic {
+        loading_stiffness: 5e4,
+        unloading_stiffness: 1.5e5,
+        cohesion_stiffness: 2e4,
+        penetration_depth: 0.05,
+        dissipation: 5.0,
+        clamp_tension: false,
+    };
+    vec![
+        AnyNormal::Linear(Linear::new(1e5, 20.0)),
+        AnyNormal::Linear(ratio),
+        AnyNormal::Linear(clamped_ratio),
+        AnyNormal::Hertz(hertz),
+        AnyNormal::Hertz(clamped_hertz),
+        AnyNormal::Plastic(plastic),
+        AnyNormal::Plastic(Plastic {
+            clamp_tension: true,
+            ..plastic
+        }),
+    ]
+}
+
+fn tangentials() -> Vec<AnyTangential> {
+    let linear = LinearFriction {
+        stiffness: 3e4,
+        dissipation: 2.0,
+        friction: 0.4,
+        static_friction: 0.5,
+        rotation: SpringRotation::Project,
+    };
+    let mindlin = Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4);
+    let mut total = Mindlin::new(6e5, 1.0, 0.1, 0.3, 0.4);
+    total.cap_total = true;
+    vec![
+        AnyTangential::None,
+        AnyTangential::Linear(linear),
+        AnyTangential::Linear(LinearFriction {
+            rotation: SpringRotation::Incremental,
+            ..linear
+        }),
+        AnyTangential::Linear(LinearFriction {
+            stiffness: 0.0,
+            dissipation: 20.0,
+            ..linear
+        }),
+        AnyTangential::Mindlin(mindlin),
+        AnyTangential::Mindlin(total),
+        AnyTangential::MindlinRescaled(MindlinRescaled { plain: mindlin }),
+        AnyTangential::MindlinRescaled(MindlinRescaled { plain: total }),
+    ]
+}
+
+fn rollings(rotation: SpringRotation) -> Vec<AnyRolling> {
+    let spring = |stiffness, friction| FrictionSpring {
+        stiffness,
+        dissipation: 0.5,
+        friction,
+        static_friction: 1.2 * friction,
+    };
+    let luding = |stiffness, lever| {
+        AnyRolling::Luding(Luding {
+            rolling: spring(stiffness, 0.1),
+            torsion: spring(stiffness, 0.05),
+            lever,
+            rotation,
+        })
+    };
+    vec![AnyRolling::None, luding(Some(2e4), 1.0), luding(None, 2.0)]
+}
+
+/// Every combination of the three parts.
+pub(crate) fn laws() -> Vec<AnyPairLaw> {
+    let mut laws = Vec::new();
+    for normal in normals() {
+        for tangential in tangentials() {
+            // The rolling spring follows the contact as the sliding one does.
+            let rotation = match tangential {
+                AnyTangential::Linear(law) => law.rotation,
+                _ => SpringRotation::Project,
+            };
+            for rolling in rollings(rotation) {
+                laws.push(PairLaw {
+                    normal,
+                    tangential,
+                    rolling,
+                });
+            }
+        }
+    }
+    laws
+}

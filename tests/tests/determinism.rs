@@ -1,0 +1,167 @@
+//! The same bits for every number of threads, and after a restart.
+
+use std::sync::Arc;
+
+use glam::{DVec3, dvec3};
+use mercury_common::random::Stream;
+use mercury_solver::contact::normal::hertz_damping;
+use mercury_solver::contact::rolling::FrictionSpring;
+use mercury_solver::contact::{
+    AnyNormal, AnyRolling, AnyTangential, Hertz, Luding, Mindlin, PairLaw, SpringRotation,
+};
+use mercury_solver::engine::Engine;
+use mercury_solver::forces::block_size;
+use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
+use mercury_tests::scenes::{plane, wall};
+
+/// Frictional spheres that fall, in a periodic layer or into a turning drum.
+fn heap(count: usize, drum: bool) -> Arc<Plan> {
+    let spring = FrictionSpring {
+        stiffness: None,
+        dissipation: 0.0,
+        friction: 0.1,
+        static_friction: 0.12,
+    };
+    let law = PairLaw {
+        normal: AnyNormal::Hertz(Hertz::new(2e6, hertz_damping(0.6))),
+        tangential: AnyTangential::Mindlin(Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4)),
+        rolling: AnyRolling::Luding(Luding {
+            rolling: spring,
+            torsion: spring,
+            lever: 1.0,
+            rotation: SpringRotation::Project,
+        }),
+    };
+    let size = dvec3(0.3, 0.3, 0.6);
+    let mut plan = Plan::bare(4e-5, (DVec3::ZERO, size), 2000.0, law);
+    plan.gravity = dvec3(0.5, 0.0, -9.81);
+    plan.orientations = true;
+    plan.energy_budget = true;
+    let middle = 0.5 * size;
+    if drum {
+        plan.periodic = [false, true, false];
+        let shape = Cylinder::new(DVec3::Y, middle, 0.3, None, Side::Inside)
+            .map(Shape::Cylinder)
+            .unwrap();
+        let turn = Component::Rotation {
+            axis: DVec3::Y,
+            origin: middle,
+            angular_velocity: 20.0,
+            from: 0.0,
+            until: f64::INFINITY,
+        };
+        plan.walls
+            .push(wall(shape, Motion::new(vec![turn]).unwrap()));
+        let shake = Component::Oscillation {
+            amplitude: 0.01 * DVec3::Z,
+            frequency: 30.0,
+            phase: 0.0,
+            from: 0.0,
+            until: f64::INFINITY,
+        };
+        let mut floor = plane(dvec3(0.0, 0.0, 0.08), DVec3::Z);
+        floor.motion = Motion::new(vec![shake]).unwrap();
+        plan.walls.push(floor);
+    } else {
+        plan.periodic = [true, true, false];
+        plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
+    }
+    let mut random = Stream::new(7, "heap", 0);
+    let side = (count as f64 / 2.0).cbrt().ceil() as usize;
+    let spacing = 0.26 / side as f64;
+    let particles = (0..count)
+        .map(|k| {
+            let place = dvec3(
+                (k % side) as f64,
+                (k / side % side) as f64,
+                (k / (side * side)) as f64,
+            );
+            let jitter = dvec3(random.uniform(), random.uniform(), random.uniform()) - 0.5;
+            NewParticle {
+                velocity: jitter * 3.0 - DVec3::Z,
+                angular_velocity: jitter * 30.0,
+                fixed: k % 401 == 7,
+                ..NewParticle::at(
+                    dvec3(0.03, 0.02, 0.12) + (place + 0.2 * jitter) * spacing,
+                    spacing * (0.4 + 0.15 * random.uniform()),
+                    0,
+                )
+            }
+        })
+        .collect();
+    Arc::new(plan.with_particles(particles))
+}
+
+fn run(engine: &mut Engine, steps: u64) {
+    for _ in 0..steps {
+        engine.step(None).unwrap();
+        // as a run does that writes output now and then
+        if engine.steps().is_multiple_of(50) {
+            engine.complete_step().unwrap();
+        }
+    }
+}
+
+#[test]
+fn one_two_and_four_threads_give_the_same_bits() {
+    let count = 3200;
+    assert!(count > 3 * block_size(count), "four blocks");
+    let plan = heap(count, false);
+    let mut last = None;
+    for threads in [1, 2, 4] {
+        let mut engine = Engine::new(plan.clone(), threads).unwrap();
+        run(&mut engine, 300);
+        let snapshot = engine.snapshot();
+        assert!(snapshot.rebuilds > 3, "rebuilt {} times", snapshot.rebuilds);
+        let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
+        assert!(touching > count / 4, "{touching} contacts");
+        if let Some(last) = &last {
+            assert!(snapshot == *last, "{threads} threads give other bits");
+        }
+        last = Some(snapshot);
+    }
+}
+
+#[test]
+fn a_restored_run_goes_on_bit_for_bit() {
+    for drum in [false, true] {
+        let plan = heap(600, drum);
+        let mut straight = Engine::new(plan.clone(), 1).unwrap();
+        let mut restarted = Engine::new(plan.clone(), 1).unwrap();
+        for (k, steps) in [37, 1, 150, 113, 99].into_iter().enumerate() {
+            run(&mut straight, steps);
+            run(&mut restarted, steps);
+            let snapshot = restarted.snapshot();
+            restarted = Engine::restore(plan.clone(), snapshot.clone(), 1 + k % 3).unwrap();
+            assert!(
+                restarted.snapshot() == snapshot,
+                "what is restored is what was saved"
+            );
+            assert!(
+                snapshot == straight.snapshot(),
+                "after {} steps",
+                straight.steps()
+            );
+        }
+        let last = straight.snapshot();
+        assert!(last.rebuilds > 2);
+        assert!(
+            !drum || straight.boundaries().removed().number > 0,
+            "some leave the domain"
+        );
+        assert!(last.pairs.iter().any(|slot| slot.touching));
+        assert!(!drum || last.near_walls.iter().any(|slot| slot.touching));
+    }
+}
+
+/// Also in the very first step, and between the two half kicks.
+#[test]
+fn a_run_can_be_restored_at_its_start() {
+    let plan = heap(100, true);
+    let mut straight = Engine::new(plan.clone(), 1).unwrap();
+    let mut restored = Engine::restore(plan.clone(), straight.snapshot(), 1).unwrap();
+    run(&mut straight, 20);
+    run(&mut restored, 20);
+    assert!(straight.snapshot() == restored.snapshot());
+}
