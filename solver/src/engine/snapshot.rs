@@ -14,7 +14,7 @@ use crate::walls::Pose;
 /// steps since the list was built, which decide the order of summation in the steps to come.
 ///
 /// Two runs of one plan whose snapshots are equal stay equal.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
     /// Steps made.
     pub step: u64,
@@ -82,7 +82,9 @@ impl Engine {
         engine.kick_due = snapshot.kick_due;
         engine.rows_changed = snapshot.rows_changed;
         engine.rebuilds = snapshot.rebuilds;
-        engine.boundaries.restore(&snapshot.boundaries, rows);
+        engine
+            .boundaries
+            .restore(&snapshot.boundaries, rows, snapshot.skin.thickness);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);
         engine.wall_states = engine
