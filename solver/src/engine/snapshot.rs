@@ -84,7 +84,7 @@ impl Engine {
         engine.rebuilds = snapshot.rebuilds;
         engine
             .boundaries
-            .restore(&snapshot.boundaries, rows, snapshot.skin.thickness);
+            .restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);
         engine.wall_states = engine
