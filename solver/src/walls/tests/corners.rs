@@ -289,6 +289,28 @@ fn a_straight_corner_is_no_corner() {
 }
 
 #[test]
+fn round_off_opens_no_gap_between_pieces_in_line() {
+    for i in 0..200 {
+        // Many slopes, so that round-off falls every way.
+        let (r, z) = (0.2 + 0.001 * f64::from(i), 0.3);
+        let end = [0.1 + (r - 0.1) * 1.7, z * 1.7];
+        let slope = revolution(&[[0.1, 0.0], [r, z], end], Side::Inside);
+        let direction = DVec3::new(0.0, r - 0.1, z).normalize();
+        let normal = DVec3::new(0.0, -direction.z, direction.y);
+        for height in [0.01, 0.003, -0.003, -0.01] {
+            for ulps in -10..=10 {
+                let offset = direction * (f64::from(ulps) * 0.2 * f64::EPSILON);
+                let found = touches(&slope, at(r, z) + normal * height + offset, 0.02);
+                assert_eq!(found.len(), 1);
+                assert!(found[0].feature < 2);
+                assert!((found[0].distance - height).abs() < 1e-15);
+                assert_close(found[0].normal, normal);
+            }
+        }
+    }
+}
+
+#[test]
 fn bad_descriptions_are_refused() {
     let profile = |p: &[[f64; 2]]| {
         Revolution::new(DVec3::Z, DVec3::ZERO, p, Side::Inside).expect_err("must be refused")

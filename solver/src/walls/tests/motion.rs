@@ -216,6 +216,50 @@ fn speed_bounds_are_sharp_for_single_motions() {
     assert_eq!(shaker.max_speed(DVec3::ZERO, 1.0, 0.5), 0.0);
 }
 
+/// A point on the axis of a turn that an earlier motion carries away from it is swung round.
+#[test]
+fn speed_bounds_count_the_arm_that_earlier_motions_give() {
+    let turn = Component::Rotation {
+        axis: DVec3::Z,
+        origin: DVec3::ZERO,
+        angular_velocity: 3.0,
+        from: 0.0,
+        until: FOREVER,
+    };
+    let fastest = |first: Component| {
+        let motion = Motion::new(vec![first, turn.clone()]).unwrap();
+        let speed = |time| {
+            motion
+                .velocity(time)
+                .at(motion.pose(time).to_global(DVec3::ZERO))
+        };
+        let fastest = (0..1000)
+            .map(|i| speed(f64::from(i) * 0.1).length())
+            .fold(0.0, f64::max);
+        (fastest, motion.max_speed(DVec3::ZERO, 0.0, 100.0))
+    };
+    // At its far end, -(1 + sin(phase)) amplitude, the slow oscillation stands still.
+    let (amplitude, frequency, phase) = (0.5, 0.01, 0.5_f64);
+    let (found, bound) = fastest(Component::Oscillation {
+        amplitude: DVec3::X * amplitude,
+        frequency,
+        phase,
+        from: 0.0,
+        until: FOREVER,
+    });
+    let arm = amplitude * (1.0 + phase.sin());
+    assert!((bound - (TAU * frequency * amplitude + 3.0 * arm)).abs() < 1e-14);
+    assert!(found <= bound && found > 3.0 * arm * 0.999);
+    // The table turns about the point itself, and shifts it by 2 in 100 s.
+    let text = "t,x,y,z,angle_x,angle_y,angle_z\n0,0,0,0,0,0,0\n100,2,0,0,0,0,1\n";
+    let (found, bound) = fastest(Component::Table {
+        table: table(text),
+        origin: DVec3::ZERO,
+    });
+    assert!((bound - (2.0 / 100.0 + 3.0 * 2.0)).abs() < 1e-14);
+    assert!(found <= bound && found > 3.0 * 2.0 * 0.99);
+}
+
 #[test]
 fn what_never_moves_is_static() {
     assert!(Motion::default().is_static());
