@@ -37,7 +37,8 @@ impl Budget {
         let (inserted, deleted) = exchanged(engine);
         let start = plan.particles.iter().filter(|particle| !particle.fixed);
         Self {
-            initial_mass: start.map(|particle| particle.build(plan).1).sum(),
+            // An empty sum of floats is -0.
+            initial_mass: 0.0 + start.map(|particle| particle.build(plan).1).sum::<f64>(),
             inserted_mass: inserted.mass,
             deleted_mass: deleted.mass,
             final_mass,
