@@ -434,7 +434,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     ) {
         let first_row = block.rows.start;
         let records = self.records;
-        let mut found = [(0u32, 0.0f64); CHUNK];
+        let mut found = Found::NOTHING;
         for slots in block.slots.chunks_mut(CHUNK) {
             // Which slots touch can hardly be predicted; finding them without a branch first keeps the processor from
             // throwing away half-done contacts.
@@ -445,21 +445,26 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
                 let reach = a.radius + b.radius;
                 let touches = squared < reach * reach;
-                found[count] = (k as u32, squared);
+                found.slot[count] = k as u32;
+                found.distance[count] = squared;
+                found.reach[count] = reach;
+                found.radius[count] = a.radius * b.radius;
+                found.mass[count] = a.inverse_mass + b.inverse_mass;
                 count += usize::from(touches);
                 if !touches && slot.state & TOUCHING != 0 {
                     slot.state &= !TOUCHING;
                     slot.history = Default::default();
                 }
             }
-            for &(k, squared) in &found[..count] {
-                let slot = &mut slots[k as usize];
+            found.evaluate(count);
+            for k in 0..count {
+                let slot = &mut slots[found.slot[k] as usize];
                 let owner = slot.owner();
                 let a = &records[first_row + owner];
                 let b = &records[slot.partner as usize];
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
-                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, squared);
+                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
@@ -803,25 +808,65 @@ struct Seen {
     depth: f64,
 }
 
-/// Geometry and kinematics of two particles that overlap, and the lever arms R - overlap/2 of both.
-///
-/// `offset` = x_A - x_B (of the image that is near), `squared` its square.
+/// The contacts found in a chunk of slots. Roots and divisions that need nothing but sizes and distances are made for all of
+/// them at once, two at a time and ahead of the long chains of each contact.
+struct Found {
+    /// Index in the chunk.
+    slot: [u32; CHUNK],
+    /// First the squared distance, then the distance, m.
+    distance: [f64; CHUNK],
+    /// One over the distance, 1/m.
+    inverse_distance: [f64; CHUNK],
+    /// R_A + R_B, m.
+    reach: [f64; CHUNK],
+    /// First R_A R_B, then R*, m.
+    radius: [f64; CHUNK],
+    /// First 1/m_A + 1/m_B, then m*, kg.
+    mass: [f64; CHUNK],
+}
+
+impl Found {
+    const NOTHING: Self = Self {
+        slot: [0; CHUNK],
+        distance: [0.0; CHUNK],
+        inverse_distance: [0.0; CHUNK],
+        reach: [0.0; CHUNK],
+        radius: [0.0; CHUNK],
+        mass: [0.0; CHUNK],
+    };
+
+    /// Takes the second step for the first `count` contacts.
+    #[inline(always)]
+    fn evaluate(&mut self, count: usize) {
+        let count = count.min(CHUNK);
+        for k in 0..count {
+            let distance = self.distance[k].sqrt();
+            self.distance[k] = distance;
+            self.inverse_distance[k] = 1.0 / distance;
+            self.radius[k] /= self.reach[k];
+            self.mass[k] = 1.0 / self.mass[k];
+        }
+    }
+}
+
+/// Geometry and kinematics of two particles that overlap, contact `k` of those found, and the lever arms R - overlap/2 of
+/// both. `offset` = x_A - x_B (of the image that is near).
 #[inline(always)]
 fn meet<T: TangentialLaw, R: RollingLaw>(
     a: &Particle,
     b: &Particle,
     offset: DVec3,
-    squared: f64,
+    found: &Found,
+    k: usize,
 ) -> (Contact, f64, f64) {
-    let distance = squared.sqrt();
+    let distance = found.distance[k];
     // Concentric particles have no normal; any will do to push them apart.
-    let normal = if squared > 0.0 {
-        offset * (1.0 / distance)
+    let normal = if distance > 0.0 {
+        offset * found.inverse_distance[k]
     } else {
         DVec3::X
     };
-    let reach = a.radius + b.radius;
-    let overlap = reach - distance;
+    let overlap = found.reach[k] - distance;
     let (lever_a, lever_b) = (a.radius - 0.5 * overlap, b.radius - 0.5 * overlap);
     let centre_velocity = a.velocity - b.velocity;
     let normal_velocity = centre_velocity.dot(normal);
@@ -837,8 +882,8 @@ fn meet<T: TangentialLaw, R: RollingLaw>(
         normal,
         distance,
         overlap,
-        effective_radius: a.radius * b.radius / reach,
-        effective_mass: 1.0 / (a.inverse_mass + b.inverse_mass),
+        effective_radius: found.radius[k],
+        effective_mass: found.mass[k],
         normal_velocity,
         tangential_velocity,
         centre_velocity,
