@@ -73,7 +73,7 @@ pub struct Engine {
     rebuilds: u64,
     inverse_inertia: f64,
     turns: bool,
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Arc<rayon::ThreadPool>>,
     /// Running sums of the energy audit.
     audit: Audit,
 }
@@ -137,12 +137,12 @@ impl Engine {
         }
         let pool = match threads {
             0 | 1 => None,
-            _ => Some(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .map_err(|error| RunError::Threads(error.to_string()))?,
-            ),
+            _ => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                Some(Arc::new(
+                    pool.map_err(|error| RunError::Threads(error.to_string()))?,
+                ))
+            }
         };
         let wall_states: Vec<_> = plan
             .walls
@@ -204,11 +204,19 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
-        for k in 1..=count {
-            let last = k == count;
-            self.one_step(if last { watch } else { None }, !last)?;
+        // All steps are made from within the pool, so that each phase goes on without waking anybody, and mostly with the
+        // rows that the same thread had in the phase before.
+        let pool = self.pool.clone();
+        let mut run = || {
+            (1..=count).try_for_each(|k| {
+                let last = k == count;
+                self.one_step(if last { watch } else { None }, !last)
+            })
+        };
+        match pool {
+            Some(pool) => pool.install(run),
+            None => run(),
         }
-        Ok(())
     }
 
     /// The time step. `go_on`: kick and drift into the next step as soon as forces are known.
@@ -438,7 +446,7 @@ impl Engine {
         };
         // Prescribed motion is put right between kick and drift of all particles, not block by block.
         let go_on = go_on && self.particles.prescribed.is_empty();
-        let pool = self.pool.as_ref();
+        let pool = self.pool.as_deref();
         if go_on {
             let pass = self.kick_drift(2, self.plan.time_step);
             let finish = |records: &mut [Particle], loads: &[Load]| pass.run(records, loads);
