@@ -195,7 +195,7 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn step(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
-        self.one_step(watch, false)
+        self.steps_at_once(1, watch)
     }
 
     /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
@@ -397,13 +397,17 @@ impl Engine {
             );
         }
         let removed = self.boundaries.take_row_map(self.particles.len());
-        let (list, sorted) = build(&mut self.particles, self.skin.thickness, &self.images);
+        // Steps are made from within the pool, if there is one.
+        let parallel = rayon::current_thread_index().is_some();
+        let skin = self.skin.thickness;
+        let (list, sorted) = build(&mut self.particles, skin, &self.images, parallel);
         let near_walls = find_near_walls(
             &self.particles,
             &self.plan.walls,
             &self.wall_states,
             &self.images,
-            self.skin.thickness,
+            skin,
+            parallel,
         );
         let new_row: Vec<u32> = removed
             .into_iter()
@@ -415,7 +419,7 @@ impl Engine {
                 }
             })
             .collect();
-        self.forces.adopt(&list, &near_walls, &new_row);
+        self.forces.adopt(&list, &near_walls, &new_row, parallel);
         self.boundaries.listed(&self.particles, self.skin.thickness);
         self.listed_poses = self.wall_states.iter().map(|state| state.pose).collect();
         self.validity.reset();

@@ -87,6 +87,64 @@ struct Block<H> {
     observation: Observation,
 }
 
+impl<H: History> Block<H> {
+    /// Fills an empty block with the listed pairs and the walls near its rows; `carried` and `from_walls` are the histories
+    /// of contacts that go on, sorted by row.
+    fn fill(
+        &mut self,
+        list: &CandidateList,
+        carried: &[(u32, u32, H)],
+        near_walls: &[NearWall],
+        from_walls: &[CarriedFromWall<H>],
+    ) {
+        let first = self.rows.start as u32;
+        let mut carried = &carried[carried.partition_point(|kept| kept.0 < first)..];
+        for (owner, row) in self.rows.clone().enumerate() {
+            let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
+            // What this row carries lies in one run, in no particular relation to the order of its entries.
+            let run = carried
+                .iter()
+                .take_while(|kept| kept.0 == row as u32)
+                .count();
+            let (kept, rest) = carried.split_at(run);
+            carried = rest;
+            for entry in entries {
+                let history = kept
+                    .iter()
+                    .find(|kept| kept.1 == entry.partner)
+                    .map(|kept| kept.2);
+                let touching = if history.is_some() { TOUCHING } else { 0 };
+                self.slots.push(Slot {
+                    partner: entry.partner,
+                    state: entry.image | touching | (owner as u32) << OWNER_SHIFT,
+                    history: history.unwrap_or_default(),
+                });
+            }
+        }
+        let begin = near_walls.partition_point(|near| near.row < first);
+        let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
+        for near in &near_walls[begin..end] {
+            let key = (near.row, near.wall, near.image);
+            let run = from_walls.partition_point(|kept| kept.0 < key);
+            let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
+            // As many slots as features may be touched, and no fewer than hold a history.
+            let held = kept.clone().count().max(near.features as usize);
+            self.near_walls.push(NearWall {
+                features: held as u8,
+                ..*near
+            });
+            for _ in 0..held {
+                let slot = kept.next().map(|kept| kept.1);
+                let free = WallSlot {
+                    feature: FREE,
+                    history: Default::default(),
+                };
+                self.wall_slots.push(slot.unwrap_or(free));
+            }
+        }
+    }
+}
+
 /// The loop over contacts for one combination of laws.
 #[derive(Debug)]
 pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
@@ -128,7 +186,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             .collect();
     }
 
-    /// Histories of touching pairs by their new rows, lower row first, in the order of the lower row.
+    /// Histories of touching pairs by their new rows, lower row first, in no order.
     fn carried(&self, new_row: &[u32]) -> Vec<(u32, u32, Histories<N, T, R>)> {
         let mut carried = Vec::new();
         if <Histories<N, T, R>>::LENGTH == 0 {
@@ -147,7 +205,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                 }
             }
         }
-        carried.sort_unstable_by_key(|&(row, partner, _)| (row, partner));
         carried
     }
 
@@ -174,57 +231,27 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
 type CarriedFromWall<H> = ((u32, u16, u8), WallSlot<H>);
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoop<N, T, R> {
-    fn adopt(&mut self, list: &CandidateList, near_walls: &[NearWall], new_row: &[u32]) {
-        let carried = self.carried(new_row);
+    fn adopt(
+        &mut self,
+        list: &CandidateList,
+        near_walls: &[NearWall],
+        new_row: &[u32],
+        parallel: bool,
+    ) {
+        let mut carried = self.carried(new_row);
+        let key = |kept: &(u32, u32, _)| (kept.0, kept.1);
+        if parallel {
+            carried.par_sort_unstable_by_key(key);
+        } else {
+            carried.sort_unstable_by_key(key);
+        }
         let from_walls = self.carried_from_walls(new_row);
-        let rows = list.start.len() - 1;
-        self.cut(rows);
-        let (mut next, mut next_near) = (0, 0);
-        for block in &mut self.blocks {
-            for (owner, row) in block.rows.clone().enumerate() {
-                let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
-                // What this row carries lies in one run, in no particular relation to the order of its entries.
-                let run = next;
-                while next < carried.len() && carried[next].0 == row as u32 {
-                    next += 1;
-                }
-                let kept = &carried[run..next];
-                for entry in entries {
-                    let history = kept
-                        .iter()
-                        .find(|kept| kept.1 == entry.partner)
-                        .map(|kept| kept.2);
-                    let touching = if history.is_some() { TOUCHING } else { 0 };
-                    block.slots.push(Slot {
-                        partner: entry.partner,
-                        state: entry.image | touching | (owner as u32) << OWNER_SHIFT,
-                        history: history.unwrap_or_default(),
-                    });
-                }
-            }
-            while next_near < near_walls.len()
-                && (near_walls[next_near].row as usize) < block.rows.end
-            {
-                let near = near_walls[next_near];
-                next_near += 1;
-                let key = (near.row, near.wall, near.image);
-                let run = from_walls.partition_point(|kept| kept.0 < key);
-                let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
-                // As many slots as features may be touched, and no fewer than hold a history.
-                let held = kept.clone().count().max(near.features as usize);
-                block.near_walls.push(NearWall {
-                    features: held as u8,
-                    ..near
-                });
-                for _ in 0..held {
-                    let slot = kept.next().map(|kept| kept.1);
-                    let free = WallSlot {
-                        feature: FREE,
-                        history: Default::default(),
-                    };
-                    block.wall_slots.push(slot.unwrap_or(free));
-                }
-            }
+        self.cut(list.start.len() - 1);
+        let fill = |block: &mut Block<_>| block.fill(list, &carried, near_walls, &from_walls);
+        if parallel {
+            self.blocks.par_iter_mut().for_each(fill);
+        } else {
+            self.blocks.iter_mut().for_each(fill);
         }
     }
 

@@ -79,8 +79,14 @@ pub struct SavedSlot {
 /// A contact loop with its slots, whatever its laws.
 pub trait ContactForces: Send {
     /// Takes a new candidate list. Histories of touching pairs go along: `new_row[old]` says where each row of the last list
-    /// went, `u32::MAX` for rows that were removed.
-    fn adopt(&mut self, list: &CandidateList, near_walls: &[NearWall], new_row: &[u32]);
+    /// went, `u32::MAX` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
+    fn adopt(
+        &mut self,
+        list: &CandidateList,
+        near_walls: &[NearWall],
+        new_row: &[u32],
+        parallel: bool,
+    );
 
     /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
     /// loads are complete, while it is still in the cache; the answers are merged.

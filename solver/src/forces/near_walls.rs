@@ -1,7 +1,9 @@
 //! Which particles are near which walls: found with the candidate list, so that a step tests only those.
 
+use rayon::prelude::*;
+
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::particles::Particles;
+use crate::particles::{Particle, Particles};
 use crate::walls::{Touches, Wall, WallState};
 
 /// A particle that may touch a wall before the list is built again.
@@ -27,6 +29,7 @@ pub fn find_near_walls(
     states: &[WallState],
     images: &Images,
     margin: f64,
+    parallel: bool,
 ) -> Vec<NearWall> {
     let codes: Vec<Vec<u32>> = walls
         .iter()
@@ -41,29 +44,40 @@ pub fn find_near_walls(
                 .collect()
         })
         .collect();
-    let mut near = Vec::new();
-    let mut touches = Touches::default();
-    for (row, record) in particles.records.iter().enumerate() {
-        // Particles that contacts cannot move do not feel walls.
-        if record.inverse_mass == 0.0 {
-            continue;
-        }
-        for (index, wall) in walls.iter().enumerate() {
-            for &image in &codes[index] {
-                let centre = states[index].into_wall(record.position + images.shift(image));
-                touches.clear();
-                wall.shape
-                    .touches(centre, record.radius + margin, &mut touches);
-                if !touches.is_empty() {
-                    near.push(NearWall {
-                        row: row as u32,
-                        wall: index as u16,
-                        image: image as u8,
-                        features: touches.len() as u8,
-                    });
+    let search = |(chunk, records): (usize, &[Particle])| {
+        let mut near = Vec::new();
+        let mut touches = Touches::default();
+        for (k, record) in records.iter().enumerate() {
+            // Particles that contacts cannot move do not feel walls.
+            if record.inverse_mass == 0.0 {
+                continue;
+            }
+            for (index, wall) in walls.iter().enumerate() {
+                for &image in &codes[index] {
+                    let centre = states[index].into_wall(record.position + images.shift(image));
+                    wall.shape
+                        .touches(centre, record.radius + margin, &mut touches);
+                    if !touches.is_empty() {
+                        near.push(NearWall {
+                            row: (chunk * CHUNK + k) as u32,
+                            wall: index as u16,
+                            image: image as u8,
+                            features: touches.len() as u8,
+                        });
+                    }
                 }
             }
         }
-    }
-    near
+        near
+    };
+    let records = &particles.records;
+    let near: Vec<Vec<NearWall>> = if parallel {
+        records.par_chunks(CHUNK).enumerate().map(search).collect()
+    } else {
+        records.chunks(CHUNK).enumerate().map(search).collect()
+    };
+    near.concat()
 }
+
+/// Rows that are searched together.
+const CHUNK: usize = 1024;

@@ -1,5 +1,7 @@
 //! The candidate list: every pair that may touch before the list is built again.
 
+use rayon::prelude::*;
+
 use super::{Grid, Images, NO_SHIFT};
 use crate::particles::{Particle, Particles};
 
@@ -23,11 +25,16 @@ pub struct CandidateList {
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
 /// R_i + R_j + `skin` (m), except pairs that contacts cannot move. Returns the list and where each old row went
-/// (`new_row[old]`).
+/// (`new_row[old]`). `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
-pub fn build(particles: &mut Particles, skin: f64, images: &Images) -> (CandidateList, Vec<u32>) {
+pub fn build(
+    particles: &mut Particles,
+    skin: f64,
+    images: &Images,
+    parallel: bool,
+) -> (CandidateList, Vec<u32>) {
     let mut largest_radius: f64 = 0.0;
     for record in &mut particles.records {
         record.position = images.wrap(record.position);
@@ -43,7 +50,8 @@ pub fn build(particles: &mut Particles, skin: f64, images: &Images) -> (Candidat
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    (list(particles, &grid, reach, skin, images), new_row)
+    let list = list(particles, &grid, reach, skin, images, parallel);
+    (list, new_row)
 }
 
 /// Lists the pairs of sorted particles.
@@ -56,6 +64,7 @@ fn list(
     reach: f64,
     skin: f64,
     images: &Images,
+    parallel: bool,
 ) -> CandidateList {
     let records = &particles.records;
     let spots: Vec<Spot> = records
@@ -65,48 +74,74 @@ fn list(
             radius: signed_radius(record),
         })
         .collect();
-    let mut through = ImagePairs::find(particles, grid, reach, skin, images);
-    let [fast, middle, slow] = grid.ordered_counts();
+    let through = ImagePairs::find(particles, grid, reach, skin, images);
+    let [.., slow] = grid.ordered_counts();
+    let layer = |c| layer(&spots, grid, c, skin, &through);
+    let layers: Vec<CandidateList> = if parallel {
+        (0..slow).into_par_iter().map(layer).collect()
+    } else {
+        (0..slow).map(layer).collect()
+    };
+    let count = layers.iter().map(|layer| layer.entries.len()).sum();
     let mut result = CandidateList {
         start: Vec::with_capacity(records.len() + 1),
-        entries: Vec::with_capacity(4 * records.len()),
+        entries: Vec::with_capacity(count),
     };
     result.start.push(0);
-    for c in 0..slow {
-        for b in 0..middle {
-            for a in 0..fast {
-                let cell = a + fast * (b + middle * c);
-                let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
-                let mut runs = [0..0, 0..0, 0..0, 0..0];
-                let mut used = 0;
-                let mut add = |b: usize, c: usize| {
-                    let row = fast * (b + middle * c);
-                    runs[used] = grid.rows(row + left, row + right);
-                    used += 1;
-                };
+    for layer in layers {
+        let before = result.entries.len() as u32;
+        result
+            .start
+            .extend(layer.start.iter().map(|start| before + start));
+        result.entries.extend_from_slice(&layer.entries);
+    }
+    result
+}
+
+/// The part of the list that belongs to the rows of layer `c` of cells; `start` holds the ends of the rows alone.
+fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &ImagePairs) -> CandidateList {
+    let [fast, middle, slow] = grid.ordered_counts();
+    let mut result = CandidateList::default();
+    let first = grid.rows(fast * middle * c, fast * middle * c).start;
+    let mut through = through.from(first as u32);
+    for b in 0..middle {
+        for a in 0..fast {
+            let cell = a + fast * (b + middle * c);
+            let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
+            let mut runs = [0..0, 0..0, 0..0, 0..0];
+            let mut used = 0;
+            let mut add = |b: usize, c: usize| {
+                let row = fast * (b + middle * c);
+                runs[used] = grid.rows(row + left, row + right);
+                used += 1;
+            };
+            if b + 1 < middle {
+                add(b + 1, c);
+            }
+            if c + 1 < slow {
+                if b > 0 {
+                    add(b - 1, c + 1);
+                }
+                add(b, c + 1);
                 if b + 1 < middle {
-                    add(b + 1, c);
+                    add(b + 1, c + 1);
                 }
-                if c + 1 < slow {
-                    if b > 0 {
-                        add(b - 1, c + 1);
-                    }
-                    add(b, c + 1);
-                    if b + 1 < middle {
-                        add(b + 1, c + 1);
-                    }
+            }
+            let own = grid.rows(cell, cell);
+            let end = grid.rows(cell, cell + right - a).end;
+            for row in own {
+                let spot = spots[row];
+                scan(spots, spot, row + 1..end, skin, &mut result.entries);
+                for run in &runs[..used] {
+                    scan(spots, spot, run.clone(), skin, &mut result.entries);
                 }
-                let own = grid.rows(cell, cell);
-                let end = grid.rows(cell, cell + right - a).end;
-                for row in own {
-                    let spot = spots[row];
-                    scan(&spots, spot, row + 1..end, skin, &mut result.entries);
-                    for run in &runs[..used] {
-                        scan(&spots, spot, run.clone(), skin, &mut result.entries);
-                    }
-                    through.append(row as u32, &mut result.entries);
-                    result.start.push(result.entries.len() as u32);
+                while let Some(&(_, candidate)) =
+                    through.first().filter(|pair| pair.0 == row as u32)
+                {
+                    result.entries.push(candidate);
+                    through = &through[1..];
                 }
+                result.start.push(result.entries.len() as u32);
             }
         }
     }
@@ -163,7 +198,6 @@ fn near(spot: Spot, position: [f64; 3], radius: f64, skin: f64) -> bool {
 /// Pairs that are near only through a periodic face, by their lower row.
 struct ImagePairs {
     pairs: Vec<(u32, Candidate)>,
-    next: usize,
 }
 
 impl ImagePairs {
@@ -202,18 +236,12 @@ impl ImagePairs {
             }
             pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner));
         }
-        Self { pairs, next: 0 }
+        Self { pairs }
     }
 
-    /// Appends the partners of `row`; rows are asked for in ascending order.
-    fn append(&mut self, row: u32, entries: &mut Vec<Candidate>) {
-        while let Some(&(owner, candidate)) = self.pairs.get(self.next) {
-            if owner != row {
-                break;
-            }
-            entries.push(candidate);
-            self.next += 1;
-        }
+    /// Those whose lower row is `row` or a later one.
+    fn from(&self, row: u32) -> &[(u32, Candidate)] {
+        &self.pairs[self.pairs.partition_point(|pair| pair.0 < row)..]
     }
 }
 
@@ -269,7 +297,7 @@ mod tests {
                 }
             }
             let images = Images::new(DVec3::ZERO, size, periodic);
-            let (list, new_row) = build(&mut particles, skin, &images);
+            let (list, new_row) = build(&mut particles, skin, &images, seed % 2 == 0);
 
             let mut moved = new_row.clone();
             moved.sort_unstable();
