@@ -12,7 +12,7 @@ use mercury_common::scene::{SceneErrors, read_scene};
 use mercury_solver::output::folder;
 use mercury_solver::output::progress_line::ProgressLine;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, document, plan, report};
+use mercury_solver::plan::{Plan, document, plan, refusal, report};
 use mercury_solver::run::{Report, RunOptions, run, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.
@@ -85,7 +85,8 @@ fn main() -> ExitCode {
                 Failure::Input(message) => (2, message),
                 Failure::Run(message) => (1, message),
             };
-            eprintln!("{message}");
+            // Whoever closed standard error does not want to know; the exit code tells.
+            let _ = writeln!(std::io::stderr(), "{message}");
             ExitCode::from(code)
         }
     }
@@ -99,7 +100,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     // The argument is required without --completions.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
-    let plan = planned(path, &arguments.set).map_err(|errors| scene_failure(&errors))?;
+    let plan = planned(path, &arguments.set).map_err(|errors| Failure::Input(refusal(&errors)))?;
     if arguments.check {
         return say(&if arguments.json {
             plan_as_json(&plan)?
@@ -182,14 +183,6 @@ fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
             .map_err(|error| Failure::Run(format!("signals cannot be caught: {error}")))?;
     }
     Ok(stop)
-}
-
-fn scene_failure(errors: &SceneErrors) -> Failure {
-    let count = match errors.0.len() {
-        1 => "1 problem; nothing was run".to_owned(),
-        count => format!("{count} problems; nothing was run"),
-    };
-    Failure::Input(format!("{errors}\n{count}"))
 }
 
 /// Prints on standard output. A reader that has gone away (`| head`) is no failure.

@@ -226,6 +226,38 @@ fn quiet_says_nothing() {
     );
 }
 
+/// Runs with standard output and standard error closed at the reader's end before the program starts.
+#[cfg(unix)]
+fn solve_into_closed_pipes(folder: &Path, arguments: &[&str]) -> Option<i32> {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder)
+        .args(arguments)
+        .stdout(writer.try_clone().unwrap())
+        .stderr(writer)
+        .status()
+        .unwrap()
+        .code()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_gone_away_changes_no_exit_code() {
+    let folder = folder_with_scene(SCENE);
+    for (arguments, expected) in [
+        (&["pair.toml", "--set", "time.end=-1"][..], 2),
+        (&["pair.toml", "--nonsense"], 2),
+        (&["pair.toml", "--check"], 0),
+        (&["pair.toml", "--completions", "bash"], 0),
+        (&["pair.toml"], 0),
+        (&["pair.toml", "--force", "--json"], 0),
+    ] {
+        let code = solve_into_closed_pipes(folder.path(), arguments);
+        assert_eq!(code, Some(expected), "{arguments:?}");
+    }
+}
+
 #[test]
 fn wrong_usage_ends_with_2() {
     let folder = folder_with_scene(SCENE);

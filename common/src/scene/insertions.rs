@@ -26,7 +26,7 @@ pub struct Insertion {
     /// What the shares of the mixture are shares of; default mass.
     pub share_by: Quantity,
     /// How sizes follow the distributions; default random.
-    pub method: Method,
+    pub method: Located<Method>,
     /// When it is done; none: only `until` ends it (a rate is then given).
     pub total: Option<Located<Total>>,
     /// How fast; none: as fast as they fit.
@@ -127,15 +127,16 @@ pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
         .get("share_by")
         .and_then(|item| item.word("quantity", &QUANTITIES))
         .unwrap_or(Quantity::Mass);
-    let method = fields
-        .get("method")
-        .and_then(|item| {
-            item.word(
-                "method",
-                &[("quota", Method::Quota), ("random", Method::Random)],
-            )
-        })
-        .unwrap_or(Method::Random);
+    let method = match fields.get("method") {
+        Some(item) => {
+            let words = [("quota", Method::Quota), ("random", Method::Random)];
+            item.word("method", &words).map(|value| Located {
+                value,
+                place: item.place.clone(),
+            })
+        }
+        None => Some(fields.default("method", Method::Random)),
+    };
     let total = if fields.has("rate") {
         fields.get("total")
     } else {
@@ -174,7 +175,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
         region: region?,
         mixture: mixture?,
         share_by,
-        method,
+        method: method?,
         total: match total {
             Some(total) => Some(total?),
             None => None,

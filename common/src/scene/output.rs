@@ -19,7 +19,7 @@ pub struct Output {
     /// Between frames of `.fstat`, s; default `interval`.
     pub fstat_interval: Located<f64>,
     /// VTK files; default false.
-    pub vtk: bool,
+    pub vtk: Located<bool>,
     /// Between VTK files, s; default `interval`.
     pub vtk_interval: Located<f64>,
     /// `.particles.arrow`; default true.
@@ -62,7 +62,13 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
     let data = flag(fields, "data", true);
     let ene = flag(fields, "ene", true);
     let fstat = flag(fields, "fstat", false);
-    let vtk = flag(fields, "vtk", false);
+    let vtk = match fields.get("vtk") {
+        Some(item) => item.boolean().map(|value| Located {
+            value,
+            place: item.place.clone(),
+        }),
+        None => Some(fields.default("vtk", false)),
+    };
     let frames = flag(fields, "frames", true);
     let walls = flag(fields, "walls", true);
     let pictures = flag(fields, "pictures", true);
@@ -117,7 +123,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
         ene,
         fstat,
         fstat_interval: fstat_interval?,
-        vtk,
+        vtk: vtk?,
         vtk_interval: vtk_interval?,
         frames,
         walls,

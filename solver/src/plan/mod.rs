@@ -8,6 +8,7 @@ mod mixing;
 mod parameter;
 mod particles;
 mod passes;
+mod refusal;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ pub use insertions::expected_number;
 pub use mixing::{PairPlan, harmonic_mean};
 pub use parameter::{Origin, Parameter, Value};
 pub use passes::{Pass, memory, passes};
+pub use refusal::refusal;
 pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 

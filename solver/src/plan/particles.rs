@@ -83,7 +83,15 @@ pub(super) fn starting_particles(scene: &Scene, errors: &mut Vec<SceneError>) ->
                 material,
                 fixed,
             } => match read_particle_csv(&file.value) {
-                Err(error) => errors.push(file.error(error.to_string())),
+                Err(mut error) => {
+                    // The reader's advice comes behind the line of the scene, as all advice does.
+                    let help = error.help.take();
+                    let error = file.error(error.to_string());
+                    errors.push(match help {
+                        Some(help) => error.with_help(help),
+                        None => error,
+                    });
+                }
                 Ok(rows) => {
                     for row in rows {
                         let of_row = |message: String| {

@@ -65,13 +65,14 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
     for spray in &scene.sprays {
         found.add(&spray.name.place, "sprays");
     }
-    if scene.output.vtk {
-        let error = scene
+    let vtk = &scene.output.vtk;
+    if vtk.value {
+        let error = vtk
             .place
-            .error("output.vtk: VTK files are not in this version of mercury-solve");
-        found
-            .0
-            .push(error.with_help("leave it out; mercury-export makes them from the run folder"));
+            .error("VTK files are not in this version of mercury-solve");
+        found.0.push(error.with_help(
+            "leave it out: every particle is in the .data and .particles.arrow files of the run",
+        ));
     }
     found.0
 }
@@ -105,10 +106,11 @@ impl Found {
                 self.add(&file.place, "size distributions from files");
             }
         }
-        if insertion.method == Method::Quota {
-            let error = insertion
+        let method = &insertion.method;
+        if method.value == Method::Quota {
+            let error = method
                 .place
-                .error("method = \"quota\" is not in this version of mercury-solve");
+                .error("\"quota\" is not in this version of mercury-solve");
             self.0
                 .push(error.with_help("use method = \"random\", the default"));
         }

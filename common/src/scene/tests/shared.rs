@@ -133,7 +133,7 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!((*side, *mesh.scale), (MeshSide::Both, 1.0));
     let output = &scene.output;
     assert!(output.data && output.ene && output.frames && output.walls && output.pictures);
-    assert!(!output.fstat && !output.vtk && !output.energy_budget);
+    assert!(!output.fstat && !output.vtk.value && !output.energy_budget);
     assert_eq!(*output.fstat_interval, 0.1);
     assert_eq!(output.clumps_as, ClumpsAs::Bodies);
 }
