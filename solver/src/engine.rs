@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 mod snapshot;
+#[cfg(test)]
+mod tests;
 
 pub use snapshot::Snapshot;
 

@@ -62,14 +62,19 @@ struct WallSlot<H> {
 const FREE: u32 = u32::MAX;
 
 impl<H: History> WallSlot<H> {
+    /// Without a contact.
+    fn free() -> Self {
+        Self {
+            feature: FREE,
+            history: H::default(),
+        }
+    }
+
     /// The contact has ended.
     #[inline(always)]
     fn clear(&mut self) {
         if self.feature != FREE {
-            *self = Self {
-                feature: FREE,
-                history: H::default(),
-            };
+            *self = Self::free();
         }
     }
 }
@@ -135,11 +140,7 @@ impl<H: History> Block<H> {
             });
             for _ in 0..held {
                 let slot = kept.next().map(|kept| kept.1);
-                let free = WallSlot {
-                    feature: FREE,
-                    history: Default::default(),
-                };
-                self.wall_slots.push(slot.unwrap_or(free));
+                self.wall_slots.push(slot.unwrap_or(WallSlot::free()));
             }
         }
     }
@@ -555,13 +556,27 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let context = self.context;
         let mut touches = Touches::default();
         let mut first = 0;
-        for near in &block.near_walls {
-            let slots = &mut block.wall_slots[first..first + near.features as usize];
-            first += near.features as usize;
+        for near in &mut block.near_walls {
             let wall = &context.walls[near.wall as usize];
             let state = &context.wall_states[near.wall as usize];
             let a = &self.records[near.row as usize];
             let centre = a.position + context.images.shift(u32::from(near.image));
+            if !matches!(wall.shape, Shape::Plane(_)) {
+                touches.clear();
+                if state.present {
+                    wall.shape
+                        .touches(state.into_wall(centre), a.radius, &mut touches);
+                }
+                // On its way into a concave corner a particle may meet a face onto which its centre did not project when
+                // the list was built.
+                while (near.features as usize) < touches.len() {
+                    let end = first + near.features as usize;
+                    block.wall_slots.insert(end, WallSlot::free());
+                    near.features += 1;
+                }
+            }
+            let slots = &mut block.wall_slots[first..first + near.features as usize];
+            first += near.features as usize;
             let side = WallSide {
                 near,
                 wall,
@@ -592,11 +607,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     None => slots[0].clear(),
                 }
                 continue;
-            }
-            touches.clear();
-            if state.present {
-                wall.shape
-                    .touches(state.into_wall(centre), a.radius, &mut touches);
             }
             assign(slots, &touches, &wall.shape);
             for slot in slots {
@@ -819,7 +829,7 @@ fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shap
                 }
                 slots[index].feature = touch.feature;
             }
-            // The margin covers the motion until the next list: every feature that can be touched was counted.
+            // There are at least as many slots as touches.
             None => debug_assert!(false, "no slot for a feature of a wall"),
         }
     }

@@ -46,7 +46,8 @@ impl Grid {
         let extent = max - min;
         // A thin gas in a huge domain does not need a cell for each of its voids.
         let most = 4 * particles.len() + 64;
-        let mut edge = edge;
+        // Without particles nothing sets a size: one cell.
+        let mut edge = if edge > 0.0 { edge } else { f64::INFINITY };
         let counts = loop {
             let count = |length: f64| (length / edge).floor().clamp(1.0, 1e6) as usize;
             let counts = [count(extent.x), count(extent.y), count(extent.z)];

@@ -11,6 +11,9 @@ use crate::walls::{
     SphereShell, Wall, WallError,
 };
 
+/// Most walls: the contact loop numbers them with 16 bits.
+const MOST_WALLS: usize = 1 << 16;
+
 /// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z. Meshes are left
 /// out: [`super::unsupported`] reports them.
 pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
@@ -93,6 +96,10 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
             }
             SceneShape::Mesh { .. } => {}
         }
+    }
+    if planned.len() > MOST_WALLS {
+        let message = format!("{} walls; {MOST_WALLS} can be told apart", planned.len());
+        errors.push(scene.place.error(message));
     }
     planned
 }

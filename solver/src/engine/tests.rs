@@ -1,0 +1,133 @@
+//! The engine as a whole: what it must not miss, and what must not change its numbers.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec3, dvec3};
+use mercury_common::scene::{Files, parse_scene};
+
+use super::Engine;
+use crate::contact::registry::AnyPairLaw;
+use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
+use crate::forces::Watch;
+use crate::plan::{NewParticle, Plan, plan};
+use crate::walls::{Motion, Revolution, Shape, Side, Wall};
+
+fn frictionless() -> AnyPairLaw {
+    AnyPairLaw {
+        normal: AnyNormal::Linear(Linear::new(1000.0, 0.0)),
+        tangential: AnyTangential::None,
+        rolling: AnyRolling::None,
+    }
+}
+
+/// A moving wall, insertion, deletion, a prescribed particle that is deleted in the end, orientations, the energy budget.
+fn busy() -> Arc<Plan> {
+    let text = r#"
+        gravity = [0, 0, -9.81]
+        time = { end = 0.1, step = 2e-5 }
+        domain = { min = [0, 0, 0], max = [0.03, 0.03, 0.03], periodic = ["y"] }
+        output = { interval = 0.01, data = true, energy_budget = true }
+        [materials.m]
+        density = 2000.0
+        normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }
+        tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }
+        [[walls]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0, 0.005]
+        normal = [0, 0, 1]
+        material = "m"
+        motion = [{ kind = "oscillation", amplitude = [0, 0, 1e-3], frequency = 50.0, phase_degrees = 0.0 }]
+        [[insertions]]
+        name = "feed"
+        region = { shape = "box", min = [0.002, 0, 0.015], max = [0.028, 0.03, 0.028] }
+        material = "m"
+        psd = { kind = "uniform", min_diameter = 2e-3, max_diameter = 3e-3, weighting = "number" }
+        total = { number = 150 }
+        rate = { number = 5000.0 }
+        velocity = { mean = [0, 0, -0.5], spread = [0.3, 0.3, 0.0] }
+        [[deletions]]
+        name = "out"
+        region = { shape = "box", min = [0.022, 0, 0], max = [0.03, 0.03, 0.03] }
+        [[particles]]
+        material = "m"
+        radius = 1e-3
+        position = [0.018, 0.015, 0.02]
+        prescribed = { velocity = [0.3, "free", "free"] }
+    "#;
+    let scene = parse_scene(Path::new("busy.toml"), text, &[], Files::Unchecked).unwrap();
+    Arc::new(plan(&scene).unwrap())
+}
+
+#[test]
+fn steps_at_once_are_the_steps_one_by_one() {
+    let plan = busy();
+    let mut single = Engine::new(Arc::clone(&plan), 1).unwrap();
+    let mut looked_at = Engine::new(Arc::clone(&plan), 1).unwrap();
+    let mut at_once = Engine::new(Arc::clone(&plan), 2).unwrap();
+    for count in [1, 2, 7, 50, 400, 640, 900] {
+        for _ in 0..count {
+            single.step(None).unwrap();
+            // Looking at every step makes its last half kick early, and must not change it.
+            let watch = Watch {
+                records: true,
+                audit: None,
+            };
+            looked_at.step(Some(watch)).unwrap();
+            looked_at.complete_step().unwrap();
+        }
+        at_once.steps_at_once(count, None).unwrap();
+        assert_eq!(single.snapshot(), at_once.snapshot());
+    }
+    single.complete_step().unwrap();
+    assert_eq!(single.snapshot(), looked_at.snapshot());
+    // All of it happened.
+    let boundaries = single.boundaries();
+    assert!(boundaries.inserted().number > 50 && boundaries.removed().number > 1);
+    assert!(single.particles.prescribed.is_empty());
+    assert!(single.audit().dissipated() > 0.0);
+}
+
+#[test]
+fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
+    let angle = 5f64.to_radians();
+    let (radius, height) = (0.05, 0.0495);
+    let profile = [[0.0, 0.0], [1.0, 0.0], [2.0, angle.tan()], [2.0, 1.0]];
+    let vessel = Revolution::new(DVec3::Z, DVec3::ZERO, &profile, Side::Inside).unwrap();
+    let domain = (dvec3(-3.0, -3.0, -1.0), dvec3(3.0, 3.0, 2.0));
+    let mut plan = Plan::bare(1e-4, domain, 1000.0, frictionless());
+    plan.walls.push(Wall {
+        name: "vessel".to_owned(),
+        material: 0,
+        shape: Shape::Revolution(vessel),
+        motion: Motion::new(Vec::new()).unwrap(),
+        from: 0.0,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    });
+    // From where the centre begins to project onto the cone it touches both faces of the corner.
+    let both = 1.0 - height * angle.tan();
+    plan.particles.push(NewParticle {
+        velocity: DVec3::X,
+        ..NewParticle::at(dvec3(both - 1.5e-4, 0.0, height), radius, 0)
+    });
+    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (radius, radius, radius);
+    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    assert_eq!(engine.observation().wall_contacts, 1);
+    let watch = Watch::default();
+    engine.steps_at_once(2, Some(watch)).unwrap();
+    assert_eq!(engine.list_statistics().0, 1, "the list is the first one");
+    assert_eq!(engine.observation().wall_contacts, 2);
+}
+
+#[test]
+fn a_periodic_domain_may_be_empty() {
+    let domain = (DVec3::ZERO, DVec3::ONE);
+    let mut plan = Plan::bare(1e-3, domain, 1000.0, frictionless());
+    plan.periodic = [true; 3];
+    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (0.0, 0.0, 0.0);
+    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    engine.steps_at_once(3, None).unwrap();
+    assert_eq!(engine.steps(), 3);
+}
