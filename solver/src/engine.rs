@@ -339,7 +339,7 @@ impl Engine {
         let time = self.time();
         for (wall, state) in self.plan.walls.iter().zip(&mut self.wall_states) {
             if wall.motion.is_static() {
-                state.present = time >= wall.from && time < wall.until;
+                state.present = wall.is_present(time, self.plan.time_step);
             } else {
                 *state = wall.state(time, self.plan.time_step);
             }

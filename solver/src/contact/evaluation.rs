@@ -51,8 +51,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         } else {
             DVec3::ZERO
         };
+        let mut force = contact.normal * normal_total;
+        if T::ACTIVE {
+            force += tangential;
+        }
         Action {
-            force: contact.normal * normal_total + tangential,
+            force,
             tangential,
             couple,
             normal,

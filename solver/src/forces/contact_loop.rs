@@ -496,18 +496,32 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
-                let turning = contact.normal.cross(action.tangential);
-                loads[owner].add(action.force, action.couple - turning * lever_a);
-                let share = Load::new(-action.force, -action.couple - turning * lever_b);
                 let ahead = slot.partner as usize - first_row;
-                match loads.get_mut(ahead) {
-                    Some(partner) => partner.add(share.force, share.torque),
-                    None => block.outbox.park(
-                        ahead - self.block_size,
-                        self.block_size,
-                        share.force,
-                        share.torque,
-                    ),
+                if T::ACTIVE || R::ACTIVE {
+                    let turning = contact.normal.cross(action.tangential);
+                    loads[owner].add(action.force, action.couple - turning * lever_a);
+                    let torque = -action.couple - turning * lever_b;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => partner.add(-action.force, torque),
+                        None => block.outbox.park(
+                            ahead - self.block_size,
+                            self.block_size,
+                            -action.force,
+                            torque,
+                        ),
+                    }
+                } else {
+                    // Nothing turns the particles.
+                    loads[owner].force += action.force;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => partner.force -= action.force,
+                        None => block.outbox.park(
+                            ahead - self.block_size,
+                            self.block_size,
+                            -action.force,
+                            DVec3::ZERO,
+                        ),
+                    }
                 }
                 if WATCHED {
                     let partner = Partner::Particle {

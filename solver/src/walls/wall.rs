@@ -41,6 +41,13 @@ pub struct WallState {
 }
 
 impl Wall {
+    /// Whether it is there at `time` (s); times are multiples of the step `dt` (s), so a millionth of a step is round-off.
+    #[must_use]
+    pub fn is_present(&self, time: f64, dt: f64) -> bool {
+        let slack = 1e-6 * dt;
+        time >= self.from - slack && time < self.until - slack
+    }
+
     /// The state at `time` (s) for steps of `dt` (s).
     #[must_use]
     pub fn state(&self, time: f64, dt: f64) -> WallState {
@@ -56,7 +63,7 @@ impl Wall {
             RigidVelocity::REST
         };
         WallState {
-            present: time >= self.from && time < self.until,
+            present: self.is_present(time, dt),
             pose,
             velocity,
             reference: pose.to_global(self.reference),
