@@ -1,7 +1,7 @@
 //! MercuryDPM's own self tests, run by our engine and compared with the files it ships, number by number.
 //!
 //! The files stay outside the project. Time: the source adds up its steps and may make one step more than end/dt; it writes before
-//! a step and once at the end. [`run`] makes the same steps and looks at the same states; our time of a state is its step number
+//! a step and once at the end. `run` makes the same steps and looks at the same states; our time of a state is its step number
 //! times dt, which is what is compared with the printed time. Laws are taken in the source's variants where they differ from our
 //! defaults (springs turned incrementally, spring increment in the first force evaluation, lever 2R* of rolling).
 

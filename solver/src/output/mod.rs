@@ -1,7 +1,7 @@
 //! What a run leaves behind: frames, energies, wall loads, pictures, its summary and its log.
 //!
 //! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
-//! one [`Stream`](stream::Stream) for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
+//! one `Stream` for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
 //! up, one room for each file writes; `folder` guards what is already there, `whole_file` replaces files at once.
 
 mod contact_frames;
