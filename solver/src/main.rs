@@ -36,7 +36,7 @@ struct Arguments {
     #[arg(value_name = "SCENE.toml", required_unless_present = "completions")]
     scene: Option<PathBuf>,
 
-    /// Folder for the files of the run [default: ./<name of the scene>/]
+    /// Folder for the files of the run [default: ./SCENE/]
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
 
