@@ -1,0 +1,204 @@
+//! Contacts between particles: found without a branch, then evaluated.
+
+use glam::DVec3;
+
+use super::{Block, Histories, IMAGE, Pass, Seen, Slot, TOUCHING};
+use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::Partner;
+use crate::particles::{Load, Particle};
+
+/// Slots that are searched for contacts before the contacts found are evaluated.
+const CHUNK: usize = 128;
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+    pub(super) fn pairs<const PERIODIC: bool, const WATCHED: bool>(
+        &self,
+        block: &mut Block<Histories<N, T, R>>,
+        loads: &mut [Load],
+    ) {
+        let first_row = block.rows.start;
+        let records = self.records;
+        let mut found = Found::NOTHING;
+        for slots in block.slots.chunks_mut(CHUNK) {
+            // Which slots touch can hardly be predicted; finding them without a branch first keeps the processor from
+            // throwing away half-done contacts.
+            let mut count = 0;
+            for (k, slot) in slots.iter_mut().enumerate() {
+                let a = &records[first_row + slot.owner()];
+                let b = &records[slot.partner as usize];
+                let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
+                let reach = a.radius + b.radius;
+                let touches = squared < reach * reach;
+                found.slot[count] = k as u32;
+                found.distance[count] = squared;
+                found.reach[count] = reach;
+                found.radius[count] = a.radius * b.radius;
+                found.mass[count] = a.inverse_mass + b.inverse_mass;
+                count += usize::from(touches);
+                if !touches && slot.state & TOUCHING != 0 {
+                    slot.state &= !TOUCHING;
+                    slot.history = Default::default();
+                }
+            }
+            found.evaluate(count);
+            for k in 0..count {
+                let slot = &mut slots[found.slot[k] as usize];
+                let owner = slot.owner();
+                let a = &records[first_row + owner];
+                let b = &records[slot.partner as usize];
+                let offset = self.offset::<PERIODIC, _>(a, b, slot);
+                slot.state |= TOUCHING;
+                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
+                let law = &self.laws[a.material as usize * self.materials + b.material as usize];
+                let before = slot.history;
+                let action = law.act(&contact, self.context.spring_time, &mut slot.history);
+                let ahead = slot.partner as usize - first_row;
+                if T::ACTIVE || R::ACTIVE {
+                    let turning = contact.normal.cross(action.tangential);
+                    loads[owner].add(action.force, action.couple - turning * lever_a);
+                    let torque = -action.couple - turning * lever_b;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => partner.add(-action.force, torque),
+                        None => block.outbox.park(
+                            ahead - self.block_size,
+                            self.block_size,
+                            -action.force,
+                            torque,
+                        ),
+                    }
+                } else {
+                    // Nothing turns the particles.
+                    loads[owner].force += action.force;
+                    match loads.get_mut(ahead) {
+                        Some(partner) => partner.force -= action.force,
+                        None => block.outbox.park(
+                            ahead - self.block_size,
+                            self.block_size,
+                            -action.force,
+                            DVec3::ZERO,
+                        ),
+                    }
+                }
+                if WATCHED {
+                    let partner = Partner::Particle {
+                        row: slot.partner,
+                        image: slot.state & IMAGE,
+                    };
+                    block.observation.particle_contacts += 1;
+                    let depth = contact.overlap / a.radius.min(b.radius);
+                    let seen = Seen {
+                        row: first_row + owner,
+                        partner,
+                        lever: lever_a,
+                        depth,
+                    };
+                    let histories = (before, slot.history);
+                    self.see(
+                        &mut block.observation,
+                        a,
+                        seen,
+                        law,
+                        &contact,
+                        &action,
+                        histories,
+                    );
+                }
+            }
+        }
+    }
+
+    /// x_A - x_B, of the image of B that is listed, m.
+    #[inline(always)]
+    fn offset<const PERIODIC: bool, H>(&self, a: &Particle, b: &Particle, slot: &Slot<H>) -> DVec3 {
+        let offset = a.position - b.position;
+        if PERIODIC {
+            offset - self.context.images.shift(slot.state & IMAGE)
+        } else {
+            offset
+        }
+    }
+}
+
+/// The contacts found in a chunk of slots. Roots and divisions that need nothing but sizes and distances are made for all of
+/// them at once, two at a time and ahead of the long chains of each contact.
+struct Found {
+    /// Index in the chunk.
+    slot: [u32; CHUNK],
+    /// First the squared distance, then the distance, m.
+    distance: [f64; CHUNK],
+    /// One over the distance, 1/m.
+    inverse_distance: [f64; CHUNK],
+    /// R_A + R_B, m.
+    reach: [f64; CHUNK],
+    /// First R_A R_B, then R*, m.
+    radius: [f64; CHUNK],
+    /// First 1/m_A + 1/m_B, then m*, kg.
+    mass: [f64; CHUNK],
+}
+
+impl Found {
+    const NOTHING: Self = Self {
+        slot: [0; CHUNK],
+        distance: [0.0; CHUNK],
+        inverse_distance: [0.0; CHUNK],
+        reach: [0.0; CHUNK],
+        radius: [0.0; CHUNK],
+        mass: [0.0; CHUNK],
+    };
+
+    /// Takes the second step for the first `count` contacts.
+    #[inline(always)]
+    fn evaluate(&mut self, count: usize) {
+        let count = count.min(CHUNK);
+        for k in 0..count {
+            let distance = self.distance[k].sqrt();
+            self.distance[k] = distance;
+            self.inverse_distance[k] = 1.0 / distance;
+            self.radius[k] /= self.reach[k];
+            self.mass[k] = 1.0 / self.mass[k];
+        }
+    }
+}
+
+/// Geometry and kinematics of two particles that overlap, contact `k` of those found, and the lever arms R - overlap/2 of
+/// both. `offset` = x_A - x_B (of the image that is near).
+#[inline(always)]
+fn meet<T: TangentialLaw, R: RollingLaw>(
+    a: &Particle,
+    b: &Particle,
+    offset: DVec3,
+    found: &Found,
+    k: usize,
+) -> (Contact, f64, f64) {
+    let distance = found.distance[k];
+    // Concentric particles have no normal; any will do to push them apart.
+    let normal = if distance > 0.0 {
+        offset * found.inverse_distance[k]
+    } else {
+        DVec3::X
+    };
+    let overlap = found.reach[k] - distance;
+    let (lever_a, lever_b) = (a.radius - 0.5 * overlap, b.radius - 0.5 * overlap);
+    let centre_velocity = a.velocity - b.velocity;
+    let normal_velocity = centre_velocity.dot(normal);
+    let (mut tangential_velocity, mut spin) = (DVec3::ZERO, DVec3::ZERO);
+    if T::ACTIVE {
+        let turning = a.angular_velocity * lever_a + b.angular_velocity * lever_b;
+        tangential_velocity = centre_velocity - normal * normal_velocity - turning.cross(normal);
+    }
+    if R::ACTIVE {
+        spin = a.angular_velocity - b.angular_velocity;
+    }
+    let contact = Contact {
+        normal,
+        distance,
+        overlap,
+        effective_radius: found.radius[k],
+        effective_mass: found.mass[k],
+        normal_velocity,
+        tangential_velocity,
+        centre_velocity,
+        spin,
+    };
+    (contact, lever_a, lever_b)
+}

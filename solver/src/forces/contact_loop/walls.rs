@@ -1,0 +1,206 @@
+//! Contacts with walls.
+
+use glam::DVec3;
+
+use super::{Block, FREE, Histories, Pass, Seen, WallSlot};
+use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::{NearWall, Observation, Partner, Watch};
+use crate::particles::{Load, Particle};
+use crate::walls::{Shape, Touch, Touches, Wall, WallState};
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+    pub(super) fn walls<const WATCHED: bool>(
+        &self,
+        block: &mut Block<Histories<N, T, R>>,
+        loads: &mut [Load],
+    ) {
+        let context = self.context;
+        let mut touches = Touches::default();
+        let mut first = 0;
+        for near in &mut block.near_walls {
+            let wall = &context.walls[near.wall as usize];
+            let state = &context.wall_states[near.wall as usize];
+            let a = &self.records[near.row as usize];
+            let centre = a.position + context.images.shift(u32::from(near.image));
+            if !matches!(wall.shape, Shape::Plane(_)) {
+                touches.clear();
+                if state.present {
+                    wall.shape
+                        .touches(state.into_wall(centre), a.radius, &mut touches);
+                }
+                // On its way into a concave corner a particle may meet a face onto which its centre did not project when
+                // the list was built.
+                while (near.features as usize) < touches.len() {
+                    let end = first + near.features as usize;
+                    block.wall_slots.insert(end, WallSlot::free());
+                    near.features += 1;
+                }
+            }
+            let slots = &mut block.wall_slots[first..first + near.features as usize];
+            first += near.features as usize;
+            let side = WallSide {
+                near,
+                wall,
+                state,
+                centre,
+            };
+            let load = &mut loads[near.row as usize - block.rows.start];
+            let observation = &mut block.observation;
+            if let Shape::Plane(plane) = &wall.shape {
+                // A plane has one feature: most walls of most scenes need no search.
+                let touch = if state.present {
+                    plane.touch(state.into_wall(centre), a.radius)
+                } else {
+                    None
+                };
+                match touch {
+                    Some(touch) => {
+                        slots[0].feature = touch.feature;
+                        self.touch_wall::<WATCHED>(
+                            a,
+                            &side,
+                            &touch,
+                            &mut slots[0],
+                            load,
+                            observation,
+                        );
+                    }
+                    None => slots[0].clear(),
+                }
+                continue;
+            }
+            assign(slots, &touches, &wall.shape);
+            for slot in slots {
+                match touches.iter().find(|touch| touch.feature == slot.feature) {
+                    Some(touch) => {
+                        self.touch_wall::<WATCHED>(a, &side, touch, slot, load, observation);
+                    }
+                    None => slot.clear(),
+                }
+            }
+        }
+    }
+
+    /// The contact of a particle with one feature of a wall.
+    #[inline(always)]
+    fn touch_wall<const WATCHED: bool>(
+        &self,
+        a: &Particle,
+        side: &WallSide<'_>,
+        touch: &Touch,
+        slot: &mut WallSlot<Histories<N, T, R>>,
+        load: &mut Load,
+        observation: &mut Observation,
+    ) {
+        let (context, state) = (self.context, side.state);
+        let normal = state.out_of_wall(touch.normal);
+        let overlap = a.radius - touch.distance;
+        let lever = a.radius - 0.5 * overlap;
+        let arm = normal * -lever;
+        let mut velocity = a.velocity + a.angular_velocity.cross(arm);
+        let mut spin = a.angular_velocity;
+        if state.moves {
+            velocity -= state.velocity.at(side.centre + arm);
+            spin -= state.velocity.angular_velocity;
+        }
+        let normal_velocity = velocity.dot(normal);
+        let contact = Contact {
+            normal,
+            distance: touch.distance,
+            overlap,
+            effective_radius: if context.wall_curvature {
+                curved_radius(a.radius, touch.curvature)
+            } else {
+                a.radius
+            },
+            effective_mass: 1.0 / a.inverse_mass,
+            normal_velocity,
+            tangential_velocity: velocity - normal * normal_velocity,
+            centre_velocity: DVec3::ZERO,
+            spin,
+        };
+        let law = &self.laws[a.material as usize * self.materials + side.wall.material as usize];
+        let before = slot.history;
+        let action = law.act(&contact, context.spring_time, &mut slot.history);
+        load.add(action.force, action.couple + arm.cross(action.tangential));
+        if WATCHED {
+            observation.wall_contacts += 1;
+            let partner = Partner::Wall {
+                wall: side.near.wall,
+                image: u32::from(side.near.image),
+            };
+            let depth = overlap / a.radius;
+            let seen = Seen {
+                row: side.near.row as usize,
+                partner,
+                lever,
+                depth,
+            };
+            self.see(
+                observation,
+                a,
+                seen,
+                law,
+                &contact,
+                &action,
+                (before, slot.history),
+            );
+            let point = side.centre + arm;
+            let (wall_load, power) = &mut observation.walls[side.near.wall as usize];
+            let about = point - state.reference;
+            wall_load.add(-action.force, -about.cross(action.force) - action.couple);
+            let watts = action.force.dot(state.velocity.at(point))
+                + action.couple.dot(state.velocity.angular_velocity);
+            *power += watts;
+            if let Some(Watch {
+                audit: Some(dt), ..
+            }) = context.watch
+            {
+                observation.wall_work += watts * dt;
+            }
+        }
+    }
+}
+
+/// The wall's side of a contact.
+struct WallSide<'a> {
+    near: &'a NearWall,
+    wall: &'a Wall,
+    state: &'a WallState,
+    /// Centre of the particle's image that is near, m.
+    centre: DVec3,
+}
+
+/// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the
+/// history, of an adjacent feature that is no longer touched, or else a free slot without history.
+fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shape) {
+    for touch in touches.iter() {
+        if slots.iter().any(|slot| slot.feature == touch.feature) {
+            continue;
+        }
+        let left = |slot: &WallSlot<H>| {
+            slot.feature == FREE || !touches.iter().any(|touch| touch.feature == slot.feature)
+        };
+        let from = slots.iter().position(|slot| {
+            slot.feature != FREE && left(slot) && shape.adjacent(slot.feature, touch.feature)
+        });
+        match from.or_else(|| slots.iter().position(left)) {
+            Some(index) => {
+                if from.is_none() {
+                    slots[index].clear();
+                }
+                slots[index].feature = touch.feature;
+            }
+            // There are at least as many slots as touches.
+            None => debug_assert!(false, "no slot for a feature of a wall"),
+        }
+    }
+}
+
+/// R* at a wall with the given principal curvatures (1/m, positive if convex towards the particle): the geometric mean of the
+/// effective radii in the two principal planes, which Hertz' theory gives for nearly circular contacts (Johnson 1985, eq. 4.28).
+fn curved_radius(radius: f64, curvature: [f64; 2]) -> f64 {
+    // A concave wall of nearly the particle's own radius would conform to it; the radius is bounded at ten times.
+    let in_plane = |kappa: f64| 1.0 / (1.0 / radius + kappa).max(0.1 / radius);
+    (in_plane(curvature[0]) * in_plane(curvature[1])).sqrt()
+}

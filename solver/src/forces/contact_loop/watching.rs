@@ -1,0 +1,108 @@
+//! What is seen of a contact in the steps that are written out or audited.
+
+use super::{Histories, Pass, Seen};
+use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::forces::{ContactRecord, Observation, Partner};
+use crate::neighbours::opposite;
+use crate::particles::Particle;
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+    /// Adds a contact to an observation.
+    #[inline(never)]
+    pub(super) fn see(
+        &self,
+        observation: &mut Observation,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        (before, after): (Histories<N, T, R>, Histories<N, T, R>),
+    ) {
+        observation.elastic_energy += law.energy(contact, &after);
+        observation.largest_overlap = observation.largest_overlap.max(seen.depth);
+        let Some(watch) = self.context.watch else {
+            return;
+        };
+        if let Some(dt) = watch.audit {
+            // The elastic work by the trapezoidal rule over this step's overlaps: exact for straight branches.
+            let mut last = *contact;
+            last.overlap = contact.overlap + contact.normal_velocity * dt;
+            let (mut work, mut gained) = (0.0, law.normal.energy(contact, &after.0));
+            if last.overlap > 0.0 {
+                let mut history = before.0;
+                let elastic = law.normal.force(&last, &mut history).elastic;
+                work = 0.5 * (elastic + action.normal.elastic);
+                gained -= law.normal.energy(&last, &before.0);
+            } else {
+                last.overlap = 0.0;
+                work += 0.5 * action.normal.elastic;
+            }
+            let elastic_loss = work * (contact.overlap - last.overlap) - gained;
+            observation.dissipated_normal +=
+                elastic_loss - action.normal.viscous * contact.normal_velocity * dt;
+            // Springs count at the stiffness of their own time: what a change of stiffness takes or gives is part of the
+            // dissipation, as the forces do no work for it.
+            let stiffness = law.tangential.stiffness(contact);
+            let tangential_gain =
+                law.tangential.energy(contact, &after.1) - law.tangential.energy(&last, &before.1);
+            observation.dissipated_tangential -=
+                action.tangential.dot(contact.tangential_velocity) * dt + tangential_gain;
+            if R::ACTIVE {
+                let gain = law.rolling.energy(stiffness, &after.2)
+                    - law
+                        .rolling
+                        .energy(law.tangential.stiffness(&last), &before.2);
+                observation.dissipated_rolling -= action.couple.dot(contact.spin) * dt + gain;
+            }
+        }
+        if watch.records {
+            let record = self.record(a, seen, law, contact, action, after);
+            observation.records.push(record);
+        }
+    }
+
+    /// The record of a contact, of two particles from the side of the lower id: an order that sorting does not change.
+    fn record(
+        &self,
+        a: &Particle,
+        seen: Seen,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+        action: &Action,
+        memory: Histories<N, T, R>,
+    ) -> ContactRecord {
+        let mut record = ContactRecord {
+            row: seen.row as u32,
+            partner: seen.partner,
+            point: a.position - contact.normal * seen.lever,
+            normal: contact.normal,
+            overlap: contact.overlap,
+            force: action.force,
+            tangential: action.tangential,
+            couple: action.couple,
+            tangential_overlap: 0.0,
+            history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
+        };
+        let mut memory = memory;
+        if let Partner::Particle { row, image } = seen.partner
+            && self.ids[row as usize] < self.ids[seen.row]
+        {
+            let b = &self.records[row as usize];
+            record.row = row;
+            record.partner = Partner::Particle {
+                row: seen.row as u32,
+                image: opposite(image),
+            };
+            record.point = b.position + contact.normal * (b.radius - 0.5 * contact.overlap);
+            record.normal = -contact.normal;
+            record.force = -action.force;
+            record.tangential = -action.tangential;
+            record.couple = -action.couple;
+            memory = memory.swapped();
+        }
+        record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        memory.write(&mut record.history);
+        record
+    }
+}
