@@ -10,6 +10,7 @@
     reason = "an error ends the reading, so its size (128 bytes) does not matter"
 )]
 
+pub mod clump;
 pub mod data;
 pub mod ene;
 pub mod fstat;

@@ -1,0 +1,1 @@
+//! Principal axes and the frame of a clump.

@@ -1,0 +1,1 @@
+//! Shape descriptors of a body: elongation, flatness, sphericity, convexity, roundness.

@@ -1,0 +1,1 @@
+//! How well pebbles stand for a surface.

@@ -1,0 +1,1 @@
+//! Generators of pebbles from a closed surface.

@@ -1,0 +1,1 @@
+//! Is the surface fit for volume integrals? Report and repair.

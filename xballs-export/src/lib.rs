@@ -1,0 +1,1 @@
+//! What the solver wrote, turned into what people look at.
