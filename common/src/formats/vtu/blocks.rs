@@ -27,7 +27,8 @@ pub(super) fn encode(values: &VtuValues, options: VtuOptions) -> Vec<Vec<u8>> {
         match options.compression {
             VtuCompression::None => raw,
             VtuCompression::Level(level) => deflate(&raw, level.clamp(1, 9)),
-            VtuCompression::Adaptive => deflate(&raw, worth(&raw)),
+            VtuCompression::Adaptive if shrinks(&raw) => deflate(&raw, 1),
+            VtuCompression::Adaptive => store(&raw),
         }
     };
     let encoded: Vec<Vec<u8>> = if options.parallel && blocks > 1 {
@@ -50,18 +51,18 @@ pub(super) fn encode(values: &VtuValues, options: VtuOptions) -> Vec<Vec<u8>> {
     std::iter::once(head).chain(encoded).collect()
 }
 
-/// Level 1 if a sample shrinks by a tenth, else 0. The sample lies in the middle: a block may begin with something else.
-fn worth(raw: &[u8]) -> u8 {
+/// Whether a sample shrinks by a tenth. It lies in the middle: a block may begin with something else.
+fn shrinks(raw: &[u8]) -> bool {
     let length = raw.len().min(SAMPLE);
     let start = (raw.len() - length) / 2;
     let sample = deflate(&raw[start..start + length], 1);
-    u8::from(sample.len() * 10 <= length * 9)
+    sample.len() * 10 <= length * 9
 }
 
-/// A zlib stream; level 0 only frames the bytes.
+/// A zlib stream.
 fn deflate(raw: &[u8], level: u8) -> Vec<u8> {
     let mut state = Compress::new(Compression::new(u32::from(level)), true);
-    // What deflate needs where nothing shrinks: 5 bytes per stored part, and the frame.
+    // Where nothing shrinks, deflate adds 5 bytes to each stored part, and the frame.
     let mut out = Vec::with_capacity(raw.len() + raw.len() / 1000 + 64);
     loop {
         let read = state.total_in() as usize;
@@ -71,4 +72,24 @@ fn deflate(raw: &[u8], level: u8) -> Vec<u8> {
             _ => out.reserve(raw.len() / 8 + 64),
         }
     }
+}
+
+/// A zlib stream that holds the bytes as they are (RFC 1950, RFC 1951 section 3.2.4); the
+/// compressor's own level 0 takes longer than a disk.
+fn store(raw: &[u8]) -> Vec<u8> {
+    const PART: usize = 0xFFFF;
+    let mut out = Vec::with_capacity(raw.len() + 5 * raw.len().div_ceil(PART) + 11);
+    // Deflate with a window of 32 KiB, made with little effort.
+    out.extend_from_slice(&[0x78, 0x01]);
+    let parts = raw.chunks(PART);
+    let last = parts.len();
+    for (k, part) in parts.enumerate() {
+        let length = part.len() as u16;
+        out.push(u8::from(k + 1 == last));
+        out.extend_from_slice(&length.to_le_bytes());
+        out.extend_from_slice(&(!length).to_le_bytes());
+        out.extend_from_slice(part);
+    }
+    out.extend_from_slice(&simd_adler32::adler32(&raw).to_be_bytes());
+    out
 }
