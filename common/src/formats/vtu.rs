@@ -103,13 +103,18 @@ pub struct VtuOptions {
     pub parallel: bool,
 }
 
+impl VtuOptions {
+    /// Exact, compressed where it pays, on all threads.
+    pub const DEFAULT: Self = Self {
+        precision: VtuPrecision::Double,
+        compression: VtuCompression::Adaptive,
+        parallel: true,
+    };
+}
+
 impl Default for VtuOptions {
     fn default() -> Self {
-        Self {
-            precision: VtuPrecision::default(),
-            compression: VtuCompression::default(),
-            parallel: true,
-        }
+        Self::DEFAULT
     }
 }
 
