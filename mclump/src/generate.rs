@@ -310,16 +310,20 @@ fn check(request: &Request) -> Result<(), GenerateError> {
         Method::Euclidean(Euclidean {
             largest_radius_ratio: ratio,
             ..
-        }) if !(ratio > 0.0 && ratio <= 1.0) => bad("largest radius ratio", ratio, "above 0 and at most 1"),
+        }) if !(ratio > 0.0 && ratio <= 1.0) => {
+            bad("largest radius ratio", ratio, "above 0 and at most 1")
+        }
         Method::Euclidean(Euclidean { accuracy, .. }) if !(1e-4..=0.5).contains(&accuracy) => {
             bad("accuracy", accuracy, "a share from 0.0001 to 0.5")
         }
         Method::Tangent(Tangent {
             surface_points: 0, ..
         }) => bad("number of surface points", 0.0, "at least 1"),
-        Method::Tangent(Tangent { volume_points, .. }) if volume_points < 100 => {
-            bad("number of volume points", volume_points as f64, "at least 100")
-        }
+        Method::Tangent(Tangent { volume_points, .. }) if volume_points < 100 => bad(
+            "number of volume points",
+            volume_points as f64,
+            "at least 100",
+        ),
         _ => Ok(()),
     }
 }

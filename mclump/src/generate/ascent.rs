@@ -131,7 +131,11 @@ mod tests {
 
     #[test]
     fn the_centre_of_a_cube_is_found_to_round_off() {
-        for start in [DVec3::new(0.3, -0.2, 0.4), DVec3::new(0.9, 0.9, -0.9), DVec3::ZERO] {
+        for start in [
+            DVec3::new(0.3, -0.2, 0.4),
+            DVec3::new(0.9, 0.9, -0.9),
+            DVec3::ZERO,
+        ] {
             let (top, value) = ascend(&cube, start, 0.5);
             assert!(top.length() < 1e-11, "from {start}: {top}");
             assert!((value - 1.0).abs() < 1e-12, "{value}");
@@ -143,7 +147,11 @@ mod tests {
         // -|p|²/2 near the origin, slope 1 farther out (as a distance has everywhere): value 0 at the top.
         let field = |p: DVec3| {
             let r = p.length();
-            if r < 1.0 { (-0.5 * r * r, -p) } else { (0.5 - r, -p / r) }
+            if r < 1.0 {
+                (-0.5 * r * r, -p)
+            } else {
+                (0.5 - r, -p / r)
+            }
         };
         let (top, value) = ascend(&field, DVec3::new(1.5, 0.7, -0.3), 0.5);
         assert!(top.length() < 1e-6 && value > -1e-12, "{top} {value}");

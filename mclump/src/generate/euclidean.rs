@@ -185,9 +185,7 @@ impl<'a> Balls<'a> {
                     cell.value = cell.value.min(distance(cell.centre, ball));
                 }
                 cell.seen = self.taken.len();
-                cell.bound = cell
-                    .bound
-                    .min(cell.value + DIAGONAL * cell.half_edge);
+                cell.bound = cell.bound.min(cell.value + DIAGONAL * cell.half_edge);
                 if cell.bound > self.smallest {
                     self.cells.push(cell);
                 }

@@ -51,7 +51,11 @@ pub(crate) fn long_axes_first(mesh: &TriangleMesh, integrals: &Integrals) -> DMa
             let along = (*v - integrals.centre).dot(axis);
             (l.min(along), h.max(along))
         });
-        if -low > high * (1.0 + 1e-9) { -axis } else { axis }
+        if -low > high * (1.0 + 1e-9) {
+            -axis
+        } else {
+            axis
+        }
     };
     let (x, y) = (axis(0), axis(1));
     DMat3::from_cols(x, y, x.cross(y))
