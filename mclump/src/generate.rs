@@ -10,13 +10,12 @@
 //! the radius of the ball of equal volume). So a moved, turned or scaled surface gives the moved, turned or scaled pebbles, up to round-off, as far
 //! as the principal axes are unique. See `docs/theory/pebble-generators.md`.
 
-mod ascent;
+pub(crate) mod ascent;
 pub(crate) mod body;
 mod cover;
 mod error;
 mod euclidean;
 mod favier;
-pub(crate) mod integrals;
 #[cfg(test)]
 pub(crate) mod shapes;
 mod tangent;
@@ -265,6 +264,11 @@ fn collect(
             return Ok(pebbles);
         }
     }
+}
+
+/// The largest inscribed ball in the frame of the body, smaller than the largest possible by at most the accuracy.
+pub(crate) fn largest_inscribed(body: &Body, options: &Euclidean) -> Option<Pebble> {
+    euclidean::Balls::new(body, options, 1e-6).next()
 }
 
 /// Relative difference of volumes of balls in the frame of the body and the body.

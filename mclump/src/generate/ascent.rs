@@ -22,7 +22,7 @@ struct Cut {
 /// maximum and the method ends after few steps.
 ///
 /// The result is never lower than the start.
-pub(super) fn ascend(
+pub(crate) fn ascend(
     field: &impl Fn(DVec3) -> (f64, DVec3),
     start: DVec3,
     reach: f64,

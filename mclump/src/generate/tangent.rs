@@ -88,21 +88,8 @@ fn tangent_balls(body: &Body, points: usize, smallest: f64, seed: u64) -> Vec<Pe
         let incentres = body.faces.iter().enumerate();
         starts.extend(incentres.map(|(index, face)| (incentre(face), index)));
     }
-    let mut sums = Vec::with_capacity(body.faces.len());
-    let mut area = 0.0;
-    for face in &body.faces {
-        area += face.area;
-        sums.push(area);
-    }
     let mut stream = Stream::new(seed, "tangent spheres", 0);
-    for k in 0..points {
-        // One point per equal share of the area.
-        let at = area * (k as f64 + stream.uniform()) / points as f64;
-        let index = sums.partition_point(|&sum| sum <= at).min(sums.len() - 1);
-        let (u, v) = (stream.uniform().sqrt(), stream.uniform());
-        let [a, b, c] = body.faces[index].corners;
-        starts.push((a * (1.0 - u) + b * (u * (1.0 - v)) + c * (u * v), index));
-    }
+    starts.extend(body.surface_points(points, &mut stream));
     let mut balls: Vec<Pebble> = starts
         .into_par_iter()
         .filter_map(|(start, face)| tangent_ball(body, start, face, smallest))
