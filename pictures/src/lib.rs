@@ -1,6 +1,6 @@
-//! The pictures that a run leaves behind without being asked: its final state and its energies.
+//! Pictures of particles. Those that a run leaves behind without being asked: its final state and its energies.
 //!
-//! Each is drawn once and written twice, as PNG (1200 x 900 pixels) and as SVG. Nothing here knows the engine:
+//! Each is drawn once and written twice, as PNG (1200 x 900 pixels) and as SVG. Nothing here knows the solver:
 //! the caller hands over plain values in SI units. The font is embedded, so no machine needs one.
 //!
 //! The rooms: `framing` and `camera` decide what is seen and where, `shade` which sphere each pixel shows,

@@ -1,9 +1,9 @@
-//! The embedded font: widths and outlines of text. See `solver/assets/README.md` for its source and licence.
+//! The embedded font: widths and outlines of text. See `pictures/assets/README.md` for its source and licence.
 
 use ab_glyph::{Font, FontRef, Glyph, Point, PxScale, ScaleFont};
 use std::sync::OnceLock;
 
-const BYTES: &[u8] = include_bytes!("../../../assets/DejaVuSans-subset.ttf");
+const BYTES: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
 
 /// The families an SVG asks for: the viewer's own fonts, the embedded one's likeness first.
 pub(super) const SVG_FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
