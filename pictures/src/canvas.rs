@@ -5,25 +5,25 @@
 use super::colour::Colour;
 
 /// Width of the page in points; the PNG has as many pixels.
-pub(super) const WIDTH: f64 = 1200.0;
+pub(crate) const WIDTH: f64 = 1200.0;
 /// Height of the page in points.
-pub(super) const HEIGHT: f64 = 900.0;
+pub(crate) const HEIGHT: f64 = 900.0;
 
 /// A place on the page.
-pub(super) type Spot = (f64, f64);
+pub(crate) type Spot = (f64, f64);
 
 /// How a line looks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stroke {
-    pub(super) colour: Colour,
+pub(crate) struct Stroke {
+    pub(crate) colour: Colour,
     /// Width in points.
-    pub(super) width: f64,
+    pub(crate) width: f64,
     /// Lengths in points of dash, gap, dash, gap, ...; empty: a solid line.
-    pub(super) dashes: &'static [f64],
+    pub(crate) dashes: &'static [f64],
 }
 
 impl Stroke {
-    pub(super) const fn solid(colour: Colour, width: f64) -> Self {
+    pub(crate) const fn solid(colour: Colour, width: f64) -> Self {
         Self {
             colour,
             width,
@@ -34,7 +34,7 @@ impl Stroke {
 
 /// Which part of a text stands at its spot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -42,17 +42,17 @@ pub(super) enum Anchor {
 
 /// How a text looks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lettering {
+pub(crate) struct Lettering {
     /// Height of the em in points.
-    pub(super) size: f64,
-    pub(super) colour: Colour,
-    pub(super) anchor: Anchor,
+    pub(crate) size: f64,
+    pub(crate) colour: Colour,
+    pub(crate) anchor: Anchor,
     /// Read from below to above.
-    pub(super) upright: bool,
+    pub(crate) upright: bool,
 }
 
 impl Lettering {
-    pub(super) const fn new(size: f64, colour: Colour, anchor: Anchor) -> Self {
+    pub(crate) const fn new(size: f64, colour: Colour, anchor: Anchor) -> Self {
         Self {
             size,
             colour,
@@ -63,10 +63,10 @@ impl Lettering {
 }
 
 /// Half the height of a capital letter, in em: added to y, it centres a text on y.
-pub(super) const HALF_CAPITAL: f64 = 0.365;
+pub(crate) const HALF_CAPITAL: f64 = 0.365;
 
 /// Something to draw on.
-pub(super) trait Canvas {
+pub(crate) trait Canvas {
     /// A line through `points`; fewer than two draw nothing.
     fn polyline(&mut self, points: &[Spot], stroke: Stroke);
     /// A filled rectangle between two corners.
@@ -78,12 +78,12 @@ pub(super) trait Canvas {
 }
 
 /// The rectangle between two corners as a closed line.
-pub(super) fn frame(canvas: &mut dyn Canvas, (x0, y0): Spot, (x1, y1): Spot, stroke: Stroke) {
+pub(crate) fn frame(canvas: &mut dyn Canvas, (x0, y0): Spot, (x1, y1): Spot, stroke: Stroke) {
     canvas.polyline(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)], stroke);
 }
 
 /// A line with a head at its end, for directions.
-pub(super) fn arrow(canvas: &mut dyn Canvas, from: Spot, to: Spot, stroke: Stroke) {
+pub(crate) fn arrow(canvas: &mut dyn Canvas, from: Spot, to: Spot, stroke: Stroke) {
     canvas.polyline(&[from, to], stroke);
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = dx.hypot(dy);

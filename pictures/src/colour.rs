@@ -2,25 +2,32 @@
 
 /// An opaque colour, sRGB, 8 bits a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Colour(pub(super) u8, pub(super) u8, pub(super) u8);
+pub struct Colour(
+    /// Red.
+    pub u8,
+    /// Green.
+    pub u8,
+    /// Blue.
+    pub u8,
+);
 
 impl Colour {
-    pub(super) const WHITE: Self = Self(255, 255, 255);
+    pub(crate) const WHITE: Self = Self(255, 255, 255);
     /// Text and axes.
-    pub(super) const INK: Self = Self(38, 42, 48);
+    pub(crate) const INK: Self = Self(38, 42, 48);
     /// Secondary text.
-    pub(super) const SOFT_INK: Self = Self(96, 102, 110);
+    pub(crate) const SOFT_INK: Self = Self(96, 102, 110);
     /// Grid lines.
-    pub(super) const GRID: Self = Self(228, 231, 235);
+    pub(crate) const GRID: Self = Self(228, 231, 235);
     /// Outlines of the domain.
-    pub(super) const DOMAIN: Self = Self(150, 158, 168);
+    pub(crate) const DOMAIN: Self = Self(150, 158, 168);
     /// Outlines of walls.
-    pub(super) const WALL: Self = Self(84, 92, 104);
+    pub(crate) const WALL: Self = Self(84, 92, 104);
     /// Fixed particles.
-    pub(super) const FIXED: Self = Self(168, 170, 173);
+    pub(crate) const FIXED: Self = Self(168, 170, 173);
 
     /// The colour `share` of the way from `self` to `other`; `share` is held to `0..=1`.
-    pub(super) fn mix(self, other: Self, share: f64) -> Self {
+    pub(crate) fn mix(self, other: Self, share: f64) -> Self {
         let share = share.clamp(0.0, 1.0);
         // Adding a half and cutting rounds what is not negative; `round` would be a call per channel and pixel.
         let channel =
@@ -33,14 +40,14 @@ impl Colour {
     }
 
     /// The colour under light of the given strength (1 = as it is).
-    pub(super) fn lit(self, strength: f64) -> Self {
+    pub(crate) fn lit(self, strength: f64) -> Self {
         // The cast holds the result to 0..=255.
         let channel = |a: u8| (f64::from(a) * strength + 0.5) as u8;
         Self(channel(self.0), channel(self.1), channel(self.2))
     }
 
     /// `#rrggbb`, as SVG wants it.
-    pub(super) fn hex(self) -> String {
+    pub(crate) fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 }
@@ -71,7 +78,7 @@ const VIRIDIS: [Colour; 17] = [
 const DARKEST: f64 = 0.16;
 
 /// The colour of a value, 0 (low) to 1 (high); values outside take the colours of the ends.
-pub(super) fn value_colour(value: f64) -> Colour {
+pub(crate) fn value_colour(value: f64) -> Colour {
     let value = if value.is_nan() {
         0.0
     } else {

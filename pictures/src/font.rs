@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 const BYTES: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
 
 /// The families an SVG asks for: the viewer's own fonts, the embedded one's likeness first.
-pub(super) const SVG_FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
+pub(crate) const SVG_FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 
 fn font() -> Option<&'static FontRef<'static>> {
     static FONT: OnceLock<Option<FontRef<'static>>> = OnceLock::new();
@@ -34,13 +34,13 @@ fn lay_out(font: &FontRef<'static>, text: &str, size: f64) -> (Vec<Glyph>, f64) 
 }
 
 /// The width of `text` in the units of `size`, the height of the em.
-pub(super) fn width(text: &str, size: f64) -> f64 {
+pub(crate) fn width(text: &str, size: f64) -> f64 {
     font().map_or(0.0, |font| lay_out(font, text, size).1)
 }
 
 /// Calls `draw(x, y, coverage)` for every pixel that `text` touches, x to the right and y down from the start
 /// of its base line.
-pub(super) fn rasterise(text: &str, size: f64, mut draw: impl FnMut(i32, i32, f64)) {
+pub(crate) fn rasterise(text: &str, size: f64, mut draw: impl FnMut(i32, i32, f64)) {
     let Some(font) = font() else { return };
     for glyph in lay_out(font, text, size).0 {
         if let Some(outline) = font.outline_glyph(glyph) {
@@ -55,7 +55,7 @@ pub(super) fn rasterise(text: &str, size: f64, mut draw: impl FnMut(i32, i32, f6
 
 /// `text` as it fits into `room`: smaller down to `smallest`, then shortened with an ellipsis. Control characters,
 /// which no picture can show and XML forbids, become spaces.
-pub(super) fn fit(text: &str, size: f64, smallest: f64, room: f64) -> (String, f64) {
+pub(crate) fn fit(text: &str, size: f64, smallest: f64, room: f64) -> (String, f64) {
     let text = printable(text);
     let full = width(&text, size);
     if full <= room {
@@ -76,7 +76,7 @@ pub(super) fn fit(text: &str, size: f64, smallest: f64, room: f64) -> (String, f
 }
 
 /// `text` with every character that XML 1.0 (section 2.2) or a line of text cannot hold made a space.
-pub(super) fn printable(text: &str) -> String {
+pub(crate) fn printable(text: &str) -> String {
     text.chars()
         .map(|c| {
             if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') {

@@ -2,11 +2,11 @@
 
 /// A unit with its prefix, and what a value in the plain unit is divided by to be read in it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Unit {
+pub(crate) struct Unit {
     /// Value in the plain SI unit of one of this unit.
-    pub(super) size: f64,
+    pub(crate) size: f64,
     /// As printed: `mJ`, `µm`, `10⁻³³ J`.
-    pub(super) name: String,
+    pub(crate) name: String,
 }
 
 /// The prefixes of the SI in steps of a thousand, from 10⁻³⁰ to 10³⁰ (BIPM, SI Brochure, 9th edition, table 7).
@@ -17,7 +17,7 @@ const PREFIXES: [&str; 21] = [
 
 impl Unit {
     /// The unit in which the magnitude `largest` reads as a number from 1 to below 1000.
-    pub(super) fn for_magnitude(largest: f64, plain: &str) -> Self {
+    pub(crate) fn for_magnitude(largest: f64, plain: &str) -> Self {
         // 3 * floor(e / 3): 0.5 becomes 500 m, 1500 becomes 1.5 k.
         let exponent = decimal_exponent(largest).unwrap_or(0).div_euclid(3) * 3;
         let prefix = usize::try_from(exponent / 3 + 10)
@@ -34,7 +34,7 @@ impl Unit {
 
     /// Like [`Unit::for_magnitude`] without kilo and beyond, because nobody reads kiloseconds: the plain unit up to
     /// 10⁶, then powers of ten.
-    pub(super) fn not_above_plain(largest: f64, plain: &str) -> Self {
+    pub(crate) fn not_above_plain(largest: f64, plain: &str) -> Self {
         match decimal_exponent(largest).unwrap_or(0) {
             0..6 => Self {
                 size: 1.0,
@@ -54,7 +54,7 @@ impl Unit {
 }
 
 /// `floor(log10(|value|))`, exact at powers of ten; `None` for zero and what is not finite.
-pub(super) fn decimal_exponent(value: f64) -> Option<i32> {
+pub(crate) fn decimal_exponent(value: f64) -> Option<i32> {
     if value == 0.0 || !value.is_finite() {
         return None;
     }
@@ -63,7 +63,7 @@ pub(super) fn decimal_exponent(value: f64) -> Option<i32> {
 }
 
 /// 10^exponent as the nearest f64, where `powi` would lose it near the ends of the range.
-pub(super) fn power_of_ten(exponent: i32) -> f64 {
+pub(crate) fn power_of_ten(exponent: i32) -> f64 {
     format!("1e{exponent}")
         .parse()
         .unwrap_or(f64::MAX)
@@ -71,7 +71,7 @@ pub(super) fn power_of_ten(exponent: i32) -> f64 {
 }
 
 /// `10⁻³` is `"10"` and this.
-pub(super) fn superscript(number: i32) -> String {
+pub(crate) fn superscript(number: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     number
         .to_string()
@@ -81,7 +81,7 @@ pub(super) fn superscript(number: i32) -> String {
 }
 
 /// The largest of 1, 2, 5 times a power of ten that is not above `value` (which is positive and finite).
-pub(super) fn round_down(value: f64) -> f64 {
+pub(crate) fn round_down(value: f64) -> f64 {
     let power = power_of_ten(decimal_exponent(value).unwrap_or(0));
     let step = [5.0, 2.0]
         .into_iter()
@@ -92,15 +92,15 @@ pub(super) fn round_down(value: f64) -> f64 {
 
 /// Round places on an axis, and the decimals that tell them apart.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     /// Where, ascending, inside the range asked for.
-    pub(super) at: Vec<f64>,
+    pub(crate) at: Vec<f64>,
     decimals: usize,
 }
 
 impl Ticks {
     /// At most about `count` ticks in `low..=high`. An empty or not finite range has one tick, at `low`.
-    pub(super) fn new(low: f64, high: f64, count: usize) -> Self {
+    pub(crate) fn new(low: f64, high: f64, count: usize) -> Self {
         let span = high - low;
         // Below this share of the values neighbouring ticks would be the same number.
         if !span.is_finite() || span <= 1e-12 * low.abs().max(high.abs()) || count == 0 {
@@ -141,7 +141,7 @@ impl Ticks {
     }
 
     /// The label of a tick.
-    pub(super) fn label(&self, value: f64) -> String {
+    pub(crate) fn label(&self, value: f64) -> String {
         let text = format!("{:.*}", self.decimals, value);
         let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
         // A rounded −0 reads as a fault.
@@ -151,7 +151,7 @@ impl Ticks {
 }
 
 /// A number to `digits` significant digits, without trailing zeros: `12.5`, `0.003`, `1.2×10⁹`.
-pub(super) fn short_number(value: f64, digits: usize) -> String {
+pub(crate) fn short_number(value: f64, digits: usize) -> String {
     let Some(exponent) = decimal_exponent(value) else {
         return if value == 0.0 {
             "0".into()
@@ -171,7 +171,7 @@ pub(super) fn short_number(value: f64, digits: usize) -> String {
 }
 
 /// A value with its unit and a fitting prefix, to `digits` significant digits: `12.5 mm/s`.
-pub(super) fn quantity(value: f64, plain: &str, digits: usize) -> String {
+pub(crate) fn quantity(value: f64, plain: &str, digits: usize) -> String {
     if decimal_exponent(value).is_some_and(|exponent| exponent >= 0) {
         return format!("{} {plain}", short_number(value, digits));
     }
@@ -180,7 +180,7 @@ pub(super) fn quantity(value: f64, plain: &str, digits: usize) -> String {
 }
 
 /// A count with its thousands apart, from five digits on.
-pub(super) fn count(number: usize) -> String {
+pub(crate) fn count(number: usize) -> String {
     let digits = number.to_string();
     if digits.len() < 5 {
         return digits;
@@ -193,6 +193,16 @@ pub(super) fn count(number: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+/// A round length in the unit people use for it: µm, mm, cm, m, km.
+pub(crate) fn length_label(length: f64) -> String {
+    // Centimetres from 1 cm to 50 cm; the SI's steps of a thousand elsewhere.
+    if (0.00999..0.999).contains(&length) {
+        return format!("{} cm", short_number(length * 100.0, 3));
+    }
+    let unit = Unit::for_magnitude(length * (1.0 + 1e-9), "m");
+    format!("{} {}", short_number(length / unit.size, 3), unit.name)
 }
 
 fn without_trailing_zeros(text: &str) -> &str {
@@ -256,6 +266,20 @@ mod tests {
         assert_eq!(Ticks::new(3.0, 3.0, 5).at, [3.0]);
         // 5000 would be the step for two ticks, but no multiple of it lies inside.
         assert_eq!(Ticks::new(203.0, 4958.0, 2).at, [2000.0, 4000.0]);
+    }
+
+    #[test]
+    fn lengths_in_the_units_of_the_lab() {
+        for (length, label) in [
+            (5e-6, "5 µm"),
+            (0.002, "2 mm"),
+            (0.01, "1 cm"),
+            (0.5, "50 cm"),
+            (1.0, "1 m"),
+            (2e4, "20 km"),
+        ] {
+            assert_eq!(length_label(length), label);
+        }
     }
 
     proptest! {

@@ -6,18 +6,28 @@ use super::font;
 use std::fmt::Write as _;
 
 /// An SVG document under construction.
-pub(super) struct Svg {
+pub(crate) struct Svg {
     text: String,
 }
 
 impl Svg {
     /// A white page whose `<title>` and `<desc>` are the given ones.
-    pub(super) fn new(title: &str, description: &str) -> Self {
+    pub(crate) fn new(title: &str, description: &str) -> Self {
+        Self::sized((WIDTH, HEIGHT), Some(Colour::WHITE), title, description)
+    }
+
+    /// A page of this width and height and of this colour; none: transparent.
+    pub(crate) fn sized(
+        (width, height): Spot,
+        paper: Option<Colour>,
+        title: &str,
+        description: &str,
+    ) -> Self {
         let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let _ = writeln!(
             text,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
-             viewBox=\"0 0 {WIDTH} {HEIGHT}\" font-family=\"{}\">",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{}\">",
             font::SVG_FAMILIES
         );
         let _ = writeln!(text, "<title>{}</title>", escaped(&font::printable(title)));
@@ -27,17 +37,19 @@ impl Svg {
             escaped(&font::printable(description))
         );
         let mut svg = Self { text };
-        svg.rectangle((0.0, 0.0), (WIDTH, HEIGHT), Colour::WHITE);
+        if let Some(paper) = paper {
+            svg.rectangle((0.0, 0.0), (width, height), paper);
+        }
         svg
     }
 
     /// Adds markup as it stands: whole elements, well formed.
-    pub(super) fn raw(&mut self, markup: &str) {
+    pub(crate) fn raw(&mut self, markup: &str) {
         self.text.push_str(markup);
     }
 
     /// The finished document.
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
@@ -59,7 +71,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// A coordinate to a hundredth of a point, without trailing zeros: finer than any screen, and half the bytes.
-pub(super) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" {

@@ -1,11 +1,11 @@
 //! What one needs to read the final state: headings, colour bar, axes, gravity and scale.
 
-use super::canvas::{Anchor, Canvas, HALF_CAPITAL, Lettering, Spot, Stroke, WIDTH, arrow, frame};
-use super::colour::{Colour, value_colour};
 use super::colouring::Colouring;
 use super::final_state::{FinalState, LEFT};
-use super::font;
-use super::scale::{Ticks, Unit, count, quantity, round_down, short_number};
+use crate::canvas::{Anchor, Canvas, HALF_CAPITAL, Lettering, Spot, Stroke, WIDTH, arrow, frame};
+use crate::colour::{Colour, value_colour};
+use crate::font;
+use crate::scale::{Ticks, Unit, count, length_label, quantity, round_down, short_number};
 use glam::DVec3;
 
 /// The colour bar.
@@ -184,34 +184,5 @@ impl FinalState<'_> {
             at,
             Lettering::new(14.0, Colour::INK, Anchor::Middle),
         );
-    }
-}
-
-/// A round length in the unit people use for it: µm, mm, cm, m, km.
-fn length_label(length: f64) -> String {
-    // Centimetres from 1 cm to 50 cm; the SI's steps of a thousand elsewhere.
-    if (0.00999..0.999).contains(&length) {
-        return format!("{} cm", short_number(length * 100.0, 3));
-    }
-    let unit = Unit::for_magnitude(length * (1.0 + 1e-9), "m");
-    format!("{} {}", short_number(length / unit.size, 3), unit.name)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lengths_in_the_units_of_the_lab() {
-        for (length, label) in [
-            (5e-6, "5 µm"),
-            (0.002, "2 mm"),
-            (0.01, "1 cm"),
-            (0.5, "50 cm"),
-            (1.0, "1 m"),
-            (2e4, "20 km"),
-        ] {
-            assert_eq!(length_label(length), label);
-        }
     }
 }

@@ -1,11 +1,11 @@
 //! The picture of the energies over time: all of them on linear axes, the kinetic energy on a logarithmic one.
 
 use super::EnergyRow;
-use super::canvas::{Anchor, Canvas, HALF_CAPITAL, Lettering, Spot, Stroke, WIDTH, frame};
-use super::colour::Colour;
 use super::curve::curve;
-use super::font;
-use super::scale::{Ticks, Unit, superscript};
+use crate::canvas::{Anchor, Canvas, HALF_CAPITAL, Lettering, Spot, Stroke, WIDTH, frame};
+use crate::colour::Colour;
+use crate::font;
+use crate::scale::{Ticks, Unit, superscript};
 
 const LEFT: f64 = 104.0;
 const RIGHT: f64 = 930.0;

@@ -1,8 +1,8 @@
 //! Which sphere each pixel shows, how deep it lies there, and how bright it is.
 
 use super::camera::{Camera, Seen, SeenSphere};
-use super::colour::Colour;
 use super::raster::{Raster, SAMPLES};
+use crate::colour::Colour;
 use rayon::prelude::*;
 
 /// Owner of a pixel that shows no sphere.

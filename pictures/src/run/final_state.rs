@@ -1,13 +1,13 @@
 //! The picture of the final state: shaded spheres, outlines of domain and walls, and what one needs to read it.
 
 use super::camera::{Camera, Seen, SeenSphere, Window};
-use super::canvas::{Canvas, Spot, Stroke};
-use super::colour::Colour;
 use super::colouring::Colouring;
 use super::framing;
 use super::shade::DepthBuffer;
-use super::svg::Svg;
 use super::{PictureScene, PictureWall};
+use crate::canvas::{Canvas, Spot, Stroke};
+use crate::colour::Colour;
+use crate::svg::Svg;
 use glam::DVec3;
 
 /// Left margin of everything.

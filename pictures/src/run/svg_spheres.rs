@@ -1,8 +1,8 @@
 //! The spheres of the final state as SVG circles, few enough for a small file.
 
-use super::colour::{Colour, value_colour};
 use super::final_state::{FinalState, WINDOW};
-use super::svg::short;
+use crate::colour::{Colour, value_colour};
+use crate::svg::short;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

@@ -1,9 +1,9 @@
 //! The page as pixels: drawn at twice the size, averaged down, written as PNG.
 
-use super::PictureError;
-use super::canvas::{Anchor, Canvas, HEIGHT, Lettering, Spot, Stroke, WIDTH};
-use super::colour::Colour;
-use super::font;
+use crate::PictureError;
+use crate::canvas::{Anchor, Canvas, HEIGHT, Lettering, Spot, Stroke, WIDTH};
+use crate::colour::Colour;
+use crate::font;
 use rayon::prelude::*;
 
 /// Drawn pixels per point along each axis; their average smooths every edge.

@@ -1,6 +1,6 @@
 //! Curves of many points, thinned to what the eye can tell apart.
 
-use super::canvas::{Canvas, Spot, Stroke};
+use crate::canvas::{Canvas, Spot, Stroke};
 
 /// A line through `places`; a dot where there is only one.
 pub(super) fn curve(canvas: &mut dyn Canvas, places: &[Spot], stroke: Stroke) {

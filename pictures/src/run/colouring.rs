@@ -1,8 +1,8 @@
 //! What the colours of the spheres mean: speed, or height where everything is at rest.
 
 use super::camera;
-use super::colour::{Colour, value_colour};
 use super::{PictureScene, PictureSphere};
+use crate::colour::{Colour, value_colour};
 use glam::DVec3;
 
 /// Spheres slower than this share of sqrt(g d) are at rest: they rose by less than 1e-12 diameters with it.
