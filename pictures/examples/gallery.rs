@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use glam::DVec3;
 use mercury_pictures::{
-    Apng, Background, Colour, ColourBy, ColourMap, Contact, Frame, Framing, Gif, Image, Line,
-    Options, Overview, Painter, PictureError, Projection, Sphere, Surface, View, delays,
+    Apng, Background, ClumpScene, Colour, ColourBy, ColourMap, Contact, Frame, Framing, Gif, Image,
+    Line, Options, Overview, Painter, PictureError, Projection, Sphere, Surface, View, delays,
+    draw_clump,
 };
 
 /// Numbers in 0..1 that look random and are the same everywhere (Weyl's sequence).
@@ -379,6 +380,33 @@ fn main() -> Result<(), PictureError> {
         ),
         &speed,
     )?;
+
+    let pebbles = [
+        (DVec3::ZERO, 0.005),
+        (DVec3::new(0.006, 0.0, 0.001), 0.004),
+        (DVec3::new(0.011, 0.001, 0.003), 0.003),
+    ];
+    let rod: Vec<[DVec3; 3]> = drum(0.0055, 0.02, 40)
+        .into_iter()
+        .map(|triangle| triangle.map(|p| DVec3::new(p.y - 0.006, p.x, p.z + 0.2 * p.y)))
+        .collect();
+    for (name, background) in [
+        ("clump", Background::Light),
+        ("clump-dark", Background::Dark),
+    ] {
+        let options = Options {
+            width: 1200,
+            height: 520,
+            background,
+            ..Options::default()
+        };
+        let scene = ClumpScene {
+            title: "Three pebbles in a pipe",
+            pebbles: &pebbles,
+            surface: &rod,
+        };
+        draw_clump(&scene, &options)?.write_png(&gallery.0.join(format!("{name}.png")))?;
+    }
 
     let film: Vec<Frame> = (0..12)
         .map(|k| {

@@ -24,11 +24,13 @@ pub enum ColourMap {
     CoolWarm,
     /// Grey to white.
     Grey,
+    /// Pale amber over red to dark: lines on a light background.
+    Embers,
 }
 
 impl ColourMap {
     /// The names that [`ColourMap::from_str`] knows.
-    pub const NAMES: [(&'static str, Self); 8] = [
+    pub const NAMES: [(&'static str, Self); 9] = [
         ("viridis", Self::Viridis),
         ("magma", Self::Magma),
         ("inferno", Self::Inferno),
@@ -37,6 +39,7 @@ impl ColourMap {
         ("turbo", Self::Turbo),
         ("coolwarm", Self::CoolWarm),
         ("grey", Self::Grey),
+        ("embers", Self::Embers),
     ];
 
     /// The colour of a value from 0 (low) to 1 (high); values outside take the colours of the ends, NaN that of 0.
@@ -66,6 +69,7 @@ impl ColourMap {
             Self::Turbo => (&TURBO, 0.04),
             Self::CoolWarm => (&COOLWARM, 0.0),
             Self::Grey => (&GREY, 0.0),
+            Self::Embers => (&EMBERS, 0.0),
         }
     }
 }
@@ -107,6 +111,15 @@ const CATEGORIES: [Colour; 8] = [
     Colour(213, 94, 0),
     Colour(240, 228, 66),
     Colour(120, 130, 150),
+];
+
+/// Luma falls evenly from 200 to 30.
+const EMBERS: [Colour; 5] = [
+    Colour(240, 200, 130),
+    Colour(240, 150, 60),
+    Colour(216, 88, 40),
+    Colour(150, 36, 44),
+    Colour(66, 16, 44),
 ];
 
 const GREY: [Colour; 2] = [Colour(70, 70, 70), Colour(245, 245, 245)];
@@ -303,7 +316,7 @@ mod tests {
         assert_eq!(
             "jet".parse::<ColourMap>(),
             Err(
-                "expected one of viridis, magma, inferno, plasma, cividis, turbo, coolwarm, grey"
+                "expected one of viridis, magma, inferno, plasma, cividis, turbo, coolwarm, grey, embers"
                     .into()
             )
         );

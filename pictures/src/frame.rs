@@ -121,11 +121,18 @@ pub(crate) fn is_place(point: DVec3) -> bool {
     point.is_finite() && point.abs().max_element() < FARTHEST
 }
 
+/// Whether a line of this width (pixels) can be drawn.
+pub(crate) fn is_width(width: f64) -> bool {
+    width > 0.0 && width < 1e5
+}
+
 impl Frame {
     /// The direction against gravity; without gravity z, or y in two dimensions.
     pub(crate) fn up(&self) -> DVec3 {
         let against = -self.gravity;
-        match (against.is_finite(), against.try_normalize()) {
+        // Scaled first: squares of tiny and huge numbers are no numbers.
+        let scaled = against / against.abs().max_element();
+        match (scaled.is_finite(), scaled.try_normalize()) {
             (true, Some(up)) => up,
             _ if self.flat => DVec3::Y,
             _ => DVec3::Z,

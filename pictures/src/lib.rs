@@ -12,6 +12,7 @@
 
 mod camera;
 mod canvas;
+mod clump;
 mod colour;
 mod colour_map;
 mod error;
@@ -32,6 +33,7 @@ mod theme;
 mod value_range;
 
 pub use camera::Overview;
+pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
 pub use colour::Colour;
 pub use colour_map::{ColourMap, category_colour};
 pub use error::PictureError;

@@ -312,7 +312,7 @@ pub struct ContactStyle {
     pub range: Option<(f64, f64)>,
     /// Width of the widest line in pixels of a picture of 1200 x 900.
     pub width: f64,
-    /// Colours by strength; `None`: all in the colour of text.
+    /// Colours by strength; `None`: a map that goes with the background.
     pub map: Option<ColourMap>,
 }
 
@@ -323,7 +323,7 @@ impl Default for ContactStyle {
             unit: "N".into(),
             range: None,
             width: 7.0,
-            map: Some(ColourMap::Inferno),
+            map: None,
         }
     }
 }

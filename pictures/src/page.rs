@@ -10,6 +10,8 @@ mod painter;
 mod sheet;
 mod vector;
 
+pub(crate) use layout::unit;
+pub(crate) use legend::Legend;
 pub use painter::Painter;
 pub(crate) use sheet::{Cell, Sheet};
 

@@ -1,6 +1,7 @@
 //! The colours of everything that does not show a value.
 
 use crate::colour::Colour;
+use crate::colour_map::ColourMap;
 use crate::options::Background;
 
 /// Colours that go with a background.
@@ -24,6 +25,8 @@ pub(crate) struct Theme {
     pub(crate) fixed: Colour,
     /// Particles without a value.
     pub(crate) missing: Colour,
+    /// Contacts by strength.
+    pub(crate) contacts: ColourMap,
     /// The arrow of gravity.
     pub(crate) gravity: Colour,
     /// What distance fades into.
@@ -42,6 +45,7 @@ impl Theme {
             plain: Colour(196, 184, 160),
             fixed: Colour::FIXED,
             missing: Colour(120, 116, 122),
+            contacts: ColourMap::Embers,
             gravity: Colour(190, 72, 50),
             haze: Colour(236, 239, 243),
         };
@@ -61,6 +65,7 @@ impl Theme {
                 plain: Colour(206, 192, 166),
                 fixed: Colour(130, 134, 140),
                 missing: Colour(96, 92, 100),
+                contacts: ColourMap::Inferno,
                 gravity: Colour(236, 120, 92),
                 haze: Colour(34, 40, 50),
             },

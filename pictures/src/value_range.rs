@@ -86,10 +86,14 @@ pub(crate) fn opened(low: f64, high: f64) -> (f64, f64) {
 
 /// The place of a value between the ends of a bar, 0 to 1.
 pub(crate) fn share(value: f64, (low, high): (f64, f64)) -> f64 {
-    // Halves, because the whole range may not be a number; `max` turns the NaN of a range without halves into 0.
-    ((0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low))
-        .max(0.0)
-        .min(1.0)
+    // Halves, because the whole range may not be a number.
+    let share = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
+    // The smallest range has no halves.
+    if share.is_nan() {
+        0.0
+    } else {
+        share.clamp(0.0, 1.0)
+    }
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ pub(super) struct Wishes {
 const SMALLEST_SCENE: f64 = 0.45;
 
 /// Pixels per point of a page of 1200 x 900.
-pub(super) fn unit(options: &Options) -> f64 {
+pub(crate) fn unit(options: &Options) -> f64 {
     let area = f64::from(options.width) * f64::from(options.height);
     (area / (1200.0 * 900.0)).sqrt().max(0.25)
 }

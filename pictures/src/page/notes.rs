@@ -40,7 +40,8 @@ pub(super) fn headings(sheet: &Sheet, layout: &Layout, canvas: &mut dyn Canvas) 
 /// Time and numbers of a frame.
 pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
     let mut parts = Vec::new();
-    if let (true, Some(time)) = (with_time, frame.time) {
+    let time = frame.time.filter(|time| time.is_finite());
+    if let (true, Some(time)) = (with_time, time) {
         parts.push(time_label(time));
     }
     let number = frame.spheres.len();

@@ -122,7 +122,7 @@ impl Painter {
             look: self.look(frame),
             overview: self.overview.clone(),
             options: options.clone(),
-            caption: strip.then(|| match frame.time {
+            caption: strip.then(|| match frame.time.filter(|time| time.is_finite()) {
                 Some(time) => notes::time_label(time),
                 None => format!("{}", number + 1),
             }),
@@ -151,8 +151,7 @@ impl Painter {
         let contacts = frame.contacts.iter().map(|contact| {
             let place = share(contact.strength.abs(), self.strengths);
             let widest = self.options.contacts.width;
-            let map = self.options.contacts.map;
-            let colour = map.map_or(self.theme.ink, |map| map.colour(place));
+            let colour = self.contact_map().colour(place);
             (colour, (THINNEST + place * (widest - THINNEST)) * unit)
         });
         Look {
@@ -179,6 +178,10 @@ impl Painter {
             (ColourBy::Scalar { .. }, Some((range, map))) => map.colour(share(sphere.value, range)),
             _ => self.theme.missing,
         }
+    }
+
+    fn contact_map(&self) -> ColourMap {
+        self.options.contacts.map.unwrap_or(self.theme.contacts)
     }
 
     fn legend(&self) -> Legend {
@@ -214,12 +217,12 @@ impl Painter {
             legend.dots.push(("no value".into(), self.theme.missing));
         }
         let style = &self.options.contacts;
-        if let (Some(map), Some((low, high))) = (style.map, overview.strengths.full()) {
+        if let Some((low, high)) = overview.strengths.full() {
             legend.bars.push(Bar {
                 label: style.label.clone(),
                 unit: style.unit.clone(),
                 range: self.strengths,
-                map,
+                map: self.contact_map(),
                 beyond: (low < self.strengths.0, high > self.strengths.1),
             });
         }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::camera::Lens;
 use crate::colour::Colour;
-use crate::frame::is_place;
+use crate::frame::{is_place, is_width};
 use crate::render::{Look, folded_edges};
 use crate::svg::short;
 
@@ -220,7 +220,7 @@ fn lines(
     shapes: &mut Vec<Shape>,
 ) {
     let mut add = |from: DVec3, to: DVec3, colour: Colour, width: f64, pieces: usize| {
-        if !is_place(from) || !is_place(to) || !(width > 0.0) {
+        if !is_place(from) || !is_place(to) || !is_width(width) {
             return;
         }
         // Painted by depth: a long line in pieces, because spheres may stand before one end and behind the other.

@@ -129,7 +129,7 @@ pub(super) fn seen(
     for surface in surfaces {
         let colour = surface.colour.unwrap_or(wall_colour);
         let opacity = surface.opacity.clamp(0.0, 1.0);
-        if !(opacity > 0.0) {
+        if opacity.is_nan() || opacity == 0.0 {
             continue;
         }
         for triangle in &surface.triangles {

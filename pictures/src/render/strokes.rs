@@ -6,10 +6,12 @@ use super::bins::Rect;
 use super::{Look, SAMPLES, folded_edges};
 use crate::camera::Lens;
 use crate::colour::Colour;
-use crate::frame::is_place;
+use crate::frame::{is_place, is_width};
 
 /// Lines on a surface are drawn this much (samples) nearer, or half of them would sink into it.
 const LIFT: f64 = 1.5;
+/// Before everything.
+const IN_FRONT: f64 = 1e9;
 
 /// A straight line in the window.
 #[derive(Debug, Clone)]
@@ -21,6 +23,8 @@ pub(super) struct SeenStroke {
     depths: (f64, f64),
     /// Samples.
     half_width: f64,
+    /// How much nearer than it is (samples) the line is drawn.
+    lift: f64,
     pub(super) colour: Colour,
     pub(super) rect: Rect,
 }
@@ -44,7 +48,7 @@ impl SeenStroke {
         (covered > 0.0).then(|| {
             let value = self.depths.0 + along * (self.depths.1 - self.depths.0);
             let depth = distance.map_or(value, |d| 1.0 / value - d);
-            (covered, depth - LIFT)
+            (covered, depth - self.lift)
         })
     }
 }
@@ -72,8 +76,26 @@ pub(super) fn seen(look: &Look, lens: &Lens, columns: usize, rows: usize) -> Vec
             add(pair[0], pair[1], colour, line.width * look.unit);
         }
     }
-    for (contact, (colour, width)) in frame.contacts.iter().zip(&look.contacts) {
-        add(contact.from, contact.to, *colour, *width);
+    let walls = strokes.len();
+    let contacts = frame.contacts.iter().zip(&look.contacts);
+    strokes.extend(contacts.filter_map(|(contact, (colour, width))| {
+        stroke(
+            lens,
+            contact.from,
+            contact.to,
+            *colour,
+            *width,
+            columns,
+            rows,
+        )
+    }));
+    // The weakest first, so that none is hidden by one that matters less.
+    strokes[walls..].sort_by(|a, b| f64::total_cmp(&a.half_width, &b.half_width));
+    if frame.flat {
+        // Discs have no inside that a line could be hidden in.
+        for contact in &mut strokes[walls..] {
+            contact.lift = IN_FRONT;
+        }
     }
     strokes
 }
@@ -87,7 +109,7 @@ fn stroke(
     columns: usize,
     rows: usize,
 ) -> Option<SeenStroke> {
-    if !is_place(from) || !is_place(to) || !(width > 0.0) {
+    if !is_place(from) || !is_place(to) || !is_width(width) {
         return None;
     }
     let (mut a, mut b) = (lens.place(from), lens.place(to));
@@ -113,6 +135,7 @@ fn stroke(
         to: q,
         depths: (value(a), value(b)),
         half_width,
+        lift: LIFT,
         colour,
         rect: Rect::around(low, high, columns, rows)?,
     })
