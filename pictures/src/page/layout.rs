@@ -160,12 +160,18 @@ fn windows(area: &Area, wishes: &Wishes, unit: f64) -> Vec<(Window, f64)> {
             let (column, row) = ((place % columns) as f64, (place / columns) as f64);
             let x = area.x0 + column * (width + gap);
             let y = area.y0 + row * (height + above + below + gap) + above;
+            // Where there is no room for a scene, casts make a window without size out of it.
+            let span = |from: f64, room: f64, end: f64| {
+                let from = from.round().clamp(0.0, end.max(0.0).floor());
+                (from as usize, room.min(end - from).floor() as usize)
+            };
+            let (x, width) = span(x, width, area.x1);
+            let (top, height) = span(y, height, area.y1);
             let window = Window {
-                x: x.round() as usize,
-                y: y.round() as usize,
-                // Casts make a negative room none.
-                width: width.floor() as usize,
-                height: height.floor() as usize,
+                x,
+                y: top,
+                width,
+                height,
             };
             (window, y - 0.45 * text_size(15.0, unit))
         })
