@@ -132,6 +132,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         startup_increment: scene.contact.startup_increment,
         walls,
         particles: start.particles,
+        clumps: Vec::new(),
+        bodies: Vec::new(),
         insertions,
         deletions: deletions(scene),
         smallest_radius: sizes.smallest,
