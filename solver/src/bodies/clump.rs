@@ -1,6 +1,6 @@
 //! A clump: the template of rigid bodies.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
 
 /// A template of rigid bodies, at scale 1 and with the density of its material.
@@ -138,18 +138,17 @@ impl Clump {
         volumes.map(|volume| volume / sum).collect()
     }
 
-    /// For each pebble, the least distance of the body's surface along +x, +y, +z and -x, -y, -z of the global frame from the centre
-    /// of mass at a scale and an orientation: the half extents of its box, m.
+    /// How far the body reaches below and above its centre of mass along x, y, z at a scale and an orientation, m.
     #[must_use]
-    pub fn extents(&self, scale: f64, orientation: glam::DQuat) -> (DVec3, DVec3) {
-        let (mut low, mut high) = (DVec3::ZERO, DVec3::ZERO);
+    pub fn extent(&self, scale: f64, orientation: DQuat) -> (DVec3, DVec3) {
+        let (mut below, mut above) = (DVec3::ZERO, DVec3::ZERO);
         for pebble in &self.pebbles {
             let centre = orientation * (pebble.position * scale);
             let radius = DVec3::splat(pebble.radius * scale);
-            low = low.max(radius - centre);
-            high = high.max(radius + centre);
+            below = below.max(radius - centre);
+            above = above.max(radius + centre);
         }
-        (low, high)
+        (below, above)
     }
 }
 
@@ -187,7 +186,10 @@ fn contact_mass(pebbles: &[Pebble], mass: f64, moments: DVec3, reach: f64) -> f6
                 let arm = point.cross(direction);
                 1.0 / mass + arm.dot(inverse * arm)
             };
-            across += of(u).max(of(v)).max(of((u + v).normalize())).max(of((u - v).normalize()));
+            across += of(u)
+                .max(of(v))
+                .max(of((u + v).normalize()))
+                .max(of((u - v).normalize()));
         }
         largest = largest.max(along).max(across / 3.5);
     }

@@ -20,7 +20,7 @@ pub(super) struct ParticleFrames {
 impl ParticleFrames {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
         let columns = ParticleColumns {
-            body: false,
+            body: plan.has_bodies(),
             orientation: plan.orientations,
             angular_velocity: true,
             force: true,
@@ -69,12 +69,22 @@ impl Stream for ParticleFrames {
             mass: state.masses.clone(),
             volume: particles
                 .iter()
-                .map(|p| volume(p.radius, self.dimensions))
+                .enumerate()
+                .map(|(rank, p)| match state.body(rank) {
+                    None => volume(p.radius, self.dimensions),
+                    // The same share as that of its mass.
+                    Some(body) => state.masses[rank] / body.mass * body.volume,
+                })
                 .collect(),
             radius: particles.iter().map(|p| p.radius).collect(),
             position: particles.iter().map(|p| p.position).collect(),
             velocity: particles.iter().map(|p| p.velocity).collect(),
-            body: None,
+            body: self.columns.body.then(|| {
+                let ranks = 0..particles.len();
+                ranks
+                    .map(|rank| state.body(rank).map(|body| body.id))
+                    .collect()
+            }),
             orientation: state.orientations.clone(),
             angular_velocity: Some(particles.iter().map(|p| p.angular_velocity).collect()),
             force: Some(state.loads.iter().map(|load| load.force).collect()),

@@ -2,6 +2,7 @@
 
 mod build;
 mod checks;
+mod clumps;
 mod document;
 mod insertions;
 mod mixing;
@@ -71,6 +72,8 @@ pub struct Plan {
     pub wall_curvature: bool,
     /// Springs advance in the force evaluation before the first step.
     pub startup_increment: bool,
+    /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
+    pub contact_point_mass: bool,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
@@ -132,6 +135,7 @@ impl Plan {
             },
             wall_curvature: false,
             startup_increment: false,
+            contact_point_mass: false,
             walls: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
@@ -152,6 +156,7 @@ impl Plan {
                 frames: false,
                 walls: false,
                 pictures: false,
+                pebbles: false,
                 track: Vec::new(),
                 digits: None,
             },
@@ -176,6 +181,13 @@ impl Plan {
         (self.clumps, self.bodies) = (clumps, bodies);
         self.take_radii_in();
         self
+    }
+
+    /// Whether rigid bodies are there or come.
+    #[must_use]
+    pub fn has_bodies(&self) -> bool {
+        let mut mixtures = self.insertions.iter().flat_map(|plan| &plan.mixture);
+        !self.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
     }
 
     fn take_radii_in(&mut self) {
@@ -282,7 +294,9 @@ pub struct OutputPlan {
     pub walls: bool,
     /// Pictures at the end.
     pub pictures: bool,
-    /// Particles to follow: name and id.
+    /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
+    pub pebbles: bool,
+    /// Particles and bodies to follow: name and id.
     pub track: Vec<(String, u32)>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,
