@@ -17,6 +17,8 @@ mod clump;
 mod motion;
 mod periodic;
 mod rotation;
+#[cfg(test)]
+mod tests;
 
 pub use clump::{Clump, ClumpError};
 pub use motion::BodyStep;
