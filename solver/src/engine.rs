@@ -493,6 +493,7 @@ impl Engine {
             walls: &self.plan.walls,
             wall_states: &self.wall_states,
             wall_curvature: self.plan.wall_curvature,
+            contact_point_mass: self.plan.contact_point_mass,
             watch,
         };
         // Prescribed motion is put right between kick and drift of all particles, not block by block.

@@ -1,5 +1,6 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod contact_point;
 mod pairs;
 mod walls;
 mod watching;
@@ -15,7 +16,7 @@ use super::{
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
-use crate::particles::{Load, Particle, Particles};
+use crate::particles::{Bodies, Load, Particle, Particles};
 
 type Histories<N, T, R> = (
     <N as NormalLaw>::History,
@@ -266,9 +267,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             records,
             loads,
             ids,
+            bodies,
             ..
         } = particles;
         let ids = &ids[..];
+        let bodies = bodies.as_ref().filter(|_| context.contact_point_mass);
         let compute = |block: &mut Block<_>, records: &[Particle], loads: &mut [Load]| {
             let pass = Pass {
                 laws,
@@ -276,6 +279,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                 block_size: size,
                 records,
                 ids,
+                bodies,
                 context,
             };
             match (context.images.any(), context.watch) {
@@ -433,6 +437,8 @@ struct Pass<'a, N, T, R> {
     block_size: usize,
     records: &'a [Particle],
     ids: &'a [u32],
+    /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
+    bodies: Option<&'a Bodies>,
     context: &'a StepContext<'a>,
 }
 

@@ -48,7 +48,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let b = &records[slot.partner as usize];
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
-                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
+                let (mut contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
+                if let Some(bodies) = self.bodies {
+                    let rows = [first_row + owner, slot.partner as usize];
+                    let inverse = self.inverse_mass_at(bodies, rows, contact.normal);
+                    contact.effective_mass = 1.0 / inverse;
+                }
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);

@@ -113,7 +113,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             } else {
                 a.radius
             },
-            effective_mass: 1.0 / a.inverse_mass,
+            effective_mass: match self.bodies {
+                None => 1.0 / a.inverse_mass,
+                Some(bodies) => 1.0 / self.mobility(bodies, side.near.row as usize, normal),
+            },
             normal_velocity,
             tangential_velocity: velocity - normal * normal_velocity,
             centre_velocity: DVec3::ZERO,
