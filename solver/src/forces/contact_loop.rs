@@ -1,5 +1,6 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod contact_point;
 mod pairs;
 mod sharing;
 mod walls;
@@ -16,7 +17,7 @@ use super::{
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
-use crate::particles::{Load, Particle, Particles};
+use crate::particles::{Bodies, Load, Particle, Particles};
 
 type Histories<N, T, R> = (
     <N as NormalLaw>::History,
@@ -335,6 +336,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             records,
             loads,
             ids,
+            bodies,
             ..
         } = particles;
         let pass = Pass {
@@ -342,6 +344,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             materials: self.materials,
             block_size: self.block_size,
             ids,
+            bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
             context,
         };
         match pool {
@@ -470,6 +473,8 @@ struct Pass<'a, N, T, R> {
     materials: usize,
     block_size: usize,
     ids: &'a [u32],
+    /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
+    bodies: Option<&'a Bodies>,
     context: &'a StepContext<'a>,
 }
 

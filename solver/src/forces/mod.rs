@@ -32,6 +32,8 @@ pub struct StepContext<'a> {
     pub wall_states: &'a [WallState],
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
+    /// Whether contacts of clumps are damped by the mass at the contact point.
+    pub contact_point_mass: bool,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
 }

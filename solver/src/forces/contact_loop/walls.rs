@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::contact_point::mobility;
 use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{NearWall, Observation, Partner, Watch};
@@ -115,7 +116,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             } else {
                 a.radius
             },
-            effective_mass: 1.0 / a.inverse_mass,
+            effective_mass: match self.bodies {
+                None => 1.0 / a.inverse_mass,
+                Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
+            },
             normal_velocity,
             tangential_velocity: velocity - normal * normal_velocity,
             centre_velocity: DVec3::ZERO,
