@@ -4,6 +4,7 @@ mod build;
 mod checks;
 mod document;
 mod insertions;
+mod meshes;
 mod mixing;
 mod parameter;
 mod particles;

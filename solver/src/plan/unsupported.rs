@@ -2,7 +2,7 @@
 
 use mercury_common::scene::{
     Body, Insertion, Method, MotionKind, ParticleSource, ParticleValues, Place, Region, Scene,
-    SceneError, Shape, SizeLaw,
+    SceneError, SizeLaw,
 };
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
@@ -20,9 +20,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         }
     }
     for wall in &scene.walls {
-        if let Shape::Mesh { mesh, .. } = &wall.shape {
-            found.add(&mesh.file.place, "mesh walls");
-        }
         if let Some(wear) = &wall.wear {
             found.add(&wear.place, "wear");
         }

@@ -32,4 +32,6 @@ pub enum Outline {
         /// The profile is one corner that goes on for ever along the axis.
         endless: bool,
     },
+    /// Straight lines between two points each, m: rims and edges of a mesh.
+    Edges(Vec<[DVec3; 2]>),
 }
