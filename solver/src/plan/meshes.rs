@@ -13,9 +13,10 @@ use crate::walls::{Mesh, Shape, Wall};
 pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
     let triangles =
         read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))?;
-    let turn = source.rotate.as_ref().map(|turn| {
-        DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians())
-    });
+    let turn = source
+        .rotate
+        .as_ref()
+        .map(|turn| DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians()));
     let place = |x: DVec3| {
         let scaled = x * *source.scale;
         // Without a turn coordinates stay exactly what they are.

@@ -6,10 +6,6 @@ use super::super::touch::{Touch, Touches};
 use super::facet::{Nearest, Part};
 use super::{Mesh, NearFacet, SMOOTH_ANGLE};
 
-/// A way that leads nearer by less than this sine counts as leading no nearer: round-off must not make two triangles each leave
-/// a contact on their common edge to the other. What is taken twice is merged.
-const LEVEL: f64 = 1e-9;
-
 /// A local minimum of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Minimum {
@@ -124,7 +120,9 @@ impl Mesh {
         let rises = |to: u32| {
             let along = self.vertices[to as usize] - nearest.point;
             let nearer = outward.dot(along);
-            nearer <= 0.0 || nearer <= LEVEL * nearest.distance * along.length()
+            // Round-off must not make two triangles each leave a contact on their common edge to the other. What is taken twice
+            // is merged.
+            nearer <= 0.0 || nearer <= self.round_off * along.length()
         };
         match nearest.part {
             Part::Face => true,
@@ -155,7 +153,7 @@ impl Mesh {
                     .is_some_and(|foot| foot.distance <= self.tolerance)
                 && facet
                     .nearest(&self.vertices, centre, nearest.distance)
-                    .is_some_and(|other| other.distance < nearest.distance * (1.0 - LEVEL))
+                    .is_some_and(|other| other.distance < nearest.distance)
         })
     }
 

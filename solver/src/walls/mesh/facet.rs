@@ -38,16 +38,32 @@ pub(super) struct Nearest {
 impl Facet {
     pub(super) fn new(vertices: &[DVec3], corners: [u32; 3], edges: [u32; 3]) -> Self {
         let [a, b, c] = corners.map(|k| vertices[k as usize]);
-        let (ab, ac) = (b - a, c - a);
-        let across = ab.cross(ac);
-        let square = across.length_squared();
-        Self {
+        let mut new = Self {
             corner: a,
-            normal: across / square.sqrt(),
-            dual: [ac.cross(across) / square, across.cross(ab) / square],
+            normal: (b - a).cross(c - a).normalize(),
+            dual: [DVec3::ZERO; 2],
             vertices: corners,
             edges,
-        }
+        };
+        new.find_duals(vertices);
+        new
+    }
+
+    /// Takes another normal, for slivers whose own is not exact.
+    pub(super) fn set_normal(&mut self, normal: DVec3, vertices: &[DVec3]) {
+        self.normal = normal;
+        self.find_duals(vertices);
+    }
+
+    /// They must be normal to the normal, or what is above a sliver would be taken for beside it.
+    fn find_duals(&mut self, vertices: &[DVec3]) {
+        let [a, b, c] = self.vertices.map(|k| vertices[k as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let twice_area = ab.cross(ac).dot(self.normal);
+        self.dual = [
+            ac.cross(self.normal) / twice_area,
+            self.normal.cross(ab) / twice_area,
+        ];
     }
 
     /// Barycentric coordinates of the foot of `x` for the second and third corner.
@@ -59,21 +75,20 @@ impl Facet {
 
     /// The nearest point to `centre` if it is closer than `reach` (m).
     #[inline]
-    pub(super) fn nearest(
-        &self,
-        vertices: &[DVec3],
-        centre: DVec3,
-        reach: f64,
-    ) -> Option<Nearest> {
+    pub(super) fn nearest(&self, vertices: &[DVec3], centre: DVec3, reach: f64) -> Option<Nearest> {
         let height = (centre - self.corner).dot(self.normal);
         if height.abs() >= reach {
             return None;
         }
         let (v, w) = self.barycentric(centre);
         if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
-            return Some(Nearest {
-                distance: height.abs(),
-                point: centre - self.normal * height,
+            // From the corners, not from the height: the normal of a sliver is less exact than its corners.
+            let [b, c] = [1, 2].map(|k| vertices[self.vertices[k] as usize]);
+            let point = self.corner + (b - self.corner) * v + (c - self.corner) * w;
+            let distance = centre.distance(point);
+            return (distance < reach).then_some(Nearest {
+                distance,
+                point,
                 part: Part::Face,
             });
         }
@@ -83,7 +98,9 @@ impl Facet {
             if !beyond {
                 continue;
             }
-            let (from, to) = (self.vertices[k], self.vertices[(k + 1) % 3]);
+            // Always from the lower index, so that both triangles of an edge find the same bits.
+            let (one, other) = (self.vertices[k], self.vertices[(k + 1) % 3]);
+            let (from, to) = (one.min(other), one.max(other));
             let (start, end) = (vertices[from as usize], vertices[to as usize]);
             let along = end - start;
             let t = (centre - start).dot(along) / along.length_squared();

@@ -30,6 +30,12 @@ pub const SMOOTH_ANGLE: f64 = 12.0;
 /// [`SMOOTH_ANGLE`] spans.
 const SAME_PATCH: f64 = 0.35;
 
+/// Places of a mesh whose distance is less than this part of its size are the same.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Normals that are known worse than this are compared with those of neighbours.
+const STEADY: f64 = 1e-10;
+
 /// Edges that bend more than this are drawn, degrees.
 const DRAWN_ANGLE: f64 = 20.0;
 
@@ -48,8 +54,10 @@ pub struct Mesh {
     ball: (DVec3, f64),
     /// Only the side acts where the normals point.
     front_only: bool,
-    /// Places nearer to each other than this are the same, m: the round-off of the file's coordinates.
+    /// Places nearer to each other than this are the same, m.
     tolerance: f64,
+    /// Round-off of positions near the mesh, m.
+    round_off: f64,
     dropped: usize,
 }
 
@@ -85,11 +93,11 @@ impl Mesh {
         for &vertex in &vertices {
             super::error::finite_vector("file", vertex)?;
         }
-        let tolerance = tolerance(&triangles.vertices, &place);
+        let tolerance = tolerance(&triangles.vertices, &vertices, &place);
         let mut kept: Vec<(u32, [u32; 3])> = Vec::with_capacity(triangles.triangles.len());
         for (index, corners) in triangles.triangles.iter().enumerate() {
             if has_area(corners.map(|k| vertices[k as usize]), tolerance) {
-                kept.push((index as u32, *corners));
+                kept.push((index as u32, short_sides_first(*corners, &vertices)));
             }
         }
         if kept.is_empty() {
@@ -101,11 +109,12 @@ impl Mesh {
         let tree = Tree::build(&vertices, &mut kept);
         let corners: Vec<[u32; 3]> = kept.iter().map(|&(_, corners)| corners).collect();
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
-        let facets = corners
+        let mut facets: Vec<Facet> = corners
             .iter()
             .zip(edges)
             .map(|(&corners, edges)| Facet::new(&vertices, corners, edges))
             .collect();
+        steady_normals(&mut facets, &vertices, &topology, tolerance);
         let used = || corners.iter().flatten().map(|&k| vertices[k as usize]);
         let low = used().fold(DVec3::INFINITY, DVec3::min);
         let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -120,6 +129,7 @@ impl Mesh {
             ball: (middle, radius),
             front_only,
             tolerance,
+            round_off: 16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element(),
             dropped,
             vertices,
         })
@@ -164,13 +174,7 @@ impl Mesh {
     }
 
     /// Appends the facets closer than `reach` (m) to `centre`, nearest first.
-    pub fn near(
-        &self,
-        centre: DVec3,
-        reach: f64,
-        scratch: &mut Scratch,
-        out: &mut Vec<NearFacet>,
-    ) {
+    pub fn near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch, out: &mut Vec<NearFacet>) {
         let first = out.len();
         self.tree.visit(centre, reach, &mut scratch.stack, |range| {
             for facet in range {
@@ -264,25 +268,78 @@ impl Mesh {
     }
 }
 
-/// How far apart equal places can be: a few units of round-off of the largest coordinate. Files that hold single precision say so
-/// by their numbers.
-fn tolerance(vertices: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> f64 {
+/// How far apart equal places can be: a few units of round-off of the largest coordinate, at least [`SAME_PLACE`] of the size.
+/// Files that hold single precision say so by their numbers.
+fn tolerance(file: &[DVec3], placed: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> f64 {
     let scale = place(DVec3::X).distance(place(DVec3::ZERO));
     let mut largest = 0.0f64;
     let mut single = true;
-    for vertex in vertices {
+    for vertex in file {
         for x in vertex.to_array() {
             largest = largest.max(x.abs());
             single &= f64::from(x as f32) == x;
         }
     }
+    // Numbers that are short in binary by chance are no sign of a coarse file, but cost nothing either.
     let unit = if single {
         f64::from(f32::EPSILON)
     } else {
         f64::EPSILON
     };
-    // Coordinates that happen to be short decimals in binary are no sign of a coarse file, but cost nothing either.
-    4.0 * unit * largest * scale
+    let low = placed.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = placed.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (4.0 * unit * largest * scale).max(SAME_PLACE * high.distance(low))
+}
+
+/// The corners in the same sense of rotation, the one opposite to the longest side first: the normal is most exact from the
+/// short sides.
+fn short_sides_first([a, b, c]: [u32; 3], vertices: &[DVec3]) -> [u32; 3] {
+    let side = |p: u32, q: u32| vertices[p as usize].distance_squared(vertices[q as usize]);
+    let (ab, bc, ca) = (side(a, b), side(b, c), side(c, a));
+    if bc >= ab && bc >= ca {
+        [a, b, c]
+    } else if ca >= ab {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// Gives slivers the normal of a wider neighbour where the two differ by no more than the precision of the sliver's corners
+/// allows: a tolerance over its height.
+fn steady_normals(facets: &mut [Facet], vertices: &[DVec3], topology: &Topology, tolerance: f64) {
+    // The side opposite to the first corner is the longest.
+    let height = |facet: &Facet| {
+        let [a, b, c] = facet.vertices.map(|k| vertices[k as usize]);
+        (b - a).cross(c - a).length() / (c - b).length()
+    };
+    let heights: Vec<f64> = facets.iter().map(height).collect();
+    let mut slivers: Vec<usize> = (0..facets.len())
+        .filter(|&k| tolerance > STEADY * heights[k])
+        .collect();
+    // Wider ones first, so that a row of slivers takes the normal of what is beside it.
+    slivers.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]).then(a.cmp(&b)));
+    for k in slivers {
+        let own = facets[k].normal;
+        let wider = facets[k]
+            .edges
+            .iter()
+            .flat_map(|&edge| topology.triangles_at(edge))
+            .map(|&(other, _)| other as usize)
+            .filter(|&other| heights[other] > heights[k])
+            .max_by(|&a, &b| heights[a].total_cmp(&heights[b]).then(b.cmp(&a)));
+        if let Some(other) = wider {
+            let normal = facets[other].normal;
+            let normal = if normal.dot(own) < 0.0 {
+                -normal
+            } else {
+                normal
+            };
+            if normal.distance(own) * heights[k] <= tolerance {
+                facets[k].set_normal(normal, vertices);
+            }
+        }
+    }
 }
 
 /// Whether the smallest height of the triangle is above the tolerance.

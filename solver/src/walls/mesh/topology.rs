@@ -117,7 +117,8 @@ impl Topology {
     #[inline]
     pub(super) fn neighbours(&self, corner: u32) -> &[u32] {
         let corner = corner as usize;
-        &self.around_corner[self.corner_start[corner] as usize..self.corner_start[corner + 1] as usize]
+        &self.around_corner
+            [self.corner_start[corner] as usize..self.corner_start[corner + 1] as usize]
     }
 
     /// The two corners of an edge.
