@@ -15,6 +15,7 @@
 
 pub mod laws;
 pub mod state;
+mod triangles;
 pub mod walls;
 
 #[cfg(test)]
