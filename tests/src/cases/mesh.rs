@@ -209,7 +209,7 @@ fn energy_in_a_box() -> f64 {
 }
 
 /// Times the number of facets, the distance that is allowed.
-const SWING: f64 = 10.0;
+const SWING: f64 = 12.0;
 
 /// Largest distance (in radii) between a ball that swings in a drum of flat facets and one in a cylinder, over one swing.
 fn swing(facets: u32) -> f64 {
