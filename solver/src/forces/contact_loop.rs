@@ -475,6 +475,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
 struct Seen {
     row: usize,
     partner: Partner,
+    /// Feature of the wall.
+    feature: u32,
     /// R_A - overlap/2, m.
     lever: f64,
     /// Overlap over the smaller radius.

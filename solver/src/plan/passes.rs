@@ -91,9 +91,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             name: "mesh search",
             is_done: triangles > 0,
             reason: if triangles > 0 {
-                format!(
-                    "with the candidate list, in a tree of boxes; {triangles} triangles in all"
-                )
+                format!("with the candidate list, in a tree of boxes; {triangles} triangles in all")
             } else {
                 "no wall is a mesh".to_owned()
             },

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Block, Histories, IMAGE, Pass, Seen, Slot, TOUCHING};
+use super::{Block, FREE, Histories, IMAGE, Pass, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::particles::{Load, Particle};
@@ -89,6 +89,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     let seen = Seen {
                         row: first_row + owner,
                         partner,
+                        feature: FREE,
                         lever: lever_a,
                         depth,
                     };

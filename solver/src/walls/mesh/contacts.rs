@@ -20,19 +20,20 @@ pub(super) struct Minimum {
 }
 
 impl Mesh {
-    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near`, which must
-    /// be all that are closer than `reach`.
+    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near` with listed
+    /// distances up to `farthest`, which must be all that are closer than `reach`.
     pub(super) fn collect(
         &self,
         near: &[NearFacet],
+        farthest: f32,
         centre: DVec3,
         reach: f64,
         minima: &mut Vec<Minimum>,
     ) {
         minima.clear();
         let mut nearest_behind: Option<Minimum> = None;
-        let mut least = f64::INFINITY;
-        for candidate in near {
+        let mut least = (f64::INFINITY, u32::MAX);
+        for candidate in near.iter().filter(|near| near.distance <= farthest) {
             let facet = &self.facets[candidate.facet as usize];
             let Some(nearest) = facet.nearest(&self.vertices, centre, reach) else {
                 continue;
@@ -61,8 +62,8 @@ impl Mesh {
             if self.front_only {
                 // The nearest of all decides whether the centre is behind the surface.
                 let behind = self.is_behind(&nearest, outward, facet.normal);
-                if nearest.distance < least {
-                    least = nearest.distance;
+                if (nearest.distance, feature) < least {
+                    least = (nearest.distance, feature);
                     nearest_behind = behind.then_some(Minimum {
                         distance: -minimum.distance,
                         normal: -minimum.normal,

@@ -350,6 +350,32 @@ fn a_tessellated_cylinder_becomes_a_cylinder() {
     }
 }
 
+/// Every feature belongs to a triangle of the file that touches the sphere there.
+#[test]
+fn features_name_triangles_of_the_file() {
+    let triangles = cube();
+    let wall = Mesh::new(&triangles, |x| x, false).unwrap();
+    let mut out = Touches::new();
+    for centre in [
+        [0.3, 0.2, 1.09],
+        [1.06, 0.3, 1.06],
+        [1.05, 1.05, 1.05],
+        [-1.05, -1.05, -1.05],
+    ] {
+        let centre = DVec3::from(centre);
+        wall.touches(centre, 0.1, &mut out);
+        let touch = out.as_slice()[0];
+        let foot = centre - touch.normal * touch.distance;
+        let triangle = wall.triangle_of(touch.feature).unwrap() as usize;
+        let [a, b, c] = triangles.corners(triangle);
+        let height = (foot - a).dot((b - a).cross(c - a));
+        assert!(height.abs() < 1e-14, "{centre}: {triangle}");
+    }
+    // 12 faces, 18 edges, 8 corners
+    assert!((0..38).all(|feature| wall.triangle_of(feature).is_some()));
+    assert_eq!(wall.triangle_of(38), None);
+}
+
 /// A contact is followed over edges, round a convex edge, and not into the other face of a corner.
 #[test]
 fn contacts_go_on_over_edges() {
