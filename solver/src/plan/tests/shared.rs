@@ -34,7 +34,6 @@ fn scenes_of_this_version_have_a_plan() {
         "scenes/two-spheres.toml",
         "scenes/hertz-wall.toml",
         "scenes/chute.toml",
-        "scenes/drum-soft.toml",
         "scenes/penetration-25k.toml",
         "data/bench/dense-2k.toml",
         "data/bench/dense-20k.toml",
