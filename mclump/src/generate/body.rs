@@ -5,12 +5,14 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::random::Stream;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags, TrianglePointLocation};
 
 use super::GenerateError;
-use super::integrals;
+use crate::alignment::eigen;
+use crate::inertia::{MassProperties, surface::integrate};
 
 /// A body in a frame of its own: origin at its centre of mass, axes along its principal axes (the longest first), unit
 /// of length the radius of the ball of equal volume.
@@ -28,6 +30,8 @@ pub(crate) struct Body {
     pub(crate) volume: f64,
     /// Smallest and largest coordinates.
     pub(crate) bounds: (DVec3, DVec3),
+    /// What the integrals over the mesh are, in the frame of the mesh.
+    pub(crate) properties: MassProperties,
     /// Corners and outward unit normal of the triangles that have an area.
     pub(crate) faces: Vec<Face>,
 }
@@ -78,7 +82,7 @@ impl Body {
         if edges > 0 {
             return Err(GenerateError::Open { edges });
         }
-        let integrals = integrals::of_surface(surface);
+        let integrals = integrate(surface).ok_or(GenerateError::NotOutward { volume: 0.0 })?;
         // Round-off of a flat, doubly covered sheet is no volume.
         let (low, high) = surface.bounds().ok_or(GenerateError::Empty)?;
         let extent = (high - low).max_element();
@@ -88,7 +92,7 @@ impl Body {
             });
         }
         let unit = (0.75 * integrals.volume / std::f64::consts::PI).cbrt();
-        let axes = integrals::long_axes_first(surface, &integrals);
+        let axes = long_axes_first(surface, &integrals);
         let turned = axes.transpose();
         let vertices: Vec<DVec3> = surface
             .vertices
@@ -125,6 +129,7 @@ impl Body {
             axes,
             volume: integrals.volume / unit.powi(3),
             bounds,
+            properties: integrals,
             faces,
         })
     }
@@ -173,6 +178,25 @@ impl Body {
         sum / (4.0 * std::f64::consts::PI)
     }
 
+    /// Random points, one in each of `count` equal shares of the area, with the indices of their faces.
+    pub(crate) fn surface_points(&self, count: usize, stream: &mut Stream) -> Vec<(DVec3, usize)> {
+        let mut sums = Vec::with_capacity(self.faces.len());
+        let mut area = 0.0;
+        for face in &self.faces {
+            area += face.area;
+            sums.push(area);
+        }
+        (0..count)
+            .map(|k| {
+                let at = area * (k as f64 + stream.uniform()) / count as f64;
+                let index = sums.partition_point(|&sum| sum <= at).min(sums.len() - 1);
+                let (u, v) = (stream.uniform().sqrt(), stream.uniform());
+                let [a, b, c] = self.faces[index].corners;
+                (a * (1.0 - u) + b * (u * (1.0 - v)) + c * (u * v), index)
+            })
+            .collect()
+    }
+
     /// A pebble in the frame of the mesh, lengths in m.
     pub(crate) fn to_mesh(&self, ball: &Pebble) -> Pebble {
         Pebble {
@@ -188,6 +212,26 @@ impl Body {
             radius: pebble.radius / self.unit,
         }
     }
+}
+
+/// Principal axes, the longest first, right-handed, the first two pointing to where the body reaches farther.
+fn long_axes_first(mesh: &TriangleMesh, properties: &MassProperties) -> DMat3 {
+    let vectors = eigen::symmetric(properties.second_moment).vectors;
+    let towards_far_end = |axis: DVec3| {
+        let (low, high) = mesh.vertices.iter().fold((0.0f64, 0.0f64), |(l, h), v| {
+            let along = (*v - properties.centre).dot(axis);
+            (l.min(along), h.max(along))
+        });
+        // Symmetric bodies keep the axis as it comes.
+        if -low > high * (1.0 + 1e-9) {
+            -axis
+        } else {
+            axis
+        }
+    };
+    let x = towards_far_end(vectors.z_axis);
+    let y = towards_far_end(vectors.y_axis);
+    DMat3::from_cols(x, y, x.cross(y))
 }
 
 /// Edges that are not walked as often in one direction as in the other.

@@ -41,6 +41,15 @@ pub enum GenerateError {
     /// Neither a number of pebbles nor a fidelity.
     #[error("a generator needs an end: give a number of pebbles, a volume error, or both")]
     NoStop,
+    /// The corners are too close to a plane or a line.
+    #[error("the convex hull of the surface cannot be found: {reason}")]
+    ConvexHull {
+        /// What the hull algorithm says.
+        reason: String,
+    },
+    /// Nothing to compare.
+    #[error("there are no pebbles to compare with the surface")]
+    NoPebbles,
     /// The body is too thin for the smallest radius.
     #[error(
         "no pebble fits: there is no inscribed ball with a radius of {smallest:e} m or more; allow smaller pebbles"
