@@ -11,7 +11,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
-use mclump::generate::{Euclidean, Favier, Method, Request, Stop, Tangent, generate};
+use mclump::generate::{
+    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
+};
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, write};
 use mclump::surface::{Prepared, inspect, prepare};
@@ -213,15 +215,11 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         source,
         checks: Vec::new(),
     };
-    let fidelity = match &prepared {
-        Some(surface) => Some(fidelity::compare(&surface.mesh, &pebbles).map_err(input_failure)?),
-        None => None,
-    };
+    let fidelity = prepared
+        .as_ref()
+        .map(|surface| fidelity::compare(&surface.mesh, &pebbles));
     let options = Options {
-        checks: fidelity
-            .iter()
-            .map(|f| ("fidelity".into(), fidelity_remarks(f)))
-            .collect(),
+        checks: fidelity.iter().map(fidelity_check).collect(),
         ..options
     };
     let input = Input {
@@ -252,8 +250,14 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         arguments.density
     );
     text += &table::routes(&built.rows, Some(built.route), arguments.density);
-    if let Some(fidelity) = &fidelity {
-        text += &format!("pebbles against the surface:\n{}\n", indented(fidelity));
+    match &fidelity {
+        Some(Ok(fidelity)) => {
+            text += &format!("pebbles against the surface:\n{}\n", indented(fidelity));
+        }
+        Some(Err(error)) => {
+            text += &format!("warning: pebbles and surface were not compared: {error}\n");
+        }
+        None => {}
     }
     for warning in &built.warnings {
         text += &format!("warning: {warning}\n");
@@ -360,16 +364,20 @@ fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<
 }
 
 /// For `[checks]`: lengths in m, the rest relative.
-fn fidelity_remarks(fidelity: &Fidelity) -> Remark {
+fn fidelity_check(fidelity: &Result<Fidelity, GenerateError>) -> (String, Remark) {
     let numbers = |values: [f64; 3]| Remark::List(values.map(Remark::Number).to_vec());
-    Remark::Table(vec![
-        ("volume_error".into(), fidelity.volume_error.into()),
-        ("moment_errors".into(), numbers(fidelity.moment_errors)),
-        ("centre_shift".into(), fidelity.centre_shift.into()),
-        ("mean_distance".into(), fidelity.mean_distance.into()),
-        ("largest_distance".into(), fidelity.largest_distance.into()),
-        ("protrusion".into(), fidelity.protrusion.into()),
-    ])
+    let value = match fidelity {
+        Ok(fidelity) => Remark::Table(vec![
+            ("volume_error".into(), fidelity.volume_error.into()),
+            ("moment_errors".into(), numbers(fidelity.moment_errors)),
+            ("centre_shift".into(), fidelity.centre_shift.into()),
+            ("mean_distance".into(), fidelity.mean_distance.into()),
+            ("largest_distance".into(), fidelity.largest_distance.into()),
+            ("protrusion".into(), fidelity.protrusion.into()),
+        ]),
+        Err(error) => error.to_string().into(),
+    };
+    ("fidelity".to_owned(), value)
 }
 
 fn indented(text: &impl std::fmt::Display) -> String {
