@@ -3,6 +3,8 @@
 //! Each name has several definitions in the literature; [`Descriptors`] prints the one that is used with each number.
 
 mod bounding_box;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -103,6 +105,8 @@ pub struct Descriptors {
     /// Mean over the surface of the radius of the largest ball inside that touches the point and stands out of the surface by at most
     /// `ROUNDNESS_SCALE` (0.02) of the inscribed radius, over the inscribed radius and at most 1. 1 for a ball, about 1/3
     /// for a cube.
+    ///
+    /// Facets count as round if neighbours meet at less than about 2 x 0.02 rad.
     ///
     /// In the spirit of Wadell (1932), who compares the radii of curvature of corners with the inscribed radius; here
     /// every surface point counts, and roughness below the scale does not.
@@ -246,8 +250,16 @@ impl fmt::Display for Descriptors {
                 ("elongation", d.elongation(), "I/L"),
                 ("flatness", d.flatness(), "S/I"),
                 ("compactness", d.compactness(), "S/L"),
-                ("Krumbein's sphericity", d.krumbein_sphericity(), "(I S/L^2)^(1/3)"),
-                ("Corey's shape factor", d.corey_shape_factor(), "S/sqrt(L I)"),
+                (
+                    "Krumbein's sphericity",
+                    d.krumbein_sphericity(),
+                    "(I S/L^2)^(1/3)",
+                ),
+                (
+                    "Corey's shape factor",
+                    d.corey_shape_factor(),
+                    "S/sqrt(L I)",
+                ),
             ] {
                 writeln!(f, "  {name:<23} {value:.6}   {definition}")?;
             }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::body::{Body, Face};
 use super::cover::Lattice;
-use super::{Limits, Tangent};
+use super::{Euclidean, Limits, Tangent, largest_inscribed};
 
 /// Balls in order of their making: each adds, of all tangent balls, the most volume to those before.
 ///
@@ -22,13 +22,20 @@ pub(super) struct Balls {
     /// What is added to each radius when gains are counted.
     protrusion: f64,
     /// Gain at the time `made`, index of the candidate.
-    queue: BinaryHeap<(usize, Reverse<usize>, usize)>,
+    queue: BinaryHeap<(u32, Reverse<usize>, usize)>,
     made: usize,
 }
 
 impl Balls {
     pub(super) fn new(body: &Body, options: &Tangent, limits: Limits, seed: u64) -> Self {
-        let candidates = tangent_balls(body, options.surface_points, limits.smallest, seed);
+        let mut candidates = tangent_balls(body, options.surface_points, limits.smallest, seed);
+        // The facets of a round body let no tangent ball grow to its full size; the largest inscribed one is known otherwise.
+        let search = Euclidean {
+            accuracy: 0.01,
+            ..Euclidean::default()
+        };
+        let largest = largest_inscribed(body, &search);
+        candidates.extend(largest.filter(|ball| ball.radius >= limits.smallest));
         let lattice = Lattice::new(body, options.volume_points);
         let mut balls = Self {
             lattice,
@@ -37,7 +44,7 @@ impl Balls {
             queue: BinaryHeap::new(),
             made: 0,
         };
-        let gains: Vec<usize> = (0..balls.candidates.len())
+        let gains: Vec<u32> = (0..balls.candidates.len())
             .into_par_iter()
             .map(|index| balls.gain(index))
             .collect();
@@ -75,7 +82,7 @@ impl Balls {
         }
     }
 
-    fn gain(&self, index: usize) -> usize {
+    fn gain(&self, index: usize) -> u32 {
         self.lattice.gain(&self.inflated(index))
     }
 }
