@@ -28,3 +28,4 @@ pub mod generate;
 pub mod inertia;
 pub mod output;
 pub mod surface;
+pub mod table;

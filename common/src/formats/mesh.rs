@@ -32,6 +32,17 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
+    /// The mesh of triangles given by the places of their corners (m); equal corners become one.
+    #[must_use]
+    pub fn from_corners(triangles: &[[DVec3; 3]]) -> Self {
+        let count = triangles.len() as u32;
+        let surface = Surface {
+            vertices: triangles.iter().flatten().copied().collect(),
+            triangles: (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+        };
+        weld::weld(&surface, 0.0)
+    }
+
     /// Positions of the corners of a triangle in m.
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {

@@ -21,6 +21,8 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 mod track_file;
+mod vtk_files;
+mod wall_frames;
 mod wall_loads;
 mod wall_outlines;
 mod whole_file;

@@ -24,6 +24,10 @@ pub(super) struct Section {
 /// Integrates over the union: every circle contributes the arcs that no other disc covers.
 pub(super) fn union_of_discs(discs: &[Disc]) -> Section {
     let mut section = Section::default();
+    // Large ones first: most circles inside a body are covered by a few of them.
+    let mut discs = discs.to_vec();
+    discs.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    let discs = &discs[..];
     // Angles that are covered, as intervals within [0, 2 pi].
     let mut covered: Vec<(f64, f64)> = Vec::new();
     for (index, disc) in discs.iter().enumerate() {
@@ -48,6 +52,7 @@ pub(super) fn union_of_discs(discs: &[Disc]) -> Section {
 /// Collects the angles of a circle that other discs cover; false if one covers the whole circle.
 fn covered_angles(discs: &[Disc], index: usize, covered: &mut Vec<(f64, f64)>) -> bool {
     covered.clear();
+    let mut next_look = 4;
     let disc = &discs[index];
     for (j, other) in discs.iter().enumerate() {
         if j == index {
@@ -77,8 +82,27 @@ fn covered_angles(discs: &[Disc], index: usize, covered: &mut Vec<(f64, f64)>) -
         if to > TAU {
             covered.push((0.0, to - TAU));
         }
+        if covered.len() >= next_look {
+            if is_all_covered(covered) {
+                return false;
+            }
+            next_look *= 2;
+        }
     }
     true
+}
+
+/// Whether the intervals leave nothing of a circle.
+fn is_all_covered(covered: &mut [(f64, f64)]) -> bool {
+    covered.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let mut reached = 0.0;
+    for &(from, to) in covered.iter() {
+        if from > reached {
+            return false;
+        }
+        reached = f64::max(reached, to);
+    }
+    reached >= TAU
 }
 
 impl Section {
