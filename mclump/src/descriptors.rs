@@ -98,7 +98,7 @@ pub struct Descriptors {
     pub wadell_sphericity: f64,
     /// Volume over that of the convex hull.
     pub convexity: f64,
-    /// Radius in m of the largest inscribed ball, to 0.1 %.
+    /// Radius in m of the largest inscribed ball: that of a ball that is largest near its place, and no other is larger by more than 2 %.
     pub inscribed_radius: f64,
     /// Radius in m of the smallest ball around the body.
     pub circumscribed_radius: f64,
@@ -125,7 +125,7 @@ pub fn describe(mesh: &TriangleMesh) -> Result<Descriptors, GenerateError> {
     let hull = hull(&body)?;
     let moments = crate::alignment::eigen::symmetric(body.properties.second_moment).values;
     let options = Euclidean {
-        accuracy: 1e-3,
+        accuracy: 0.02,
         ..Euclidean::default()
     };
     let inscribed = largest_inscribed(&body, &options).ok_or(GenerateError::NothingFits {

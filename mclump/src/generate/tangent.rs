@@ -8,9 +8,13 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use rayon::prelude::*;
 
+use super::ascent::ascend;
 use super::body::{Body, Face};
 use super::cover::Lattice;
-use super::{Euclidean, Limits, Tangent, largest_inscribed};
+use super::{Limits, Tangent};
+
+/// So many of the largest tangent balls are also moved to a local maximum of the distance to the surface.
+const CLIMBERS: usize = 16;
 
 /// Balls in order of their making: each adds, of all tangent balls, the most volume to those before.
 ///
@@ -29,13 +33,20 @@ pub(super) struct Balls {
 impl Balls {
     pub(super) fn new(body: &Body, options: &Tangent, limits: Limits, seed: u64) -> Self {
         let mut candidates = tangent_balls(body, options.surface_points, limits.smallest, seed);
-        // The facets of a round body let no tangent ball grow to its full size; the largest inscribed one is known otherwise.
-        let search = Euclidean {
-            accuracy: 0.01,
-            ..Euclidean::default()
+        // Facets of a round body let no tangent ball grow to its full size: the largest ones climb to where they fit best.
+        let field = |x: DVec3| {
+            let nearest = body.nearest(x);
+            (nearest.depth, nearest.inward)
         };
-        let largest = largest_inscribed(body, &search);
-        candidates.extend(largest.filter(|ball| ball.radius >= limits.smallest));
+        let best: Vec<Pebble> = candidates
+            .par_iter()
+            .take(CLIMBERS)
+            .map(|ball| {
+                let (position, radius) = ascend(&field, ball.position, 0.3 * ball.radius);
+                Pebble { position, radius }
+            })
+            .collect();
+        candidates.extend(best);
         let lattice = Lattice::new(body, options.volume_points);
         let mut balls = Self {
             lattice,

@@ -59,7 +59,13 @@ fn the_rattleback_is_closer_to_its_surface_than_the_shipped_clump() {
     // A third of that is enough to be ten times closer.
     let third = Request {
         protrusion: 0.15,
-        ..pebbles(tangent(), 500)
+        ..pebbles(
+            Method::Tangent(Tangent {
+                surface_points: 3_000,
+                volume_points: 50_000,
+            }),
+            500,
+        )
     };
     let found = run(&mesh, &third).unwrap();
     assert!(found.len() <= 500);
