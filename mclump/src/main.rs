@@ -35,6 +35,12 @@ Examples:
 Files: NAME.clump.toml, NAME.pebbles.csv, NAME.pebbles.vtu and with a surface NAME.surface.stl, NAME.surface.vtu.
 Exit codes: 0 done, 1 the clump cannot be made or written, 2 wrong usage or input.";
 
+/// Surfaces of more triangles are described on request only: it takes a minute at a million.
+const MOST_DESCRIBED: usize = 100_000;
+
+const NO_PEBBLES: &str =
+    "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
+
 /// Makes a rigid clump from a surface and pebbles: mass, centre, inertia, principal axes.
 #[derive(Debug, Parser)]
 #[command(name = "mclump", version, after_help = EXAMPLES)]
@@ -90,6 +96,10 @@ struct Arguments {
     /// Refine the voxels to this relative accuracy
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     voxel_tolerance: Option<f64>,
+
+    /// Describe the shape of a surface of any size (elongation, sphericity, roundness, ...)
+    #[arg(long)]
+    shape: bool,
 
     /// Replace files that are there already
     #[arg(long)]
@@ -412,11 +422,19 @@ fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failur
     for warning in &prepared.warnings {
         text += &format!("warning: {warning}\n");
     }
+    let triangles = prepared.mesh.triangles.len();
+    if triangles > MOST_DESCRIBED && !arguments.shape {
+        text += &format!(
+            "shape: not described, which takes long for {triangles} triangles; --shape does it\n"
+        );
+        text += NO_PEBBLES;
+        return say(&text);
+    }
     match descriptors::describe(&prepared.mesh) {
         Ok(shape) => text += &format!("shape:\n{}\n", indented(&shape)),
         Err(error) => text += &format!("shape: not described, {error}\n"),
     }
-    text += "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
+    text += NO_PEBBLES;
     say(&text)
 }
 
