@@ -1,13 +1,14 @@
 //! `mclump`: the command line, nothing else.
 
-use std::io::{IsTerminal as _, Write as _};
+mod arguments;
+mod progress;
+
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
 
-use clap::{CommandFactory as _, Parser, ValueEnum};
-use clap_complete::Shell;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use arguments::{Arguments, MethodName, RouteName};
+use clap::{CommandFactory as _, Parser as _};
 use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
@@ -21,124 +22,14 @@ use mclump::table;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
+use progress::Progress;
 use sha2::{Digest as _, Sha256};
-
-const EXAMPLES: &str = "\
-Examples:
-  mclump rod.csv --density 2500                       pebbles x,y,z,r; writes rod.clump.toml
-  mclump rod.csv --inertia union                      overlaps of pebbles count once
-  mclump celt.stl celt.csv --scale 1e-3               files in mm; inertia from the surface
-  mclump celt.stl --generate tangent --pebbles 100    pebbles made for the surface
-  mclump celt.stl                                     look at the surface; no clump is written
-  mclump celt.stl celt.csv --repair --json            close small holes; result as JSON, for scripts
-
-Files: NAME.clump.toml, NAME.pebbles.csv, NAME.pebbles.vtu and with a surface NAME.surface.stl, NAME.surface.vtu.
-Exit codes: 0 done, 1 the clump cannot be made or written, 2 wrong usage or input.";
 
 /// Surfaces of more triangles are described on request only: it takes a minute at a million.
 const MOST_DESCRIBED: usize = 100_000;
 
 const NO_PEBBLES: &str =
     "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
-
-/// Makes a rigid clump from a surface and pebbles: mass, centre, inertia, principal axes.
-#[derive(Debug, Parser)]
-#[command(name = "mclump", version, after_help = EXAMPLES)]
-struct Arguments {
-    /// A surface (.stl, .obj), a pebble list (x,y,z,r per line), or both
-    #[arg(value_name = "FILE", required_unless_present = "completions", num_args = 1..=2)]
-    files: Vec<PathBuf>,
-
-    /// The clump file [default: NAME.clump.toml in this folder]
-    #[arg(short, long, value_name = "NAME.clump.toml")]
-    output: Option<PathBuf>,
-
-    /// Where mass, centre and inertia come from [default: surface; without one pebbles, or union where they overlap]
-    #[arg(long, value_name = "ROUTE")]
-    inertia: Option<RouteName>,
-
-    /// Density in kg/m3
-    #[arg(long, value_name = "RHO", default_value_t = 1.0, value_parser = positive)]
-    density: f64,
-
-    /// Length in m of one unit of the files: 1e-3 for files in mm
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
-    scale: f64,
-
-    /// Make pebbles for the surface
-    #[arg(long, value_name = "METHOD")]
-    generate: Option<MethodName>,
-
-    /// How many pebbles to make
-    #[arg(long, value_name = "N", requires = "generate", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pebbles: Option<u32>,
-
-    /// Make pebbles until the volume of their union differs from the surface's by at most this fraction
-    #[arg(long, value_name = "FRACTION", requires = "generate", value_parser = positive)]
-    fidelity: Option<f64>,
-
-    /// No pebble smaller than this radius in m [default: 1/1000 of the body]
-    #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
-    smallest_radius: Option<f64>,
-
-    /// Seed of the generator's random points
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-
-    /// Mend the surface: weld vertices, drop doubled triangles, turn inconsistent ones, close small holes
-    #[arg(long)]
-    repair: bool,
-
-    /// Voxels along the longest edge
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=2000))]
-    voxels: u32,
-
-    /// Refine the voxels to this relative accuracy
-    #[arg(long, value_name = "FRACTION", value_parser = positive)]
-    voxel_tolerance: Option<f64>,
-
-    /// Describe the shape of a surface of any size (elongation, sphericity, roundness, ...)
-    #[arg(long)]
-    shape: bool,
-
-    /// Replace files that are there already
-    #[arg(long)]
-    force: bool,
-
-    /// No report, only errors
-    #[arg(long)]
-    quiet: bool,
-
-    /// Print the result as one JSON object on standard output
-    #[arg(long)]
-    json: bool,
-
-    /// Print completions for a shell and stop
-    #[arg(long, value_name = "SHELL")]
-    completions: Option<Shell>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum RouteName {
-    /// Signed tetrahedra of the surface
-    Surface,
-    /// The space that the pebbles cover
-    Union,
-    /// The same by voxels
-    Voxels,
-    /// Every pebble for itself
-    Pebbles,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum MethodName {
-    /// Largest balls by the distance to the surface
-    Euclidean,
-    /// Balls tangent to the surface, chosen for the volume they add
-    Tangent,
-    /// One ball per slab, for bodies of revolution
-    Favier,
-}
 
 /// Why there is no success: the exit code, and what to say.
 enum Failure {
@@ -501,50 +392,6 @@ fn route(name: RouteName) -> Route {
         RouteName::Union => Route::Union,
         RouteName::Voxels => Route::Voxels,
         RouteName::Pebbles => Route::Pebbles,
-    }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a number above 0".to_owned()),
-    }
-}
-
-/// A line on a terminal that says what is going on; it appears after a second.
-struct Progress(Option<ProgressBar>);
-
-impl Progress {
-    fn new(quiet: bool) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
-            return Self(None);
-        }
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template("{spinner} {msg} ({elapsed})");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        bar.enable_steady_tick(Duration::from_secs(1));
-        Self(Some(bar))
-    }
-
-    fn stage(&self, what: &'static str) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(what);
-        }
-    }
-
-    fn count(&self, done: usize, total: usize) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(match total {
-                0 => format!("making pebbles: {done}"),
-                _ => format!("making pebbles: {done} of {total}"),
-            });
-        }
-    }
-
-    fn clear(&self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
-        }
     }
 }
 
