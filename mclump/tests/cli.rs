@@ -78,7 +78,9 @@ fn pebbles_become_a_clump() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    assert_eq!(names.len(), 4, "no temporary files: {names:?}");
+    assert_eq!(names.len(), 5, "no temporary files: {names:?}");
+    let picture = fs::read(folder.path().join("rod.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 5000);
     let Some((_, Remark::Table(source))) = clump.source.iter().find(|(key, _)| key == "pebbles")
     else {
         panic!("{:?}", clump.source);
@@ -251,7 +253,7 @@ fn json_is_one_object_with_all_routes() {
             "{route}: {mass}"
         );
     }
-    assert_eq!(json["files"].as_array().unwrap().len(), 3);
+    assert_eq!(json["files"].as_array().unwrap().len(), 4);
 }
 
 #[test]

@@ -14,7 +14,7 @@ Examples:
   mclump celt.stl                                     look at the surface; no clump is written
   mclump celt.stl celt.csv --repair --json            close small holes; result as JSON, for scripts
 
-Files: NAME.clump.toml, NAME.pebbles.csv, NAME.pebbles.vtu and with a surface NAME.surface.stl, NAME.surface.vtu.
+Files: NAME.clump.toml, NAME.pebbles.csv, NAME.pebbles.vtu, NAME.png and with a surface NAME.surface.stl, NAME.surface.vtu.
 Exit codes: 0 done, 1 the clump cannot be made or written, 2 wrong usage or input.";
 
 /// Makes a rigid clump from a surface and pebbles: mass, centre, inertia, principal axes.
