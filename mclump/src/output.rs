@@ -55,9 +55,9 @@ pub enum OutputError {
 }
 
 /// The paths of all files of a clump whose clump file is `path`: `rod.clump.toml` goes with `rod.pebbles.csv`, `rod.pebbles.vtu`,
-/// `rod.png` and, where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
+/// if wished `rod.png`, and, where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
 #[must_use]
-pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
+pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> {
     let name = path
         .file_name()
         .map_or(String::new(), |name| name.to_string_lossy().into_owned());
@@ -70,8 +70,10 @@ pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
         path.to_owned(),
         beside("pebbles.csv"),
         beside("pebbles.vtu"),
-        beside("png"),
     ];
+    if has_picture {
+        all.push(beside("png"));
+    }
     if has_surface {
         all.extend([beside("surface.stl"), beside("surface.vtu")]);
     }
@@ -82,8 +84,12 @@ pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// If a coordinate does not fit the format of a file.
-pub fn contents(built: &Built, path: &Path) -> Result<Vec<OutputFile>, OutputError> {
-    let mut paths = paths(path, built.surface.is_some()).into_iter();
+pub fn contents(
+    built: &Built,
+    path: &Path,
+    has_picture: bool,
+) -> Result<Vec<OutputFile>, OutputError> {
+    let mut paths = paths(path, built.surface.is_some(), has_picture).into_iter();
     let mut files = Vec::new();
     let mut add = |make: &dyn Fn() -> Result<Vec<u8>, String>| {
         let path = paths.next().unwrap_or_default();
@@ -106,7 +112,9 @@ pub fn contents(built: &Built, path: &Path) -> Result<Vec<OutputFile>, OutputErr
         Ok(out)
     })?;
     add(&|| pebbles_vtu(&built.file))?;
-    add(&|| picture(built))?;
+    if has_picture {
+        add(&|| picture(built))?;
+    }
     if let Some(mesh) = &built.surface {
         add(&|| {
             let mut out = Vec::new();

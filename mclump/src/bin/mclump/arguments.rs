@@ -77,6 +77,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) shape: bool,
 
+    /// Leave out the picture
+    #[arg(long)]
+    pub(crate) no_picture: bool,
+
     /// Replace files that are there already
     #[arg(long)]
     pub(crate) force: bool,

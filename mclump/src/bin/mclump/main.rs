@@ -80,7 +80,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         ));
     }
     if makes_clump {
-        check_free(&paths(&output, surface.is_some()), arguments.force).map_err(input_failure)?;
+        let files = paths(&output, surface.is_some(), !arguments.no_picture);
+        check_free(&files, arguments.force).map_err(input_failure)?;
     }
     let progress = Progress::new(arguments.quiet);
     let mut source = Vec::new();
@@ -130,7 +131,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let built = build(&input, &options).map_err(input_failure)?;
     progress.stage("writing");
-    let files = contents(&built, &output).map_err(|error| Failure::Run(error.to_string()))?;
+    let files = contents(&built, &output, !arguments.no_picture)
+        .map_err(|error| Failure::Run(error.to_string()))?;
     write(&files).map_err(|error| Failure::Run(error.to_string()))?;
     progress.clear();
     let written: Vec<PathBuf> = files.into_iter().map(|file| file.path).collect();
