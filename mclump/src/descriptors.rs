@@ -25,7 +25,7 @@ use bounding_box::smallest_box;
 /// The scale of [`Descriptors::roundness`]: what a corner may stand out of a ball, over the inscribed radius.
 pub const ROUNDNESS_SCALE: f64 = 0.02;
 /// Surface points of the roundness.
-const ROUNDNESS_POINTS: usize = 4_000;
+const ROUNDNESS_POINTS: usize = 2_000;
 
 /// Three lengths of a body, in m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -89,7 +89,8 @@ pub struct Descriptors {
     pub area: f64,
     /// Diameter in m of the ball of equal volume, (6V/pi)^(1/3).
     pub equal_volume_diameter: f64,
-    /// Edges of the smallest box among those that have a face in the plane of a face of the convex hull.
+    /// Edges of the smallest box among those that have a face in the plane of a face of the convex hull (of hulls with thousands of
+    /// faces, a choice of directions) or across a principal axis.
     pub bounding_box: Dimensions,
     /// Axes (not half axes) of the ellipsoid with the volume and the ratios of the body's second moments: twice
     /// sqrt(5/2 (I2 + I3 - I1)/M) and so on round.

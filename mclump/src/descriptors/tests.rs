@@ -50,10 +50,10 @@ fn a_turned_box_has_its_edges_and_its_closed_forms() {
 
 #[test]
 fn a_ball_is_round_and_a_cube_is_not() {
-    // The normals of facets are off by up to pi/160 = 0.0196, which the scale of 0.02 forgives.
-    let ball = describe(&spheroid(2.0, 2.0, 160, 160)).unwrap();
+    // Normals of facets are off by up to pi/60 = 0.05, of which the scale forgives 0.02: balls at the corners of facets are smaller.
+    let ball = describe(&spheroid(2.0, 2.0, 60, 60)).unwrap();
     assert!(
-        ball.roundness > 0.99 && ball.roundness <= 1.0,
+        ball.roundness > 0.98 && ball.roundness <= 1.0,
         "{}",
         ball.roundness
     );
@@ -63,9 +63,9 @@ fn a_ball_is_round_and_a_cube_is_not() {
     // 2 (0.01 + integral of (1 - 2 e)² de from 0 to 0.49) = 0.02 + (1 - 0.02³)/3.
     let cube = describe(&cuboid(DVec3::ZERO, DVec3::ONE)).unwrap();
     let exact = 0.02 + (1.0 - 0.02f64.powi(3)) / 3.0;
-    // 4000 points with a standard deviation of 0.24.
+    // 2000 points with a standard deviation of 0.24.
     assert!(
-        (cube.roundness - exact).abs() < 4.0 * 0.24 / 4000f64.sqrt(),
+        (cube.roundness - exact).abs() < 4.0 * 0.24 / 2000f64.sqrt(),
         "{}",
         cube.roundness
     );
@@ -74,12 +74,12 @@ fn a_ball_is_round_and_a_cube_is_not() {
 
 #[test]
 fn the_ellipsoid_of_inertia_of_an_ellipsoid_is_itself() {
-    let d = describe(&moved(&spheroid(2.0, 1.0, 200, 200), turn(), 1.0, DVec3::X)).unwrap();
+    let d = describe(&moved(&spheroid(2.0, 1.0, 80, 80), turn(), 1.0, DVec3::X)).unwrap();
     let e = d.inertia_ellipsoid;
-    // The corners lie on the ellipsoid; the volume is too small by about (pi/200)².
+    // The corners lie on the ellipsoid; the volume is too small by about (pi/80)² = 1.5e-3.
     for (found, exact) in [(e.longest, 4.0), (e.intermediate, 2.0), (e.shortest, 2.0)] {
         assert!(
-            (found / exact - 1.0).abs() < 3e-4,
+            (found / exact - 1.0).abs() < 1.5e-3,
             "{found} instead of {exact}"
         );
     }
@@ -99,18 +99,18 @@ fn convexity_counts_holes_and_gaps() {
     );
     assert!((describe(&two).unwrap().convexity - 0.5).abs() < 1e-12);
     // A torus with radii 2 and 1/2: 2 pi² R r² over the hull, disc of radius R and thickness 2 r with a round rim.
-    let torus = describe(&torus(2.0, 0.5, 100, 60)).unwrap();
+    let torus = describe(&torus(2.0, 0.5, 80, 40)).unwrap();
     let (major, minor) = (2.0f64, 0.5f64);
     let hull = PI * major * major * 2.0 * minor
         + PI * PI * minor * minor * major
         + 4.0 / 3.0 * PI * minor.powi(3);
     let exact = 2.0 * PI * PI * major * minor * minor / hull;
     assert!(
-        (torus.convexity / exact - 1.0).abs() < 3e-3,
+        (torus.convexity / exact - 1.0).abs() < 6e-3,
         "{} {exact}",
         torus.convexity
     );
-    assert!((torus.inscribed_radius - 0.5).abs() < 3e-3);
+    assert!((torus.inscribed_radius - 0.5).abs() < 4e-3);
     assert!((torus.circumscribed_radius - 2.5).abs() < 1e-9);
 }
 

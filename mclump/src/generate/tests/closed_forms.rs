@@ -115,20 +115,23 @@ fn favier_by_mean_and_largest_distance_in_a_cylinder_like_prism() {
 
 #[test]
 fn a_sphere_is_one_pebble() {
-    let mesh = spheroid(1.0, 1.0, 100, 100);
+    let mesh = spheroid(1.0, 1.0, 60, 60);
     for method in [euclidean(), tangent(), favier(SlabRadius::Smallest)] {
         let request = Request {
             method: method.clone(),
             stop: Stop {
                 pebbles: None,
-                volume_error: Some(0.02),
+                volume_error: Some(0.03),
             },
             ..Request::default()
         };
         let found = run(&mesh, &request).unwrap();
         assert_eq!(found.len(), 1, "{method:?}");
-        // Facets lie up to 2 (1 - cos(pi/100)) below the sphere.
-        assert!((found[0].radius - 1.0).abs() < 1e-3 + 4e-3, "{method:?}");
+        // Facets lie up to about 2 (1 - cos(pi/60)) below the sphere.
+        assert!(
+            found[0].radius < 1.0 && found[0].radius > 1.0 - 2.8e-3,
+            "{method:?}: {found:?}"
+        );
     }
 }
 
