@@ -9,7 +9,11 @@ use clap::{CommandFactory as _, Parser, ValueEnum};
 use clap_complete::Shell;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
-use mclump::generate::{Euclidean, Favier, Method, Request, Stop, Tangent, generate};
+use mclump::descriptors;
+use mclump::fidelity::{self, Fidelity};
+use mclump::generate::{
+    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
+};
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, write};
 use mclump::surface::{Prepared, inspect, prepare};
@@ -211,6 +215,13 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         source,
         checks: Vec::new(),
     };
+    let fidelity = prepared
+        .as_ref()
+        .map(|surface| fidelity::compare(&surface.mesh, &pebbles));
+    let options = Options {
+        checks: fidelity.iter().map(fidelity_check).collect(),
+        ..options
+    };
     let input = Input {
         name,
         surface: prepared,
@@ -239,6 +250,15 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         arguments.density
     );
     text += &table::routes(&built.rows, Some(built.route), arguments.density);
+    match &fidelity {
+        Some(Ok(fidelity)) => {
+            text += &format!("pebbles against the surface:\n{}\n", indented(fidelity));
+        }
+        Some(Err(error)) => {
+            text += &format!("warning: pebbles and surface were not compared: {error}\n");
+        }
+        None => {}
+    }
     for warning in &built.warnings {
         text += &format!("warning: {warning}\n");
     }
@@ -343,6 +363,32 @@ fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<
     }
 }
 
+/// For `[checks]`: lengths in m, the rest relative.
+fn fidelity_check(fidelity: &Result<Fidelity, GenerateError>) -> (String, Remark) {
+    let numbers = |values: [f64; 3]| Remark::List(values.map(Remark::Number).to_vec());
+    let value = match fidelity {
+        Ok(fidelity) => Remark::Table(vec![
+            ("volume_error".into(), fidelity.volume_error.into()),
+            ("moment_errors".into(), numbers(fidelity.moment_errors)),
+            ("centre_shift".into(), fidelity.centre_shift.into()),
+            ("mean_distance".into(), fidelity.mean_distance.into()),
+            ("largest_distance".into(), fidelity.largest_distance.into()),
+            ("protrusion".into(), fidelity.protrusion.into()),
+        ]),
+        Err(error) => error.to_string().into(),
+    };
+    ("fidelity".to_owned(), value)
+}
+
+fn indented(text: &impl std::fmt::Display) -> String {
+    let lines: Vec<String> = text
+        .to_string()
+        .lines()
+        .map(|line| format!("  {line}"))
+        .collect();
+    lines.join("\n")
+}
+
 /// A surface without pebbles: what it is like, its mass properties; nothing is written.
 fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failure> {
     let Some(prepared) = prepared else {
@@ -365,6 +411,10 @@ fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failur
     text += &table::routes(&rows, None, arguments.density);
     for warning in &prepared.warnings {
         text += &format!("warning: {warning}\n");
+    }
+    match descriptors::describe(&prepared.mesh) {
+        Ok(shape) => text += &format!("shape:\n{}\n", indented(&shape)),
+        Err(error) => text += &format!("shape: not described, {error}\n"),
     }
     text += "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
     say(&text)

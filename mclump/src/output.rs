@@ -10,7 +10,9 @@ use mercury_common::formats::clump::{ClumpFile, push_clump};
 use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::pebble_list::push_pebble_list;
-use mercury_common::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuOptions, encode_vtu};
+use mercury_common::formats::vtu::{
+    VtuArray, VtuCells, VtuCompression, VtuGrid, VtuOptions, encode_vtu,
+};
 use thiserror::Error;
 
 use crate::clump::Built;
@@ -123,7 +125,12 @@ fn pebbles_vtu(clump: &ClumpFile) -> Result<Vec<u8>, String> {
         ],
         ..VtuGrid::default()
     };
-    Ok(encode_vtu(&grid, VtuOptions::DEFAULT)?.concat())
+    // A few numbers: not worth a compressor, and plain to every reader.
+    let options = VtuOptions {
+        compression: VtuCompression::None,
+        ..VtuOptions::DEFAULT
+    };
+    Ok(encode_vtu(&grid, options)?.concat())
 }
 
 fn surface_vtu(mesh: &TriangleMesh) -> Result<Vec<u8>, String> {

@@ -120,6 +120,43 @@ fn the_t_bar_of_the_scene_is_exact() {
     );
 }
 
+/// A defect of the existing tool: four decimals in m, so that pebbles of a micrometre were all at 0.
+#[test]
+fn files_for_paraview_keep_every_digit_of_small_pebbles() {
+    let folder = tempfile::tempdir().unwrap();
+    let list = "1.2345678901e-6,0,0,3.3e-7\n-2.3456789012e-6,1e-7,0,4.4e-7\n";
+    fs::write(folder.path().join("dust.csv"), list).unwrap();
+    succeeds(folder.path(), &["dust.csv"]);
+    let clump = read_clump(folder.path().join("dust.clump.toml")).unwrap();
+    let vtu = fs::read(folder.path().join("dust.pebbles.vtu")).unwrap();
+    for pebble in &clump.pebbles {
+        let [x, y, z] = pebble.position.to_array();
+        for value in [x, y, z, pebble.radius] {
+            let bytes = value.to_le_bytes();
+            assert!(vtu.windows(8).any(|window| window == bytes), "{value}");
+        }
+    }
+}
+
+/// Two of the existing tool's entry points did not start at all: every route runs here from the command line.
+#[test]
+fn every_route_runs() {
+    let folder = with_rod();
+    write_stl(
+        &folder.path().join("hull.stl"),
+        &cuboid(DVec3::new(0.5, 1.5, 0.5)),
+    );
+    for route in ["surface", "union", "voxels", "pebbles"] {
+        succeeds(
+            folder.path(),
+            &["hull.stl", "rod.csv", "--inertia", route, "--force"],
+        );
+        let clump = read_clump(folder.path().join("hull.clump.toml")).unwrap();
+        assert_eq!(clump.inertia_method, route);
+        assert!(clump.checks.iter().any(|(key, _)| key == "fidelity"));
+    }
+}
+
 #[test]
 fn nothing_is_overwritten_without_force() {
     let folder = with_rod();

@@ -10,6 +10,8 @@ use super::tetrahedron;
 
 /// Point-triangle tests that are spent on finding which shell lies in which.
 const MOST_TESTS: usize = 200_000_000;
+/// Of more shells not even the boxes are compared: a broken surface may have as many as triangles.
+const MOST_SHELLS: usize = 3000;
 const NONE: u32 = u32::MAX;
 
 /// A part of the surface that is connected by edges.
@@ -108,6 +110,9 @@ fn nest(mesh: &TriangleMesh, labels: &[u32], shells: &mut [Shell]) -> bool {
             && outer.high.cmpge(inner.high).all()
             && (outer.high - outer.low) != (inner.high - inner.low)
     };
+    if shells.len() > MOST_SHELLS {
+        return false;
+    }
     let mut pairs = Vec::new();
     let mut tests = 0;
     for (i, inner) in shells.iter().enumerate() {
