@@ -62,7 +62,7 @@ walls = series("walls")
 wall_display = Show(walls, view)
 wall_display.SetRepresentationType("Surface")
 wall_display.Opacity = 0.2
-ColorBy(wall_display, None)
+wall_display.ColorArrayName = ["POINTS", ""]
 "#,
         );
     }
