@@ -11,6 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
+
 pub use budget::Budget;
 pub use report::Report;
 
@@ -20,7 +22,6 @@ use rest::Rest;
 use crate::boundaries::Tally;
 use crate::engine::{Engine, RunError};
 use crate::forces::{Watch, block_size};
-use crate::output::pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 use crate::output::summary::{Status, Summary};
 use crate::output::{
     Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,

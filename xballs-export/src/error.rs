@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use mercury_common::error::FormatError;
 use mercury_common::formats::vtu::VtuError;
+use mercury_pictures::PictureError;
 
 /// Why nothing, or not all, was exported.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +22,9 @@ pub enum ExportError {
     /// A file for ParaView could not be written.
     #[error(transparent)]
     Vtu(#[from] VtuError),
+    /// A picture could not be made.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// The operating system refused.
     #[error("{}: {action}: {source}", path.display())]
     File {
@@ -37,6 +41,12 @@ impl ExportError {
     /// Whether the input or the usage is to blame, rather than the machine.
     #[must_use]
     pub fn is_input(&self) -> bool {
-        matches!(self, Self::Format(_) | Self::Input(_) | Self::Exists(_))
+        matches!(
+            self,
+            Self::Format(_)
+                | Self::Input(_)
+                | Self::Exists(_)
+                | Self::Picture(PictureError::Option { .. })
+        )
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A [`Source`] is a run folder, a file of frames or a `.data` file; it gives [`Snapshot`]s one at a time, with all columns
 //! it has. A [`Selection`] says which of them and which rows. Each way out is a room: [`vtu`] for ParaView, [`xballs`],
-//! [`tables`] (CSV, Parquet), [`particle_csv`] for scenes, [`lammps`] for LAMMPS and LIGGGHTS. The rooms share one habit: whole files or
+//! [`tables`] (CSV, Parquet), [`particle_csv`] for scenes, [`lammps`] for LAMMPS and LIGGGHTS,
+//! [`pictures`] for people. The rooms share one habit: whole files or
 //! none, and nothing is replaced unless asked for ([`output::Output`]).
 
 #![allow(
@@ -15,6 +16,7 @@ pub mod lammps;
 pub mod output;
 pub mod parquet;
 pub mod particle_csv;
+pub mod pictures;
 mod pipeline;
 mod selection;
 mod source;

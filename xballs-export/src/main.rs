@@ -1,5 +1,7 @@
 //! `mercury-export`: the command line, nothing else.
 
+mod picture_command;
+
 use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,12 +11,15 @@ use clap_complete::Shell;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::{VtuCompression, VtuOptions, VtuPrecision};
 use mercury_export::output::Output;
+use mercury_export::pictures::{self, PictureKind};
 use mercury_export::tables::{self, Table};
 use mercury_export::vtu::{self, VtuChoice};
 use mercury_export::xballs::{self, Info, XballsChoice};
 use mercury_export::{
     ExportError, FrameChoice, Region, Selection, Source, Told, lammps, particle_csv,
 };
+
+use picture_command::Look;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -26,6 +31,9 @@ Examples:
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
   mercury-export lammps drum                     a dump that OVITO and LAMMPS read
+  mercury-export png drum --frames last          the last frame as a picture, drum/png/drum.0050.png
+  mercury-export png drum --strip 5 --size 1600x420   five frames side by side
+  mercury-export gif drum --colour material --size 640x480   a film in drum/film/drum.gif
 
 INPUT is a run folder, NAME.particles.arrow, NAME.data, NAME.data.0000 (a series), NAME.disp or NAME.xballs.
 Exit codes: 0 done (also if the input was cut: its good frames are there, and a warning says so), 1 a file could not be \
@@ -105,6 +113,43 @@ enum Command {
         /// Density of all particles in kg/m^3; needed where the input has no masses (.data)
         #[arg(long, allow_negative_numbers = true)]
         density: Option<f64>,
+    },
+    /// Pictures of frames: shaded particles, walls, colour bar, scale
+    Png {
+        #[command(flatten)]
+        common: Common,
+        #[command(flatten)]
+        look: Look,
+        /// Instead of a picture of each frame one with N of them side by side
+        #[arg(long, value_name = "N")]
+        strip: Option<usize>,
+    },
+    /// Pictures of frames as vector graphics
+    Svg {
+        #[command(flatten)]
+        common: Common,
+        #[command(flatten)]
+        look: Look,
+    },
+    /// A film as animated GIF: plays anywhere, 255 colours a frame
+    Gif {
+        #[command(flatten)]
+        common: Common,
+        #[command(flatten)]
+        look: Look,
+        /// Seconds that the film takes [default: 20 frames a second]
+        #[arg(long, value_name = "SECONDS")]
+        duration: Option<f64>,
+    },
+    /// A film as animated PNG: all colours, plays in browsers
+    Apng {
+        #[command(flatten)]
+        common: Common,
+        #[command(flatten)]
+        look: Look,
+        /// Seconds that the film takes [default: 20 frames a second]
+        #[arg(long, value_name = "SECONDS")]
+        duration: Option<f64>,
     },
     /// Completions for a shell
     Completions {
@@ -365,6 +410,25 @@ fn execute(command: Command) -> Result<(), ExportError> {
             })?;
             job.report(told);
         }
+        Command::Png {
+            common,
+            look,
+            strip,
+        } => {
+            let kind = strip.map_or(PictureKind::Png, PictureKind::Strip);
+            draw(&common, &look, "png", kind)?;
+        }
+        Command::Svg { common, look } => draw(&common, &look, "svg", PictureKind::Svg)?,
+        Command::Gif {
+            common,
+            look,
+            duration,
+        } => draw(&common, &look, "film", PictureKind::Gif(duration))?,
+        Command::Apng {
+            common,
+            look,
+            duration,
+        } => draw(&common, &look, "film", PictureKind::Apng(duration))?,
         Command::Liggghts { common, density } => {
             if let Some(density) = density.filter(|d| !(*d > 0.0 && d.is_finite())) {
                 let message = format!("--density {density}: expected a positive number, in kg/m^3");
@@ -382,5 +446,19 @@ fn execute(command: Command) -> Result<(), ExportError> {
             job.report(told);
         }
     }
+    Ok(())
+}
+
+fn draw(common: &Common, look: &Look, beside: &str, kind: PictureKind) -> Result<(), ExportError> {
+    let job = Job::new(common, beside)?;
+    let told = pictures::export(
+        &job.source,
+        &job.selection,
+        &job.output,
+        &look.choice(),
+        kind,
+        |snapshot| job.progress(snapshot.number),
+    )?;
+    job.report(told);
     Ok(())
 }

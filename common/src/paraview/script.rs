@@ -52,7 +52,6 @@ if "diameter" in names:
     shown.ScaleFactor = 1.0
 if "speed" in names:
     ColorBy(shown, ("POINTS", "speed"))
-    shown.RescaleTransferFunctionToDataRangeOverTime()
     shown.SetScalarBarVisibility(view, True)"#
     );
     if parts.walls {
@@ -83,6 +82,7 @@ Hide(contacts, view)
 scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
+shown.RescaleTransferFunctionToDataRange(False, True)
 view.CameraPosition = [0.0, -1.0, 0.0]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]
 view.CameraViewUp = [0.0, 0.0, 1.0]

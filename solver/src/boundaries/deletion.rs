@@ -132,6 +132,6 @@ pub(super) fn remove(particles: &mut Particles, gone: &[(u32, Exit)]) -> Vec<u32
     let stay: Vec<u32> = (0..particles.len() as u32)
         .filter(|row| leaving.next_if_eq(row).is_none())
         .collect();
-    particles.reorder(&stay);
+    particles.keep(&stay);
     stay
 }

@@ -12,7 +12,6 @@ pub mod folder;
 mod fstat_file;
 mod moment;
 mod particle_frames;
-pub mod pictures;
 pub mod progress_line;
 mod schedule;
 mod state;
