@@ -246,8 +246,16 @@ impl fmt::Display for Descriptors {
                 ("elongation", d.elongation(), "I/L"),
                 ("flatness", d.flatness(), "S/I"),
                 ("compactness", d.compactness(), "S/L"),
-                ("Krumbein's sphericity", d.krumbein_sphericity(), "(I S/L^2)^(1/3)"),
-                ("Corey's shape factor", d.corey_shape_factor(), "S/sqrt(L I)"),
+                (
+                    "Krumbein's sphericity",
+                    d.krumbein_sphericity(),
+                    "(I S/L^2)^(1/3)",
+                ),
+                (
+                    "Corey's shape factor",
+                    d.corey_shape_factor(),
+                    "S/sqrt(L I)",
+                ),
             ] {
                 writeln!(f, "  {name:<23} {value:.6}   {definition}")?;
             }

@@ -79,7 +79,10 @@ pub fn compare(mesh: &TriangleMesh, pebbles: &[Pebble]) -> Result<Fidelity, Gene
             .fold(f64::INFINITY, f64::min);
         gap.abs()
     };
-    let distances: Vec<f64> = points.par_iter().map(|&(point, _)| distance(point)).collect();
+    let distances: Vec<f64> = points
+        .par_iter()
+        .map(|&(point, _)| distance(point))
+        .collect();
     let vertices = mesh.vertices.len().div_ceil(count);
     let at_vertices = (0..mesh.vertices.len())
         .into_par_iter()
