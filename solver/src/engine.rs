@@ -12,6 +12,7 @@ pub use snapshot::Snapshot;
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
+use crate::bodies::BodyStep;
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
 use crate::contact::registry::contact_loop;
@@ -19,7 +20,9 @@ use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
 };
 use crate::neighbours::{Images, Skin, Validity, build};
-use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
+use crate::particles::{
+    FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, inverse_inertia_factor,
+};
 use crate::plan::Plan;
 use crate::walls::{Pose, WallState};
 
@@ -137,6 +140,9 @@ impl Engine {
         for new in &plan.particles {
             let (record, mass, prescribed) = new.build(&plan);
             particles.push(record, mass, prescribed);
+        }
+        for new in &plan.bodies {
+            new.add_to(&mut particles, &plan);
         }
         let pool = match threads {
             0 | 1 => None,
@@ -278,9 +284,35 @@ impl Engine {
             _ => pass.run(records, loads),
         };
         let prescribed = self.release_prescribed(special, drift);
-        Fastest {
+        let fastest = Fastest {
             squared_speed: fastest.squared_speed.max(prescribed),
             ..fastest
+        };
+        fastest.merge(self.advance_bodies(kicks, drift))
+    }
+
+    /// The same for bodies, whose pebbles the pass over the particles leaves alone.
+    fn advance_bodies(&mut self, kicks: u32, drift: f64) -> Fastest {
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        let Some(bodies) = bodies else {
+            return Fastest::default();
+        };
+        let step = BodyStep {
+            half: 0.5 * self.plan.time_step,
+            drift,
+            kicks,
+            gravity: self.plan.gravity,
+        };
+        bodies.advance(records, &step, self.pool.as_deref())
+    }
+
+    /// Adds up what the contacts did to the pebbles of each body.
+    fn gather_loads(&mut self) {
+        let Particles { loads, bodies, .. } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.gather(loads, self.pool.as_deref());
         }
     }
 
@@ -328,6 +360,10 @@ impl Engine {
             return;
         };
         for (orientation, record) in orientations.iter_mut().zip(&self.particles.records) {
+            // A pebble's orientation is its body's.
+            if record.flags & PEBBLE != 0 {
+                continue;
+            }
             let half_turn = record.angular_velocity * (0.5 * drift);
             *orientation = (turn(half_turn) * *orientation).normalize();
         }
@@ -401,7 +437,16 @@ impl Engine {
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
         let skin = self.skin.thickness;
+        if let Some(bodies) = &mut self.particles.bodies {
+            bodies.wrap(&self.images);
+        }
         let (list, sorted) = build(&mut self.particles, skin, &self.images, parallel);
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.note_shifts(records, &self.images);
+        }
         let near_walls = find_near_walls(
             &self.particles,
             &self.plan.walls,
@@ -447,6 +492,7 @@ impl Engine {
             walls: &self.plan.walls,
             wall_states: &self.wall_states,
             wall_curvature: self.plan.wall_curvature,
+            contact_point_mass: self.plan.contact_point_mass,
             watch,
         };
         // Prescribed motion is put right between kick and drift of all particles, not block by block.
@@ -458,11 +504,14 @@ impl Engine {
             let fastest = self
                 .forces
                 .compute(&mut self.particles, &context, pool, &finish);
-            self.drifted = Some(fastest);
+            self.gather_loads();
+            let of_bodies = self.advance_bodies(2, self.plan.time_step);
+            self.drifted = Some(fastest.merge(of_bodies));
         } else {
             let finish = |_: &mut [Particle], _: &[Load]| Fastest::default();
             self.forces
                 .compute(&mut self.particles, &context, pool, &finish);
+            self.gather_loads();
             self.kick_due = true;
         }
         if self.plan.energy_budget {
@@ -608,7 +657,7 @@ impl KickDrift {
     fn run(&self, records: &mut [Particle], loads: &[Load]) -> Fastest {
         let (mut largest, mut sum) = (0.0f64, 0.0);
         for (record, load) in records.iter_mut().zip(loads) {
-            if record.flags & FIXED != 0 {
+            if record.flags & (FIXED | PEBBLE) != 0 {
                 continue;
             }
             let kick = (load.force * record.inverse_mass + self.gravity) * self.half;

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Grid, Images, NO_SHIFT};
-use crate::particles::{Particle, Particles};
+use crate::particles::{Bodies, Particle, Particles};
 
 /// A listed partner of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +23,29 @@ pub struct CandidateList {
     pub entries: Vec<Candidate>,
 }
 
+impl CandidateList {
+    /// Drops the pairs of pebbles of one body, which never touch.
+    fn drop_inner_pairs(&mut self, bodies: &Bodies) {
+        let (mut kept, mut begin) = (0, 0);
+        for row in 0..self.start.len() - 1 {
+            let end = self.start[row + 1] as usize;
+            let body = bodies.body_of_row(row);
+            for k in begin..end {
+                let entry = self.entries[k];
+                if body.is_none() || body != bodies.body_of_row(entry.partner as usize) {
+                    self.entries[kept] = entry;
+                    kept += 1;
+                }
+            }
+            begin = end;
+            self.start[row + 1] = kept as u32;
+        }
+        self.entries.truncate(kept);
+    }
+}
+
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + `skin` (m), except pairs that contacts cannot move. Returns the list and where each old row went
+/// R_i + R_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. Returns the list and where each old row went
 /// (`new_row[old]`). `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
@@ -50,7 +71,10 @@ pub fn build(
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    let list = list(particles, &grid, reach, skin, images, parallel);
+    let mut list = list(particles, &grid, reach, skin, images, parallel);
+    if let Some(bodies) = &particles.bodies {
+        list.drop_inner_pairs(bodies);
+    }
     (list, new_row)
 }
 
