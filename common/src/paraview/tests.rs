@@ -66,7 +66,7 @@ fn particles_come_with_every_column_and_what_glyphs_need() {
         film_volume: true,
     };
     let expected = frame();
-    let grid = particles(&columns.specs(), &frame().into_frame()).unwrap();
+    let grid = particles(&columns.specs(), frame().into_frame()).unwrap();
     assert_eq!(grid.time, Some(0.25));
     assert_eq!(*grid.points, *expected.position);
     assert!(matches!(grid.cells, VtuCells::Vertices));
@@ -99,7 +99,7 @@ fn columns_of_a_later_version_become_arrays_too() {
         step: 0,
         columns,
     };
-    let grid = particles(&specs, &frame).unwrap();
+    let grid = particles(&specs, frame.clone()).unwrap();
     let names: Vec<&str> = grid.point_data.iter().map(|array| &*array.name).collect();
     assert_eq!(names, ["heat", "wear", "ex", "ey"]);
     assert_eq!(
@@ -107,7 +107,7 @@ fn columns_of_a_later_version_become_arrays_too() {
         [DVec3::new(4.0, 5.0, 6.0)]
     );
     assert_eq!(
-        particles(&specs[1..], &frame).unwrap_err(),
+        particles(&specs[1..], frame).unwrap_err(),
         "no columns x, y, z of positions"
     );
 }
@@ -134,7 +134,7 @@ fn contact_frame() -> ContactFrame {
 fn contacts_join_centres_and_carry_their_forces() {
     let specs = ContactColumns::default().specs();
     let centre: HashMap<u32, DVec3> = [(3, DVec3::ZERO), (5, DVec3::new(0.7, 0.0, 0.0))].into();
-    let grid = contacts(&specs, &contact_frame().into_frame(), &centre).unwrap();
+    let grid = contacts(&specs, contact_frame().into_frame(), &centre).unwrap();
     let expected = [
         DVec3::ZERO,
         DVec3::new(0.7, 0.0, 0.0),
@@ -156,7 +156,7 @@ fn contacts_join_centres_and_carry_their_forces() {
     assert!(matches!(cell(&grid, "wall"), VtuValues::I64(v) if **v == [-1, 2]));
 
     // Without positions the line lies centrally about the contact point.
-    let grid = contacts(&specs, &contact_frame().into_frame(), &HashMap::new()).unwrap();
+    let grid = contacts(&specs, contact_frame().into_frame(), &HashMap::new()).unwrap();
     let middle = 0.5 * (grid.points[0] + grid.points[1]);
     assert!(middle.distance(DVec3::new(0.475, 0.0, 0.0)) < 1e-15);
 }
@@ -214,7 +214,7 @@ fn a_series_lists_its_frames_and_removes_only_those_of_an_earlier_one() {
             time: number as f64,
             ..ParticleFrame::default()
         };
-        let grid = particles(&specs, &frame.into_frame()).unwrap();
+        let grid = particles(&specs, frame.into_frame()).unwrap();
         series.write(number, &grid).unwrap();
     }
     let list = std::fs::read_to_string(path("run.particles.pvd")).unwrap();
