@@ -32,7 +32,7 @@ fn run(folder: &Path, speed: f64) {
     let columns = ParticleColumns::default();
     let mut particles = ParticleWriter::create(path("particles"), columns, &header).unwrap();
     let columns = ContactColumns::default();
-    let mut contacts = ContactWriter::create(path("contacts"), columns, &header).unwrap();
+    let mut contacts = ContactWriter::create(path("contacts"), &columns, &header).unwrap();
     let mut walls = WallWriter::create(path("walls"), &header, &[shell]).unwrap();
     for k in 0..3_u32 {
         let (time, step) = (0.1 * f64::from(k), u64::from(k));
@@ -81,8 +81,8 @@ fn run(folder: &Path, speed: f64) {
 fn choice(quantity: &str) -> PictureChoice {
     PictureChoice {
         options: Options {
-            width: 320,
-            height: 240,
+            width: 480,
+            height: 360,
             ..Options::default()
         },
         quantity: quantity.into(),
