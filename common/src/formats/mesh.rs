@@ -69,6 +69,20 @@ impl TriangleMesh {
     }
 }
 
+impl TriangleMesh {
+    /// The mesh with each vertex merged with the first earlier one that is at most `tolerance` (m) away.
+    #[must_use]
+    pub fn welded_within(&self, tolerance: f64) -> Self {
+        let surface = Surface {
+            vertices: self.vertices.clone(),
+            triangles: self.triangles.clone(),
+        };
+        let mut mesh = weld::weld(&surface, tolerance.max(0.0));
+        mesh.welded += self.welded;
+        mesh
+    }
+}
+
 /// Reads a mesh and merges equal vertices.
 ///
 /// # Errors

@@ -11,6 +11,7 @@
 //! the users' page.
 
 mod boundaries;
+mod clump_file;
 mod contacts;
 mod cursor;
 mod error;
@@ -41,6 +42,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 pub use boundaries::{Flux, NamedRegion};
+pub use clump_file::{parse_clump, read_clump};
 pub use contacts::{
     ContactOverride, CoupleOverride, LiquidOverride, NormalOverride, TangentialOverride,
 };
@@ -56,12 +58,15 @@ pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
 pub use motion::{Motion, MotionKind};
 pub use output::{ClumpsAs, Output};
-pub use particles::{Clump, Lattice, ParticleSource, ParticleValues, Particles, Prescribed, Start};
+pub use particles::{
+    Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
+    Start,
+};
 pub use psd::{Psd, SizeLaw, Weighting};
 pub use region::Region;
 pub use settings::{
-    Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, TangentialHistory, Time,
-    TimeStep,
+    ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever,
+    TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};
@@ -138,22 +143,28 @@ impl Scene {
 /// # Errors
 /// All mistakes of the file and the command line at once; of syntax errors one per line.
 pub fn read_scene(path: &Path, overrides: &[String]) -> Result<Scene, SceneErrors> {
+    let text = read_text(path, "scene")?;
+    parse_scene(path, &text, overrides, Files::MustExist)
+}
+
+/// The text of a file; `what` names its kind in messages.
+fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
     let name = path.display().to_string();
     let whole = |message: String| SceneError {
         place: Place::new(&Source::file(name.clone(), ""), 0..0, ""),
         message,
         help: None,
     };
-    let bytes =
-        std::fs::read(path).map_err(|error| whole(format!("the scene cannot be read: {error}")))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
+    let bytes = std::fs::read(path)
+        .map_err(|error| whole(format!("the {what} cannot be read: {error}")))?;
+    String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         Place::new(&Source::file(name.clone(), text), valid..valid + 1, "")
             .error("this is not UTF-8 text")
             .with_help("save the file as UTF-8")
-    })?;
-    parse_scene(path, &text, overrides, Files::MustExist)
+            .into()
+    })
 }
 
 /// Reads a scene from its text. `path` names it in messages and gives the folder of its files.

@@ -6,6 +6,7 @@
 
 mod contact_frames;
 mod data_file;
+mod data_rows;
 mod ene_file;
 mod energies;
 pub mod folder;
