@@ -22,6 +22,7 @@ mod positioned;
 mod reader;
 mod schema;
 mod table;
+mod walls;
 mod writer;
 
 pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};
@@ -32,6 +33,7 @@ pub use particles::{
 };
 pub use reader::{FrameInfo, FrameReader};
 pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
+pub use walls::{WallFrame, WallReader, WallWriter};
 pub use writer::{FrameWriteError, FrameWriter};
 
 /// The version of the layout, the value of the schema metadata `mercury_frames`.

@@ -5,6 +5,8 @@
 pub mod error;
 pub mod formats;
 pub mod frames;
+pub mod paraview;
 pub mod random;
 pub mod scene;
 pub mod sizes;
+pub mod surfaces;

@@ -1,1 +1,333 @@
 //! Generators of pebbles from a closed surface.
+//!
+//! | method | idea | for |
+//! |---|---|---|
+//! | [`Euclidean`] | the largest ball that fits beside those placed, again and again | compact bodies, few large pebbles |
+//! | [`Tangent`] | largest empty balls tangent to the surface at many points; those that add most volume are taken | any body; least volume error for a number of pebbles |
+//! | [`Favier`] | one ball per slab along the longest axis | bodies of revolution |
+//!
+//! All work on exact distances to the triangles, in a frame of the body (origin at its centre, axes its principal axes, unit length
+//! the radius of the ball of equal volume). So a moved, turned or scaled surface gives the moved, turned or scaled pebbles, up to round-off, as far
+//! as the principal axes are unique. See `docs/theory/pebble-generators.md`.
+
+pub(crate) mod ascent;
+pub(crate) mod body;
+mod cover;
+mod error;
+mod euclidean;
+mod favier;
+#[cfg(test)]
+pub(crate) mod shapes;
+mod tangent;
+#[cfg(test)]
+mod tests;
+
+use mercury_common::formats::clump::Pebble;
+use mercury_common::formats::mesh::TriangleMesh;
+
+use crate::fidelity::union_volume;
+use body::Body;
+pub use error::GenerateError;
+
+/// No generator makes more pebbles than this when only a fidelity is asked for.
+pub const MOST_PEBBLES: usize = 100_000;
+
+/// What is asked of a generator.
+///
+/// ```
+/// use mclump::generate::{Method, Request, Stop, Tangent};
+/// let request = Request {
+///     method: Method::Tangent(Tangent::default()),
+///     stop: Stop { pebbles: Some(100), volume_error: Some(0.02) },
+///     ..Request::default()
+/// };
+/// assert_eq!(request.seed, 0);
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Request {
+    /// The algorithm and its parameters.
+    pub method: Method,
+    /// When to stop.
+    pub stop: Stop,
+    /// No pebble has a smaller radius, in m. 0 stands for 1/1000 of the radius of the ball of equal volume.
+    pub smallest_radius: f64,
+    /// How far each pebble may stand out of the surface, in m: radii are those of inscribed balls plus this length.
+    /// 0: all pebbles are inside.
+    pub protrusion: f64,
+    /// Seed of the random points of [`Tangent`]; the other methods draw nothing.
+    pub seed: u64,
+}
+
+/// When a generator stops: at what comes first. At least one must be given.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stop {
+    /// Number of pebbles, at least 1. Fewer come out if no more fit (see [`Request::smallest_radius`]).
+    pub pebbles: Option<usize>,
+    /// Relative difference of the volumes of union and surface, in (0, 1).
+    pub volume_error: Option<f64>,
+}
+
+/// An algorithm with its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Method {
+    /// Largest balls by the distance field.
+    Euclidean(Euclidean),
+    /// Largest empty tangent balls and a greedy cover.
+    Tangent(Tangent),
+    /// One ball per slab.
+    Favier(Favier),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Tangent(Tangent::default())
+    }
+}
+
+/// Inscribed balls by the distance field.
+///
+/// The field is `D(x) = min(distance to the surface, min_i |x - c_i| - (1 - overlap) r_i)`; the next ball has its centre where D
+/// is largest and the radius D.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Euclidean {
+    /// Share of the radius of a placed ball that others may enter, in [0, 1). 0: balls touch at most.
+    pub overlap: f64,
+    /// No radius is larger than this share of the largest inscribed one, in (0, 1].
+    pub largest_radius_ratio: f64,
+    /// A ball may be smaller than the largest that fits by this share, in [1e-4, 0.5]. It bounds the search, not the
+    /// tangency.
+    pub accuracy: f64,
+}
+
+impl Default for Euclidean {
+    fn default() -> Self {
+        Self {
+            overlap: 0.6,
+            largest_radius_ratio: 1.0,
+            accuracy: 0.1,
+        }
+    }
+}
+
+/// Balls tangent to the surface, taken in the order of the volume that they add.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tangent {
+    /// Surface points to start balls from, beside the incentres of the triangles; at least 1.
+    pub surface_points: usize,
+    /// Points inside the body that stand for its volume when balls are compared, about this many; at least 100.
+    pub volume_points: usize,
+}
+
+impl Default for Tangent {
+    fn default() -> Self {
+        Self {
+            surface_points: 20_000,
+            volume_points: 200_000,
+        }
+    }
+}
+
+/// Balls in slabs along the longest principal axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Favier {
+    /// What the radius is.
+    pub rule: SlabRadius,
+}
+
+/// The radius of the ball in a slab.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SlabRadius {
+    /// The distance of the centre to the surface: the ball is inscribed.
+    #[default]
+    Smallest,
+    /// The mean distance to the surface in the slab; capped by the distance to the nearer end of the body. May protrude.
+    Mean,
+    /// The largest distance to the surface in the slab; capped likewise. May protrude.
+    Largest,
+}
+
+/// Makes pebbles for a closed surface with outward normals.
+///
+/// The pebbles come in the frame of the mesh with radii that do not increase, and depend on mesh and request only, not on the number of
+/// threads. `progress` is called with the number of pebbles so far and the number asked for (0 if there is none).
+///
+/// # Errors
+/// If the surface is not closed or not oriented outward, a parameter is outside its range, no pebble fits, or the
+/// volume error asked for (without number of pebbles) cannot be reached.
+pub fn generate(
+    mesh: &TriangleMesh,
+    request: &Request,
+    progress: &mut dyn FnMut(usize, usize),
+) -> Result<Vec<Pebble>, GenerateError> {
+    check(request)?;
+    let body = Body::new(mesh)?;
+    let limits = Limits {
+        smallest: if request.smallest_radius > 0.0 {
+            (request.smallest_radius - request.protrusion) / body.unit
+        } else {
+            1e-3
+        }
+        .max(1e-6),
+        protrusion: request.protrusion / body.unit,
+    };
+    let total = request.stop.pebbles.unwrap_or(0);
+    let mut pebbles = match &request.method {
+        Method::Favier(options) => {
+            favier::generate(&body, options, &request.stop, &limits, progress)?
+        }
+        Method::Euclidean(options) => {
+            let mut balls = euclidean::Balls::new(&body, options, limits.smallest);
+            let mut next = || balls.next();
+            collect(&body, &request.stop, &limits, &mut next, &mut |done| {
+                progress(done, total);
+            })?
+        }
+        Method::Tangent(options) => {
+            let mut balls = tangent::Balls::new(&body, options, limits, request.seed);
+            let mut next = || balls.next();
+            collect(&body, &request.stop, &limits, &mut next, &mut |done| {
+                progress(done, total);
+            })?
+        }
+    };
+    // Stable: equal radii stay in the order of their making.
+    pebbles.sort_by(|a, b| b.radius.total_cmp(&a.radius));
+    Ok(pebbles
+        .into_iter()
+        .map(|pebble| body.to_mesh(&pebble))
+        .collect())
+}
+
+/// Lengths of a request in units of the body.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    /// Smallest radius of an inscribed ball.
+    smallest: f64,
+    protrusion: f64,
+}
+
+/// Takes balls until the request is met. The first n balls do not depend on how many follow.
+fn collect(
+    body: &Body,
+    stop: &Stop,
+    limits: &Limits,
+    next: &mut dyn FnMut() -> Option<Pebble>,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Vec<Pebble>, GenerateError> {
+    let most = stop.pebbles.unwrap_or(MOST_PEBBLES);
+    let mut pebbles: Vec<Pebble> = Vec::new();
+    let mut looked_at = 0;
+    loop {
+        let exhausted = match next().filter(|_| pebbles.len() < most) {
+            Some(mut pebble) => {
+                pebble.radius += limits.protrusion;
+                pebbles.push(pebble);
+                progress(pebbles.len());
+                pebbles.len() == most
+            }
+            None => true,
+        };
+        // The union is measured at n = 1, 2, 3, ..., 8, 10, 12, ..., so the cost stays a small multiple of the last.
+        let due = pebbles.len() >= looked_at + 1 + looked_at / 8;
+        if let Some(target) = stop.volume_error.filter(|_| due || exhausted) {
+            let enough = |n: usize| volume_error(body, &pebbles[..n]) <= target;
+            let n = pebbles.len();
+            if n > 0 && enough(n) {
+                // Between the last look and here: the union grows with each ball.
+                let (mut low, mut high) = (looked_at, n);
+                while high - low > 1 {
+                    let middle = low.midpoint(high);
+                    if enough(middle) {
+                        high = middle;
+                    } else {
+                        low = middle;
+                    }
+                }
+                pebbles.truncate(high);
+                return Ok(pebbles);
+            }
+            looked_at = n;
+        }
+        if exhausted {
+            if pebbles.is_empty() {
+                return Err(GenerateError::NothingFits {
+                    smallest: (limits.smallest + limits.protrusion) * body.unit,
+                });
+            }
+            if let (Some(target), None) = (stop.volume_error, stop.pebbles) {
+                return Err(GenerateError::TargetNotReached {
+                    target,
+                    reached: volume_error(body, &pebbles),
+                    pebbles: pebbles.len(),
+                });
+            }
+            return Ok(pebbles);
+        }
+    }
+}
+
+/// The largest inscribed ball in the frame of the body, smaller than the largest possible by at most the accuracy.
+pub(crate) fn largest_inscribed(body: &Body, options: &Euclidean) -> Option<Pebble> {
+    euclidean::Balls::new(body, options, 1e-6).next()
+}
+
+/// Relative difference of volumes of balls in the frame of the body and the body.
+fn volume_error(body: &Body, balls: &[Pebble]) -> f64 {
+    (union_volume(balls) / body.volume - 1.0).abs()
+}
+
+fn check(request: &Request) -> Result<(), GenerateError> {
+    let bad = |name, value: f64, expected| {
+        Err(GenerateError::Parameter {
+            name,
+            value,
+            expected,
+        })
+    };
+    let length = "a finite length of at least 0 m";
+    if !(request.smallest_radius >= 0.0 && request.smallest_radius.is_finite()) {
+        return bad("smallest radius", request.smallest_radius, length);
+    }
+    if !(request.protrusion >= 0.0 && request.protrusion.is_finite()) {
+        return bad("protrusion", request.protrusion, length);
+    }
+    match request.stop {
+        Stop {
+            pebbles: None,
+            volume_error: None,
+        } => return Err(GenerateError::NoStop),
+        Stop {
+            pebbles: Some(0), ..
+        } => return bad("number of pebbles", 0.0, "at least 1"),
+        Stop {
+            volume_error: Some(error),
+            ..
+        } if !(error > 0.0 && error < 1.0) => {
+            return bad("volume error", error, "a share above 0 and below 1");
+        }
+        _ => {}
+    }
+    match request.method {
+        Method::Euclidean(Euclidean { overlap, .. }) if !(0.0..1.0).contains(&overlap) => {
+            bad("overlap", overlap, "at least 0 and below 1")
+        }
+        Method::Euclidean(Euclidean {
+            largest_radius_ratio: ratio,
+            ..
+        }) if !(ratio > 0.0 && ratio <= 1.0) => {
+            bad("largest radius ratio", ratio, "above 0 and at most 1")
+        }
+        Method::Euclidean(Euclidean { accuracy, .. }) if !(1e-4..=0.5).contains(&accuracy) => {
+            bad("accuracy", accuracy, "a share from 0.0001 to 0.5")
+        }
+        Method::Tangent(Tangent {
+            surface_points: 0, ..
+        }) => bad("number of surface points", 0.0, "at least 1"),
+        Method::Tangent(Tangent { volume_points, .. }) if volume_points < 100 => bad(
+            "number of volume points",
+            volume_points as f64,
+            "at least 100",
+        ),
+        _ => Ok(()),
+    }
+}

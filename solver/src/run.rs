@@ -11,6 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
+
 pub use budget::Budget;
 pub use report::Report;
 
@@ -20,7 +22,6 @@ use rest::Rest;
 use crate::boundaries::Tally;
 use crate::engine::{Engine, RunError};
 use crate::forces::{Watch, block_size};
-use crate::output::pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 use crate::output::summary::{Status, Summary};
 use crate::output::{
     Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,
@@ -185,13 +186,19 @@ fn time_loop(
         f64::INFINITY
     };
     let mut contact_frames = Schedule::new(contact_interval, plan.time_step);
+    let vtk_interval = if output.vtk {
+        output.vtk_interval
+    } else {
+        f64::INFINITY
+    };
+    let mut vtk_frames = Schedule::new(vtk_interval, plan.time_step);
     let mut rest = plan.until_at_rest.then(|| {
         let factor = inverse_inertia_factor(plan.dimensions);
         Rest::new(plan.gravity.length(), factor)
     });
     let mut looped = Looped::default();
     let mut next_look = 0;
-    if !writer.send(Moment::take(engine, true, output.fstat)) {
+    if !writer.send(Moment::take(engine, true, output.fstat, output.vtk)) {
         return Ok(looped);
     }
     let mut since = Instant::now();
@@ -206,17 +213,19 @@ fn time_loop(
             (step + most)
                 .min(frames.next_step())
                 .min(contact_frames.next_step())
+                .min(vtk_frames.next_step())
                 .clamp(step + 1, plan.steps)
         };
         let count = target - step;
         step = target;
         let frame = frames.is_due(step);
         let contacts = contact_frames.is_due(step);
+        let vtk = vtk_frames.is_due(step);
         let last = step == plan.steps || stopping;
         // A step that may be the last one is watched in case it is.
         let perhaps_last = last || rest.as_ref().is_some_and(Rest::is_near);
-        let watch = (frame || contacts || perhaps_last).then_some(Watch {
-            records: contacts || (perhaps_last && output.fstat),
+        let watch = (frame || contacts || vtk || perhaps_last).then_some(Watch {
+            records: contacts || vtk || (perhaps_last && (output.fstat || output.vtk)),
             audit: None,
         });
         engine.steps_at_once(count, watch)?;
@@ -225,10 +234,15 @@ fn time_loop(
             rest.is_reached(&engine.particles, engine.boundaries().expects_more())
         });
         let ends = last || looped.at_rest;
-        if frame || contacts || ends {
+        if frame || contacts || vtk || ends {
             engine.complete_step()?;
             looped.seconds += since.elapsed().as_secs_f64();
-            let moment = Moment::take(engine, frame || ends, contacts || (ends && output.fstat));
+            let moment = Moment::take(
+                engine,
+                frame || ends,
+                contacts || (ends && output.fstat),
+                vtk || (ends && output.vtk),
+            );
             if !writer.send(moment) {
                 return Ok(looped);
             }

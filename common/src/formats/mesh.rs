@@ -32,6 +32,17 @@ pub struct TriangleMesh {
 }
 
 impl TriangleMesh {
+    /// The mesh of triangles given by the places of their corners (m); equal corners become one.
+    #[must_use]
+    pub fn from_corners(triangles: &[[DVec3; 3]]) -> Self {
+        let count = triangles.len() as u32;
+        let surface = Surface {
+            vertices: triangles.iter().flatten().copied().collect(),
+            triangles: (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+        };
+        weld::weld(&surface, 0.0)
+    }
+
     /// Positions of the corners of a triangle in m.
     #[must_use]
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
@@ -55,6 +66,20 @@ impl TriangleMesh {
         let first = *self.vertices.first()?;
         let extend = |(low, high): (DVec3, DVec3), v: &DVec3| (low.min(*v), high.max(*v));
         Some(self.vertices.iter().fold((first, first), extend))
+    }
+}
+
+impl TriangleMesh {
+    /// The mesh with each vertex merged with the first earlier one that is at most `tolerance` (m) away.
+    #[must_use]
+    pub fn welded_within(&self, tolerance: f64) -> Self {
+        let surface = Surface {
+            vertices: self.vertices.clone(),
+            triangles: self.triangles.clone(),
+        };
+        let mut mesh = weld::weld(&surface, tolerance.max(0.0));
+        mesh.welded += self.welded;
+        mesh
     }
 }
 

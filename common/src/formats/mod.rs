@@ -19,6 +19,8 @@ pub mod mesh;
 pub mod number;
 pub mod orientation;
 pub mod particle_csv;
+pub mod pebble_list;
+pub mod vtu;
 
 use std::fs::File;
 use std::path::Path;

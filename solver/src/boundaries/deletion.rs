@@ -163,6 +163,6 @@ pub(super) fn remove(particles: &mut Particles, gone: &[(Leaver, Exit)]) -> Vec<
     let stay: Vec<u32> = (0..particles.len() as u32)
         .filter(|&row| !leaves[row as usize])
         .collect();
-    particles.reorder(&stay);
+    particles.keep(&stay);
     stay
 }

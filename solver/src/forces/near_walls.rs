@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::particles::{Particle, Particles};
-use crate::walls::{Touches, Wall, WallState};
+use crate::walls::{Shape, Touches, Wall, WallState};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,27 +47,34 @@ pub fn find_near_walls(
     let search = |(chunk, records): (usize, &[Particle])| {
         let mut near = Vec::new();
         let mut touches = Touches::default();
-        for (k, record) in records.iter().enumerate() {
-            // Particles that contacts cannot move do not feel walls.
-            if record.inverse_mass == 0.0 {
-                continue;
-            }
-            for (index, wall) in walls.iter().enumerate() {
-                for &image in &codes[index] {
-                    let centre = states[index].into_wall(record.position + images.shift(image));
-                    wall.shape
-                        .touches(centre, record.radius + margin, &mut touches);
-                    if !touches.is_empty() {
+        for (index, wall) in walls.iter().enumerate() {
+            for &image in &codes[index] {
+                let shift = images.shift(image);
+                for (k, record) in records.iter().enumerate() {
+                    let centre = states[index].into_wall(record.position + shift);
+                    let reach = record.radius + margin;
+                    let features = match &wall.shape {
+                        // Most walls of most scenes.
+                        Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),
+                        shape => {
+                            shape.touches(centre, reach, &mut touches);
+                            touches.len()
+                        }
+                    };
+                    // Particles that contacts cannot move do not feel walls.
+                    if features > 0 && record.inverse_mass > 0.0 {
                         near.push(NearWall {
                             row: (chunk * CHUNK + k) as u32,
                             wall: index as u16,
                             image: image as u8,
-                            features: touches.len() as u8,
+                            features: features as u8,
                         });
                     }
                 }
             }
         }
+        // Stable: within a row the order of the walls stays.
+        near.sort_by_key(|near| near.row);
         near
     };
     let records = &particles.records;

@@ -22,22 +22,27 @@ impl ContactFrames {
         plan: &Plan,
         history: &[HistoryNumber],
     ) -> Result<Self, OutputError> {
-        let mut laws = plan.laws.laws.iter().flatten();
-        let columns = ContactColumns {
-            torque: laws.any(|law| law.rolling != AnyRolling::None),
-            history: history
-                .iter()
-                .map(|&(unit, description)| HistoryColumn {
-                    unit: unit.to_owned(),
-                    description: description.to_owned(),
-                })
-                .collect(),
-        };
+        let columns = contact_columns(plan, history);
         let path = folder.join(format!("{}.contacts.arrow", plan.prefix));
         Ok(Self {
             writer: ContactWriter::create(path, &columns, &frames_header(plan))?,
             columns,
         })
+    }
+}
+
+/// Which columns the contacts of a run have.
+pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> ContactColumns {
+    let mut laws = plan.laws.laws.iter().flatten();
+    ContactColumns {
+        torque: laws.any(|law| law.rolling != AnyRolling::None),
+        history: history
+            .iter()
+            .map(|&(unit, description)| HistoryColumn {
+                unit: unit.to_owned(),
+                description: description.to_owned(),
+            })
+            .collect(),
     }
 }
 

@@ -37,12 +37,14 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 15] = [
+const ENDINGS: [&str; 17] = [
     "data",
     "ene",
     "fstat",
     "particles.arrow",
     "contacts.arrow",
+    "walls.arrow",
+    "surfaces.arrow",
     "track.csv",
     "walls.csv",
     "regions.csv",

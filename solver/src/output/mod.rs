@@ -13,7 +13,6 @@ pub mod folder;
 mod fstat_file;
 mod moment;
 mod particle_frames;
-pub mod pictures;
 pub mod progress_line;
 mod schedule;
 mod state;
@@ -22,6 +21,8 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 mod track_file;
+mod vtk_files;
+mod wall_frames;
 mod wall_loads;
 mod wall_outlines;
 mod whole_file;

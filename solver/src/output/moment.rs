@@ -17,6 +17,8 @@ pub struct Moment {
     pub frame: bool,
     /// The contacts are due.
     pub contacts: bool,
+    /// The files for ParaView are due.
+    pub vtk: bool,
     /// Particles.
     pub records: Vec<Particle>,
     /// Contact forces on the particles.
@@ -38,7 +40,7 @@ pub struct Moment {
 impl Moment {
     /// Of an engine whose step is complete and was watched.
     #[must_use]
-    pub fn take(engine: &Engine, frame: bool, contacts: bool) -> Self {
+    pub fn take(engine: &Engine, frame: bool, contacts: bool, vtk: bool) -> Self {
         let particles = &engine.particles;
         let audit = engine.audit();
         Self {
@@ -46,6 +48,7 @@ impl Moment {
             step: engine.steps(),
             frame,
             contacts,
+            vtk,
             records: particles.records.clone(),
             loads: particles.loads.clone(),
             ids: particles.ids.clone(),

@@ -13,12 +13,28 @@ use crate::plan::Plan;
 
 pub(super) struct ParticleFrames {
     writer: ParticleWriter,
-    columns: ParticleColumns,
-    dimensions: u8,
+    table: ParticleTable,
 }
 
 impl ParticleFrames {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let table = ParticleTable::new(plan);
+        let path = folder.join(format!("{}.particles.arrow", plan.prefix));
+        Ok(Self {
+            writer: ParticleWriter::create(path, table.columns, &frames_header(plan))?,
+            table,
+        })
+    }
+}
+
+/// Which columns the particles of a run have.
+pub(super) struct ParticleTable {
+    pub(super) columns: ParticleColumns,
+    dimensions: u8,
+}
+
+impl ParticleTable {
+    pub(super) fn new(plan: &Plan) -> Self {
         let columns = ParticleColumns {
             body: plan.has_bodies(),
             orientation: plan.orientations,
@@ -27,12 +43,10 @@ impl ParticleFrames {
             torque: plan.laws.turns(),
             film_volume: false,
         };
-        let path = folder.join(format!("{}.particles.arrow", plan.prefix));
-        Ok(Self {
-            writer: ParticleWriter::create(path, columns, &frames_header(plan))?,
+        Self {
             columns,
             dimensions: plan.dimensions,
-        })
+        }
     }
 }
 
@@ -52,15 +66,22 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
 
 impl Stream for ParticleFrames {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
-            return Ok(());
+        if state.frame {
+            self.writer.append(self.table.frame(state))?;
         }
+        Ok(())
+    }
+}
+
+impl ParticleTable {
+    /// The particles of a state.
+    pub(super) fn frame(&self, state: &State) -> ParticleFrame {
         let particles = &state.particles;
         let flags = |flags: u32| {
             let bit = |mine, theirs| if flags & mine != 0 { theirs } else { 0 };
             bit(FIXED, FLAG_FIXED) | bit(PRESCRIBED, FLAG_PRESCRIBED)
         };
-        let frame = ParticleFrame {
+        ParticleFrame {
             time: state.time,
             step: state.step,
             id: state.ids.clone(),
@@ -93,8 +114,6 @@ impl Stream for ParticleFrames {
                 .torque
                 .then(|| state.loads.iter().map(|load| load.torque).collect()),
             film_volume: None,
-        };
-        self.writer.append(frame)?;
-        Ok(())
+        }
     }
 }

@@ -18,6 +18,8 @@ pub struct State {
     pub frame: bool,
     /// The contacts are due.
     pub contacts: bool,
+    /// The files for ParaView are due.
+    pub vtk: bool,
     /// Particles, pebbles among them, positions wrapped into the periodic domain.
     pub particles: Vec<Particle>,
     /// Contact forces on the particles.
@@ -71,6 +73,7 @@ impl State {
             step: moment.step,
             frame: moment.frame,
             contacts: moment.contacts,
+            vtk: moment.vtk,
             particles,
             loads: gather(&moment.loads, &order),
             ids: gather(&moment.ids, &order),

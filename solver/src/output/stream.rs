@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
+use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::FrameWriteError;
+use mercury_pictures::PictureError;
 
 use super::State;
-use super::pictures::PictureError;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +26,9 @@ pub enum OutputError {
     /// A file of native frames could not be written.
     #[error(transparent)]
     Frames(#[from] FrameWriteError),
+    /// A file for ParaView could not be written.
+    #[error(transparent)]
+    Vtk(#[from] VtuError),
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),

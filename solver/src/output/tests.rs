@@ -45,6 +45,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         step: 3,
         frame: true,
         contacts: true,
+        vtk: false,
         records: vec![
             particle(5.0, 0.5, 0),
             particle(11.0, 1.0, 0),

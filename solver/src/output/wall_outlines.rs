@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use mercury_pictures::PictureWall;
 
-use super::pictures::PictureWall;
 use crate::walls::{Outline, Wall, WallState};
 
 /// Chords of a circle.

@@ -5,15 +5,17 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
+use mercury_pictures::EnergyRow;
 
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::ene_file::EneFile;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
-use super::pictures::EnergyRow;
 use super::stream::Stream;
 use super::track_file::TrackFile;
+use super::vtk_files::VtkFiles;
+use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
 use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
@@ -105,6 +107,12 @@ fn streams(
     }
     if output.frames {
         streams.push(Box::new(ParticleFrames::create(folder, plan)?));
+    }
+    if output.frames && !plan.walls.is_empty() {
+        streams.push(Box::new(WallFrames::create(folder, plan)?));
+    }
+    if output.vtk {
+        streams.push(Box::new(VtkFiles::create(folder, plan, history)?));
     }
     if output.frames && output.fstat {
         streams.push(Box::new(ContactFrames::create(folder, plan, history)?));

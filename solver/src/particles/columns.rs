@@ -1,6 +1,7 @@
 //! All particles of a run, row by row.
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
 use super::{
     Bodies, Body, BodyPebble, FIXED, Load, NO_PEBBLE, PEBBLE, PRESCRIBED, Particle, PrescribedBody,
@@ -9,7 +10,7 @@ use super::{
 /// Components of motion that a scene prescribes for one particle; `None` is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prescribed {
-    /// Row of the particle, kept up to date by [`Particles::reorder`].
+    /// Row of the particle, kept up to date by [`Particles::keep`].
     pub row: u32,
     /// Velocity components, m/s.
     pub velocity: [Option<f64>; 3],
@@ -128,11 +129,16 @@ impl Particles {
         id
     }
 
-    /// Puts the row `order[k]` into row `k`; rows that `order` does not name are removed.
-    pub fn reorder(&mut self, order: &[u32]) {
-        fn gather<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
-            *column = order.iter().map(|&row| column[row as usize]).collect();
-        }
+    /// Keeps the rows that `stay` names, in that order.
+    pub fn keep(&mut self, stay: &[u32]) {
+        gather(&mut self.loads, stay, false);
+        gather(&mut self.listed_at, stay, false);
+        self.reorder(stay, false);
+    }
+
+    /// Puts the row `order[k]` into row `k`, but for the loads and the listed positions: the list that is made for the new order
+    /// brings new ones. `parallel`: with the threads of the pool from within which it is called.
+    pub(crate) fn reorder(&mut self, order: &[u32], parallel: bool) {
         if !self.prescribed.is_empty() || self.bodies.is_some() {
             let mut new_row = vec![u32::MAX; self.len()];
             for (new, &old) in order.iter().enumerate() {
@@ -147,13 +153,11 @@ impl Particles {
             self.prescribed
                 .retain(|prescribed| prescribed.row != u32::MAX);
         }
-        gather(&mut self.records, order);
-        gather(&mut self.loads, order);
-        gather(&mut self.ids, order);
-        gather(&mut self.masses, order);
-        gather(&mut self.listed_at, order);
+        gather(&mut self.records, order, parallel);
+        gather(&mut self.ids, order, parallel);
+        gather(&mut self.masses, order, parallel);
         if let Some(orientations) = &mut self.orientations {
-            gather(orientations, order);
+            gather(orientations, order, parallel);
         }
     }
 
@@ -206,4 +210,14 @@ impl Particles {
         rows.sort_unstable_by_key(|&row| self.ids[row as usize]);
         rows
     }
+}
+
+/// Row `order[k]` of a column becomes row `k`.
+fn gather<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32], parallel: bool) {
+    let row = |&row: &u32| column[row as usize];
+    *column = if parallel {
+        order.par_iter().with_min_len(1024).map(row).collect()
+    } else {
+        order.iter().map(row).collect()
+    };
 }

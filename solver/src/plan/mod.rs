@@ -150,9 +150,11 @@ impl Plan {
             output: OutputPlan {
                 interval: f64::INFINITY,
                 fstat_interval: f64::INFINITY,
+                vtk_interval: f64::INFINITY,
                 data: false,
                 ene: false,
                 fstat: false,
+                vtk: false,
                 frames: false,
                 walls: false,
                 pictures: false,
@@ -282,13 +284,17 @@ pub struct OutputPlan {
     pub interval: f64,
     /// Time between contact frames, s.
     pub fstat_interval: f64,
+    /// Time between files for ParaView, s.
+    pub vtk_interval: f64,
     /// `.data`.
     pub data: bool,
     /// `.ene`.
     pub ene: bool,
     /// `.fstat` and `.contacts.arrow`.
     pub fstat: bool,
-    /// `.particles.arrow`.
+    /// `vtk/<prefix>.*.vtu` and their lists.
+    pub vtk: bool,
+    /// `.particles.arrow` and `.walls.arrow`.
     pub frames: bool,
     /// `.walls.csv`.
     pub walls: bool,

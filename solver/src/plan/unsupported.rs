@@ -62,15 +62,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
     for spray in &scene.sprays {
         found.add(&spray.name.place, "sprays");
     }
-    let vtk = &scene.output.vtk;
-    if vtk.value {
-        let error = vtk
-            .place
-            .error("VTK files are not in this version of mercury-solve");
-        found.0.push(error.with_help(
-            "leave it out: every particle is in the .data and .particles.arrow files of the run",
-        ));
-    }
     found.0
 }
 

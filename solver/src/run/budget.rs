@@ -1,11 +1,11 @@
 //! What came in, what went out, what is there: the budgets of a run.
 
 use glam::DVec3;
+use mercury_pictures::EnergyRow;
 
 use crate::boundaries::Tally;
 use crate::engine::Engine;
 use crate::output::Written;
-use crate::output::pictures::EnergyRow;
 use crate::output::summary::{Dissipated, EnergySummary};
 use crate::plan::{NewBody, Plan};
 

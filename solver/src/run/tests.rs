@@ -9,7 +9,8 @@ use glam::{DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
-use mercury_common::frames::{ContactReader, ParticleReader};
+use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
+use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
 use crate::bodies::Clump;
@@ -54,9 +55,11 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Plan {
     plan.output = crate::plan::OutputPlan {
         interval,
         fstat_interval: interval,
+        vtk_interval: f64::INFINITY,
         data: true,
         ene: true,
         fstat: true,
+        vtk: false,
         frames: true,
         walls: true,
         pictures: false,
@@ -452,4 +455,53 @@ fn numbers_that_explode_end_the_run_with_what_was_written() {
         "{failure}"
     );
     assert!(!times(place.path()).is_empty());
+}
+
+#[test]
+fn walls_leave_their_surfaces_and_where_they_stood() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(20, 1e-3);
+    plan.walls = vec![floor()];
+    go(plan, place.path());
+    let walls = WallReader::open(place.path().join("test.walls.arrow")).unwrap();
+    assert_eq!(walls.header().walls, ["floor"]);
+    assert!(matches!(walls.surfaces(), [Surface::Plane { normal, .. }] if *normal == DVec3::Z));
+    assert_eq!(walls.frames().len(), 3);
+    let last = walls.frame(2).unwrap();
+    assert_eq!((last.step, last.present), (20, vec![true]));
+    assert_eq!(last.placement, [Placement::default()]);
+}
+
+#[test]
+fn files_for_paraview_have_their_own_interval_and_lists_with_times() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(30, 1e-3);
+    plan.walls = vec![floor()];
+    plan.output.vtk = true;
+    plan.output.vtk_interval = 2e-3;
+    // What an earlier, longer run left is not taken for a part of this one.
+    let folder = place.path().join("vtk");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("test.particles.0007.vtu"), "old").unwrap();
+    fs::write(folder.join("mine.vtu"), "kept").unwrap();
+    go(plan, place.path());
+    for kind in ["particles", "contacts", "walls"] {
+        let list = fs::read_to_string(folder.join(format!("test.{kind}.pvd"))).unwrap();
+        let tree = roxmltree::Document::parse(&list).unwrap();
+        let sets = tree.descendants().filter(|n| n.has_tag_name("DataSet"));
+        let found: Vec<(f64, String)> = sets
+            .map(|n| {
+                let time = n.attribute("timestep").unwrap().parse().unwrap();
+                (time, n.attribute("file").unwrap().to_owned())
+            })
+            .collect();
+        let times: Vec<f64> = found.iter().map(|(time, _)| *time).collect();
+        assert_eq!(times, step_times(&[0, 20, 30]), "{kind}");
+        for (k, (_, file)) in found.iter().enumerate() {
+            assert_eq!(*file, format!("test.{kind}.{k:04}.vtu"));
+            assert!(folder.join(file).exists());
+        }
+    }
+    // 3 kinds of 3 frames and a list each, the script, and the stranger.
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 3 * 4 + 2);
 }

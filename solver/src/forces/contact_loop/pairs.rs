@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Block, Histories, IMAGE, Pass, Seen, Slot, TOUCHING};
+use super::{Block, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::particles::{Load, Particle};
@@ -14,18 +14,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn pairs<const PERIODIC: bool, const WATCHED: bool>(
         &self,
         block: &mut Block<Histories<N, T, R>>,
+        rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
         let first_row = block.rows.start;
-        let records = self.records;
         let mut found = Found::NOTHING;
         for slots in block.slots.chunks_mut(CHUNK) {
             // Which slots touch can hardly be predicted; finding them without a branch first keeps the processor from
             // throwing away half-done contacts.
             let mut count = 0;
             for (k, slot) in slots.iter_mut().enumerate() {
-                let a = &records[first_row + slot.owner()];
-                let b = &records[slot.partner as usize];
+                let a = &rows.own[slot.owner()];
+                let b = rows.ahead(slot.partner as usize - first_row);
                 let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
                 let reach = a.radius + b.radius;
                 let touches = squared < reach * reach;
@@ -44,14 +44,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             for k in 0..count {
                 let slot = &mut slots[found.slot[k] as usize];
                 let owner = slot.owner();
-                let a = &records[first_row + owner];
-                let b = &records[slot.partner as usize];
+                let a = &rows.own[owner];
+                let b = rows.ahead(slot.partner as usize - first_row);
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
                 let (mut contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
                 if let Some(bodies) = self.bodies {
-                    let rows = [first_row + owner, slot.partner as usize];
-                    let inverse = self.inverse_mass_at(bodies, rows, contact.normal);
+                    let (a, b) = ((a, first_row + owner), (b, slot.partner as usize));
+                    let inverse = Self::inverse_mass_at(bodies, a, b, contact.normal);
                     contact.effective_mass = 1.0 / inverse;
                 }
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
@@ -94,6 +94,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     let seen = Seen {
                         row: first_row + owner,
                         partner,
+                        b: Some(b),
                         lever: lever_a,
                         depth,
                     };

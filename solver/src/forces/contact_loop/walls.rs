@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Block, FREE, Histories, Pass, Seen, WallSlot};
+use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{NearWall, Observation, Partner, Watch};
 use crate::particles::{Load, Particle};
@@ -12,6 +12,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn walls<const WATCHED: bool>(
         &self,
         block: &mut Block<Histories<N, T, R>>,
+        rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
         let context = self.context;
@@ -20,7 +21,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         for near in &mut block.near_walls {
             let wall = &context.walls[near.wall as usize];
             let state = &context.wall_states[near.wall as usize];
-            let a = &self.records[near.row as usize];
+            let row = near.row as usize - block.rows.start;
+            let a = &rows.own[row];
             let centre = a.position + context.images.shift(u32::from(near.image));
             if !matches!(wall.shape, Shape::Plane(_)) {
                 touches.clear();
@@ -44,7 +46,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 state,
                 centre,
             };
-            let load = &mut loads[near.row as usize - block.rows.start];
+            let load = &mut loads[row];
             let observation = &mut block.observation;
             if let Shape::Plane(plane) = &wall.shape {
                 // A plane has one feature: most walls of most scenes need no search.
@@ -115,7 +117,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             },
             effective_mass: match self.bodies {
                 None => 1.0 / a.inverse_mass,
-                Some(bodies) => 1.0 / self.mobility(bodies, side.near.row as usize, normal),
+                Some(bodies) => 1.0 / Self::mobility(bodies, a, side.near.row as usize, normal),
             },
             normal_velocity,
             tangential_velocity: velocity - normal * normal_velocity,
@@ -136,6 +138,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let seen = Seen {
                 row: side.near.row as usize,
                 partner,
+                b: None,
                 lever,
                 depth,
             };

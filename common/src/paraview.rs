@@ -1,0 +1,18 @@
+//! Frames as grids that ParaView shows, and series of them.
+//!
+//! Every column of a frame becomes an array, also those that this version does not know: three columns that end in x, y, z
+//! become a vector, four in w, x, y, z a quaternion. [`particles`] adds what glyphs need, [`contacts`] joins centres by lines,
+//! [`walls`] puts surfaces where they stand; a further kind (membranes, bridges, droplets) is a further function that
+//! returns a [`VtuGrid`](crate::formats::vtu::VtuGrid), and a further [`Series`].
+
+mod columns;
+mod grids;
+mod script;
+mod series;
+#[cfg(test)]
+mod tests;
+
+pub use columns::{Group, groups, vectors};
+pub use grids::{WallScene, contacts, particles, walls};
+pub use script::{ScriptParts, script};
+pub use series::Series;

@@ -1,0 +1,173 @@
+//! Particles, contacts and walls of one instant as grids.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::columns::{Group, groups, values, vectors};
+use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
+use crate::frames::{Column, ColumnSpec, Frame, WallFrame};
+use crate::surfaces::{Surface, faces_of_one_box};
+
+/// Particles as points, with every column of the frame, and `diameter` and `speed` for glyphs.
+///
+/// # Errors
+/// When the frame has no positions `x`, `y`, `z`.
+pub fn particles(specs: &[ColumnSpec], frame: &Frame) -> Result<VtuGrid<'static>, String> {
+    let groups = groups(specs);
+    let vector = |name: &str| {
+        groups.iter().find_map(|(found, group)| match group {
+            Group::Vector(places) if found == name => vectors(&frame.columns, *places),
+            _ => None,
+        })
+    };
+    let points = vector("position").ok_or("no columns x, y, z of positions")?;
+    let mut arrays = Vec::new();
+    let radius = specs.iter().position(|spec| spec.name == "radius");
+    if let Some(radius) = radius.and_then(|k| frame.columns[k].as_f64()) {
+        let diameter: Vec<f64> = radius.iter().map(|r| 2.0 * r).collect();
+        arrays.push(VtuArray::new("diameter", diameter));
+    }
+    if let Some(velocity) = vector("velocity") {
+        let speed: Vec<f64> = velocity.iter().map(|v| v.length()).collect();
+        arrays.push(VtuArray::new("speed", speed));
+    }
+    push_groups(&mut arrays, &groups, &frame.columns, &["position"]);
+    Ok(VtuGrid {
+        time: Some(frame.time),
+        points: points.into(),
+        cells: VtuCells::Vertices,
+        point_data: arrays,
+        cell_data: Vec::new(),
+    })
+}
+
+fn push_groups(
+    arrays: &mut Vec<VtuArray<'static>>,
+    groups: &[(String, Group)],
+    columns: &[Column],
+    without: &[&str],
+) {
+    for (name, group) in groups {
+        let taken = arrays.iter().any(|array| array.name == *name);
+        if taken || without.contains(&name.as_str()) {
+            continue;
+        }
+        if let Some(values) = values(columns, group) {
+            arrays.push(VtuArray::new(name.clone(), values));
+        }
+    }
+}
+
+/// Contacts as lines along their branch vectors, with every column of the frame, and `force_magnitude`, `normal_force`
+/// (positive where the partners repel each other) and `tangential_force` for tubes. `centre` gives the position of a
+/// particle by its id; where it does not know it, the line is laid centrally through the contact point.
+///
+/// # Errors
+/// When a column of a table of contacts is missing.
+pub fn contacts(
+    specs: &[ColumnSpec],
+    frame: &Frame,
+    centre: &HashMap<u32, DVec3>,
+) -> Result<VtuGrid<'static>, String> {
+    let groups = groups(specs);
+    let vector = |name: &str| {
+        let found = groups.iter().find_map(|(found, group)| match group {
+            Group::Vector(places) if found == name => vectors(&frame.columns, *places),
+            _ => None,
+        });
+        found.ok_or_else(|| format!("no vector {name}"))
+    };
+    let column = |name: &str| {
+        let place = specs.iter().position(|spec| spec.name == name);
+        let found = place.and_then(|k| frame.columns.get(k));
+        found.ok_or_else(|| format!("no column `{name}`"))
+    };
+    let (point, branch) = (vector("contact_point")?, vector("branch")?);
+    let (normal, force) = (vector("normal")?, vector("force")?);
+    let i = column("i")?.as_u32().ok_or("column `i` holds no ids")?;
+    let Column::OptionalU32(wall) = column("wall")? else {
+        return Err("column `wall` holds no optional indices".to_owned());
+    };
+    let mut points = Vec::with_capacity(2 * point.len());
+    for (k, id) in i.iter().enumerate() {
+        let begin = match (wall[k], centre.get(id)) {
+            // The branch of a wall contact begins at the contact point.
+            (Some(_), _) => point[k] + branch[k],
+            (None, Some(&centre)) => centre,
+            (None, None) => point[k] + 0.5 * branch[k],
+        };
+        points.extend([begin, begin - branch[k]]);
+    }
+    let pairs = || normal.iter().zip(&force);
+    let magnitude: Vec<f64> = force.iter().map(|f| f.length()).collect();
+    let along: Vec<f64> = pairs().map(|(n, f)| f.dot(*n)).collect();
+    let across: Vec<f64> = pairs()
+        .map(|(n, f)| (*f - *n * f.dot(*n)).length())
+        .collect();
+    let both_ends: Vec<f64> = magnitude.iter().flat_map(|&f| [f, f]).collect();
+    let mut arrays = vec![
+        VtuArray::new("force_magnitude", magnitude),
+        VtuArray::new("normal_force", along),
+        VtuArray::new("tangential_force", across),
+    ];
+    push_groups(&mut arrays, &groups, &frame.columns, &[]);
+    let lines = (0..i.len() as u32).map(|k| [2 * k, 2 * k + 1]);
+    Ok(VtuGrid {
+        time: Some(frame.time),
+        points: points.into(),
+        cells: VtuCells::Lines(lines.collect()),
+        // The tube filter takes its radius from points.
+        point_data: vec![VtuArray::new("force_magnitude", both_ends)],
+        cell_data: arrays,
+    })
+}
+
+/// The walls of a run, ready to be put where they stand.
+#[derive(Debug, Clone)]
+pub struct WallScene<'a> {
+    /// Names in the order of indices; faces of a box end each other.
+    pub names: &'a [String],
+    /// One per name.
+    pub surfaces: &'a [Surface],
+    /// Lower and upper corner of the domain, m.
+    pub domain: (DVec3, DVec3),
+}
+
+/// Walls as triangles where they stand, with the index of the wall on every triangle; those that are not there are left out.
+#[must_use]
+pub fn walls(scene: &WallScene, frame: &WallFrame) -> VtuGrid<'static> {
+    let ends = faces_of_one_box(scene.names);
+    let mut points = Vec::new();
+    let mut triangles = Vec::new();
+    let mut wall = Vec::new();
+    let placed = |k: usize| frame.placement.get(k).copied().unwrap_or_default();
+    for (k, surface) in scene.surfaces.iter().enumerate() {
+        if !frame.present.get(k).copied().unwrap_or(false) {
+            continue;
+        }
+        let ends = ends.get(k).map_or(&[][..], Vec::as_slice);
+        let cuts = ends.iter().filter_map(|&other| {
+            let present = frame.present.get(other).copied().unwrap_or(false);
+            let surface = scene.surfaces.get(other).filter(|_| present)?;
+            surface.half_space(&placed(other))
+        });
+        let cuts: Vec<_> = cuts.collect();
+        let mesh = surface.triangles(&placed(k), scene.domain, &cuts);
+        let first = points.len() as u32;
+        points.extend(mesh.vertices);
+        let moved = mesh
+            .triangles
+            .iter()
+            .map(|t| t.map(|corner| first + corner));
+        triangles.extend(moved);
+        wall.resize(triangles.len(), k as u32);
+    }
+    VtuGrid {
+        time: Some(frame.time),
+        points: points.into(),
+        cells: VtuCells::Triangles(triangles.into()),
+        point_data: Vec::new(),
+        cell_data: vec![VtuArray::new("wall", VtuValues::from(wall))],
+    }
+}

@@ -1,0 +1,96 @@
+//! A Python script that opens series in ParaView with sensible glyphs.
+
+use std::fmt::Write as _;
+
+/// Which series there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ScriptParts {
+    /// `<prefix>.contacts.pvd`.
+    pub contacts: bool,
+    /// `<prefix>.walls.pvd`.
+    pub walls: bool,
+}
+
+/// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
+/// hidden at first. It finds the files beside itself, and saves a picture if it is given a name.
+#[must_use]
+pub fn script(prefix: &str, parts: ScriptParts) -> String {
+    let mut text = String::new();
+    // A Python string literal; control characters cannot be part of our file names' prefix, but a quote can.
+    let quoted = format!("\"{}\"", prefix.replace('\\', "\\\\").replace('"', "\\\""));
+    let _ = writeln!(
+        text,
+        r#"# Opens this run in ParaView:   paraview --script=THIS_FILE
+# or as a picture of the last frame:   pvpython THIS_FILE PICTURE.png
+import os
+import sys
+from paraview.simple import *
+
+here = os.path.dirname(os.path.abspath(__file__)) if "__file__" in globals() else os.getcwd()
+prefix = {quoted}
+view = GetActiveViewOrCreate("RenderView")
+
+
+def series(kind):
+    reader = PVDReader(registrationName=prefix + "." + kind, FileName=os.path.join(here, prefix + "." + kind + ".pvd"))
+    reader.UpdatePipeline(max(reader.TimestepValues or [0.0]))
+    return reader
+
+
+particles = series("particles")
+shown = Show(particles, view)
+names = [array.Name for array in particles.PointData]
+shown.SetRepresentationType("3D Glyphs")
+shown.GlyphType = "Sphere"
+shown.GlyphType.ThetaResolution = 16
+shown.GlyphType.PhiResolution = 16
+if "diameter" in names:
+    # The glyph has diameter 1.
+    shown.Scaling = True
+    shown.ScaleMode = "Magnitude"
+    shown.SelectScaleArray = "diameter"
+    shown.ScaleFactor = 1.0
+if "speed" in names:
+    ColorBy(shown, ("POINTS", "speed"))
+    shown.RescaleTransferFunctionToDataRangeOverTime()
+    shown.SetScalarBarVisibility(view, True)"#
+    );
+    if parts.walls {
+        text.push_str(
+            r#"
+walls = series("walls")
+wall_display = Show(walls, view)
+wall_display.SetRepresentationType("Surface")
+wall_display.Opacity = 0.2
+ColorBy(wall_display, None)
+"#,
+        );
+    }
+    if parts.contacts {
+        text.push_str(
+            r#"
+contacts = series("contacts")
+contact_display = Show(contacts, view)
+contact_display.SetRepresentationType("Wireframe")
+contact_display.LineWidth = 3.0
+ColorBy(contact_display, ("CELLS", "force_magnitude"))
+Hide(contacts, view)
+"#,
+        );
+    }
+    text.push_str(
+        r#"
+scene = GetAnimationScene()
+scene.UpdateAnimationUsingDataTimeSteps()
+scene.GoToLast()
+view.CameraPosition = [0.0, -1.0, 0.0]
+view.CameraFocalPoint = [0.0, 0.0, 0.0]
+view.CameraViewUp = [0.0, 0.0, 1.0]
+view.ResetCamera()
+Render(view)
+if len(sys.argv) > 1 and sys.argv[-1].endswith(".png"):
+    SaveScreenshot(sys.argv[-1], view, ImageResolution=[1200, 900])
+"#,
+    );
+    text
+}

@@ -1,0 +1,307 @@
+//! From inputs to a clump: every route, the chosen one, the frame, the clump file.
+
+use glam::DVec3;
+use mercury_common::formats::clump::{ClumpFile, ClumpProblem, Pebble, Remark};
+use mercury_common::formats::mesh::TriangleMesh;
+use thiserror::Error;
+
+use crate::alignment::{Alignment, Equal, align};
+use crate::inertia::comparison::{Route, Row, Settings, row, warnings};
+use crate::surface::Prepared;
+
+/// A body longer than this (m) is probably given in another unit.
+const LARGE_BODY: f64 = 10.0;
+/// So is one shorter than this (m): a tenth of a micrometre.
+const SMALL_BODY: f64 = 1e-7;
+/// Nothing is denser (kg/m3): osmium has 22,590.
+const DENSEST: f64 = 23_000.0;
+
+/// What a clump is made of, in SI units, all in one frame.
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// Name of the clump.
+    pub name: String,
+    /// The surface, closed ([`crate::surface::prepare`]).
+    pub surface: Option<Prepared>,
+    /// The pebbles; at least one.
+    pub pebbles: Vec<Pebble>,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Density in kg/m3; default 1.
+    pub density: f64,
+    /// The route for mass, centre and inertia; by default the surface where there is one, else the union where pebbles overlap, else
+    /// the pebbles.
+    pub route: Option<Route>,
+    /// How to integrate.
+    pub settings: Settings,
+    /// Goes into the clump file as `[source]`.
+    pub source: Vec<(String, Remark)>,
+    /// Further entries of `[checks]`, put behind those found here.
+    pub checks: Vec<(String, Remark)>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            density: 1.0,
+            route: None,
+            settings: Settings::default(),
+            source: Vec::new(),
+            checks: Vec::new(),
+        }
+    }
+}
+
+/// A clump with everything that was found on the way.
+#[derive(Debug, Clone)]
+pub struct Built {
+    /// The clump file.
+    pub file: ClumpFile,
+    /// What each applicable route found, for unit density, in the frame of the input.
+    pub rows: Vec<Row>,
+    /// The route that the clump took.
+    pub route: Route,
+    /// The frame and how it came about.
+    pub alignment: Alignment,
+    /// What a user should know, in words.
+    pub warnings: Vec<String>,
+    /// The surface in the clump's frame.
+    pub surface: Option<TriangleMesh>,
+}
+
+/// Why there is no clump.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum BuildError {
+    /// There are no pebbles.
+    #[error("a clump needs at least one pebble: give a pebble list, or --generate with a surface")]
+    NoPebbles,
+    /// A pebble is not a sphere.
+    #[error("pebble {index}: {problem}")]
+    BadPebble {
+        /// Which, counted from 1.
+        index: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The chosen route does not apply.
+    #[error("{0}")]
+    NoRoute(String),
+    /// The density is not a positive number.
+    #[error("the density must be above 0 kg/m3, got {0}")]
+    BadDensity(f64),
+    /// The result is no rigid body; this needs numbers at the edge of double precision.
+    #[error("the result is not a rigid body: {0}\nhelp: check the unit (--scale) and the sizes")]
+    NotRigid(#[from] ClumpProblem),
+}
+
+/// Makes a clump.
+///
+/// # Errors
+/// Without pebbles, with a pebble or density that is not above 0 or not finite, with a route that does not apply.
+pub fn build(input: &Input, options: &Options) -> Result<Built, BuildError> {
+    check(input, options)?;
+    let mesh = input.surface.as_ref().map(|surface| &surface.mesh);
+    let all = [Route::Surface, Route::Union, Route::Voxels, Route::Pebbles];
+    let rows: Vec<Row> = all
+        .into_iter()
+        .filter_map(|route| row(route, mesh, &input.pebbles, &options.settings))
+        .collect();
+    let route = options.route.unwrap_or_else(|| default_route(&rows));
+    let chosen = rows.iter().find(|row| row.route == route).ok_or_else(|| {
+        BuildError::NoRoute(match route {
+            Route::Surface => "--inertia surface needs a surface: give an STL or OBJ file beside the pebbles, or take \
+                 --inertia union"
+                .to_owned(),
+            Route::Voxels => format!(
+                "no voxel's centre lies in a pebble at {} voxels: take more (--voxels) or --inertia union",
+                options.settings.voxels
+            ),
+            _ => format!("--inertia {route} does not apply to this input"),
+        })
+    })?;
+    let of_surface = mesh.filter(|_| route == Route::Surface);
+    let alignment = align(
+        &chosen.properties,
+        chosen.relative_error.unwrap_or(0.0),
+        of_surface,
+        &input.pebbles,
+    );
+    let pebbles = alignment.frame.align_pebbles(&input.pebbles);
+    let mut words = input
+        .surface
+        .as_ref()
+        .map_or(Vec::new(), |surface| surface.warnings.clone());
+    words.extend(warnings(&rows, route));
+    words.extend(implausible(input, options));
+    let mut file = ClumpFile {
+        name: input.name.clone(),
+        density: options.density,
+        mass: options.density * chosen.properties.volume,
+        volume: chosen.properties.volume,
+        centre_of_mass: chosen.properties.centre,
+        principal_moments: options.density * alignment.moments,
+        rotation: alignment.frame.rotation,
+        inertia_method: route.name().to_owned(),
+        pebbles,
+        source: options.source.clone(),
+        checks: Vec::new(),
+    };
+    file.checks = checks(input, options, &rows, &alignment, &words);
+    if let Some(problem) = file.problems().into_iter().next() {
+        return Err(problem.into());
+    }
+    Ok(Built {
+        file,
+        route,
+        alignment,
+        warnings: words,
+        surface: mesh.map(|mesh| alignment.frame.align_mesh(mesh)),
+        rows,
+    })
+}
+
+fn check(input: &Input, options: &Options) -> Result<(), BuildError> {
+    if input.pebbles.is_empty() {
+        return Err(BuildError::NoPebbles);
+    }
+    if !(options.density > 0.0 && options.density.is_finite()) {
+        return Err(BuildError::BadDensity(options.density));
+    }
+    for (index, pebble) in input.pebbles.iter().enumerate() {
+        let problem = if !pebble.position.is_finite() {
+            format!("its centre {} is not finite", pebble.position)
+        } else if !(pebble.radius > 0.0 && pebble.radius.is_finite()) {
+            format!("its radius must be above 0, got {}", pebble.radius)
+        } else {
+            continue;
+        };
+        return Err(BuildError::BadPebble {
+            index: index + 1,
+            problem,
+        });
+    }
+    Ok(())
+}
+
+/// The surface, else the closed form where nothing overlaps, else the union.
+fn default_route(rows: &[Row]) -> Route {
+    let find = |route: Route| rows.iter().find(|row| row.route == route);
+    if find(Route::Surface).is_some() {
+        return Route::Surface;
+    }
+    match (find(Route::Pebbles), find(Route::Union)) {
+        (Some(sum), Some(union)) => {
+            let error = union.relative_error.unwrap_or(0.0).max(1e-9);
+            let excess = sum.properties.volume / union.properties.volume - 1.0;
+            if excess <= 2.0 * error {
+                Route::Pebbles
+            } else {
+                Route::Union
+            }
+        }
+        _ => Route::Pebbles,
+    }
+}
+
+/// Words about sizes and densities that suggest a wrong unit.
+fn implausible(input: &Input, options: &Options) -> Vec<String> {
+    let Some((low, high)) = crate::inertia::pebbles::bounds(&input.pebbles) else {
+        return Vec::new();
+    };
+    let size = (high - low).max_element();
+    let mut words = Vec::new();
+    if size > LARGE_BODY {
+        words.push(format!(
+            "the body is {size:.3} m long: if the file is in mm, add --scale 1e-3"
+        ));
+    } else if size < SMALL_BODY {
+        words.push(format!(
+            "the body is only {size:.1e} m long: is --scale right?"
+        ));
+    }
+    if options.density > DENSEST {
+        words.push(format!(
+            "no solid has a density of {} kg/m3: is it in another unit?",
+            options.density
+        ));
+    }
+    words
+}
+
+fn checks(
+    input: &Input,
+    options: &Options,
+    rows: &[Row],
+    alignment: &Alignment,
+    words: &[String],
+) -> Vec<(String, Remark)> {
+    let mut checks: Vec<(String, Remark)> = Vec::new();
+    for row in rows {
+        let properties = &row.properties;
+        let mut entries: Vec<(String, Remark)> = vec![
+            ("mass".into(), (options.density * properties.volume).into()),
+            ("centre_of_mass".into(), properties.centre.into()),
+            (
+                "principal_moments".into(),
+                (options.density * properties.principal_moments()).into(),
+            ),
+        ];
+        if let Some(error) = row.relative_error {
+            entries.push(("relative_error".into(), error.into()));
+        }
+        checks.push((row.route.name().to_owned(), Remark::Table(entries)));
+    }
+    if let Some(surface) = &input.surface {
+        let report = &surface.report;
+        let whole = |n: usize| Remark::Whole(i64::try_from(n).unwrap_or(i64::MAX));
+        checks.push((
+            "closed_surface".into(),
+            Remark::Table(vec![
+                ("triangles".into(), whole(report.triangles)),
+                ("vertices".into(), whole(report.vertices)),
+                ("shells".into(), whole(report.shells.len())),
+                ("cavities".into(), whole(report.cavities())),
+                ("manifold".into(), report.is_manifold().into()),
+            ]),
+        ));
+        if !surface.done.is_empty() {
+            checks.push(("surface_changes".into(), texts(&surface.done)));
+        }
+    }
+    let equal = match alignment.equal {
+        Equal::None => "none",
+        Equal::FirstTwo => "first two",
+        Equal::LastTwo => "last two",
+        Equal::All => "all",
+    };
+    checks.push(("equal_moments".into(), equal.into()));
+    checks.extend(options.checks.iter().cloned());
+    if !words.is_empty() {
+        checks.push(("warnings".into(), texts(words)));
+    }
+    checks
+}
+
+fn texts(words: &[String]) -> Remark {
+    Remark::List(words.iter().map(|word| word.as_str().into()).collect())
+}
+
+/// Inputs in another unit: the pebbles and vertices times `scale`.
+#[must_use]
+pub fn scaled_pebbles(pebbles: &[Pebble], scale: f64) -> Vec<Pebble> {
+    let scaled = |pebble: &Pebble| Pebble {
+        position: pebble.position * scale,
+        radius: pebble.radius * scale,
+    };
+    pebbles.iter().map(scaled).collect()
+}
+
+/// The mesh with its vertices times `scale`.
+#[must_use]
+pub fn scaled_mesh(mesh: TriangleMesh, scale: f64) -> TriangleMesh {
+    let vertices: Vec<DVec3> = mesh.vertices.iter().map(|v| *v * scale).collect();
+    TriangleMesh { vertices, ..mesh }
+}

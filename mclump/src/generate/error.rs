@@ -1,0 +1,81 @@
+//! Why there are no pebbles.
+
+/// What keeps a generator from making pebbles, and what to do about it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GenerateError {
+    /// No triangles, or only triangles without area.
+    #[error("the surface has no triangle with an area")]
+    Empty,
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} of the surface is not finite")]
+    NotFinite {
+        /// Index of the vertex, from 0.
+        vertex: usize,
+    },
+    /// The surface has a border, or neighbours of opposite orientation.
+    #[error(
+        "the surface is not closed: {edges} edges do not have as many triangles on one side as on the other, so it has no inside; close the holes, merge equal vertices, or turn triangles so that all corners run counter-clockwise seen from outside"
+    )]
+    Open {
+        /// Number of bad edges.
+        edges: usize,
+    },
+    /// The volume is zero or negative.
+    #[error(
+        "the surface encloses the volume {volume:e} m3, which must be above 0: are its triangles turned inside out?"
+    )]
+    NotOutward {
+        /// Signed volume in m3.
+        volume: f64,
+    },
+    /// A parameter outside its range.
+    #[error("{name} is {value}, expected {expected}")]
+    Parameter {
+        /// The parameter, in words.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// The allowed range.
+        expected: &'static str,
+    },
+    /// Neither a number of pebbles nor a fidelity.
+    #[error("a generator needs an end: give a number of pebbles, a volume error, or both")]
+    NoStop,
+    /// The corners are too close to a plane or a line.
+    #[error("the convex hull of the surface cannot be found: {reason}")]
+    ConvexHull {
+        /// What the hull algorithm says.
+        reason: String,
+    },
+    /// Nothing to compare.
+    #[error("there are no pebbles to compare with the surface")]
+    NoPebbles,
+    /// The body is too thin for the smallest radius.
+    #[error(
+        "no pebble fits: there is no inscribed ball with a radius of {smallest:e} m or more; allow smaller pebbles"
+    )]
+    NothingFits {
+        /// Smallest radius in m.
+        smallest: f64,
+    },
+    /// The volume error stays too large.
+    #[error(
+        "{pebbles} pebbles, all that fit, reach a volume error of {reached:.4}, not {target}; allow smaller pebbles, more overlap or some protrusion, or use another method"
+    )]
+    TargetNotReached {
+        /// What was asked for.
+        target: f64,
+        /// What the pebbles reach.
+        reached: f64,
+        /// How many there are.
+        pebbles: usize,
+    },
+    /// The axis of Favier's method leaves the body.
+    #[error(
+        "the longest principal axis leaves the body at {position:.4} of its length, so it is no body of revolution without a hole; use another method"
+    )]
+    AxisOutside {
+        /// Where, as a share of the length.
+        position: f64,
+    },
+}

@@ -1,0 +1,179 @@
+//! The clump file and what goes beside it: pebbles as a table, surface and pebbles for ParaView, the surface as STL; all in the frame of
+//! the clump.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use mercury_common::formats::clump::{ClumpFile, push_clump};
+use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl};
+use mercury_common::formats::number::NumberStyle;
+use mercury_common::formats::pebble_list::push_pebble_list;
+use mercury_common::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuOptions, encode_vtu};
+use thiserror::Error;
+
+use crate::clump::Built;
+
+/// A file that is to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputFile {
+    /// Where.
+    pub path: PathBuf,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Why a file was not written.
+#[derive(Debug, Error)]
+pub enum OutputError {
+    /// It is there already.
+    #[error("{} is there already: add --force to replace it, or -o to write elsewhere", .0.display())]
+    Exists(PathBuf),
+    /// The system refused.
+    #[error("{}: the file cannot be written: {source}", path.display())]
+    System {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The format cannot hold it.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        reason: String,
+    },
+}
+
+/// The paths of all files of a clump whose clump file is `path`: `rod.clump.toml` goes with `rod.pebbles.csv`, `rod.pebbles.vtu` and,
+/// where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
+#[must_use]
+pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
+    let name = path
+        .file_name()
+        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let stem = name
+        .strip_suffix(".clump.toml")
+        .or_else(|| name.strip_suffix(".toml"))
+        .unwrap_or(&name);
+    let beside = |ending: &str| path.with_file_name(format!("{stem}.{ending}"));
+    let mut all = vec![
+        path.to_owned(),
+        beside("pebbles.csv"),
+        beside("pebbles.vtu"),
+    ];
+    if has_surface {
+        all.extend([beside("surface.stl"), beside("surface.vtu")]);
+    }
+    all
+}
+
+/// The contents of all files of a clump, in the order of [`paths`].
+///
+/// # Errors
+/// If a coordinate does not fit the format of a file.
+pub fn contents(built: &Built, path: &Path) -> Result<Vec<OutputFile>, OutputError> {
+    let mut paths = paths(path, built.surface.is_some()).into_iter();
+    let mut files = Vec::new();
+    let mut add = |make: &dyn Fn() -> Result<Vec<u8>, String>| {
+        let path = paths.next().unwrap_or_default();
+        match make() {
+            Ok(bytes) => {
+                files.push(OutputFile { path, bytes });
+                Ok(())
+            }
+            Err(reason) => Err(OutputError::Content { path, reason }),
+        }
+    };
+    add(&|| {
+        let mut out = Vec::new();
+        push_clump(&built.file, &mut out).map_err(|problem| problem.to_string())?;
+        Ok(out)
+    })?;
+    add(&|| {
+        let mut out = Vec::new();
+        push_pebble_list(&built.file.pebbles, NumberStyle::Shortest, &mut out);
+        Ok(out)
+    })?;
+    add(&|| pebbles_vtu(&built.file))?;
+    if let Some(mesh) = &built.surface {
+        add(&|| {
+            let mut out = Vec::new();
+            push_binary_stl(mesh, &mut out)?;
+            Ok(out)
+        })?;
+        add(&|| surface_vtu(mesh))?;
+    }
+    Ok(files)
+}
+
+/// Pebbles as points with radius and diameter, for ParaView's glyphs or its Point Gaussian.
+fn pebbles_vtu(clump: &ClumpFile) -> Result<Vec<u8>, String> {
+    let points: Vec<DVec3> = clump.pebbles.iter().map(|p| p.position).collect();
+    let radii: Vec<f64> = clump.pebbles.iter().map(|p| p.radius).collect();
+    let diameters: Vec<f64> = radii.iter().map(|r| 2.0 * r).collect();
+    let grid = VtuGrid {
+        points: points.into(),
+        point_data: vec![
+            VtuArray::new("radius", radii),
+            VtuArray::new("diameter", diameters),
+        ],
+        ..VtuGrid::default()
+    };
+    Ok(encode_vtu(&grid, VtuOptions::DEFAULT)?.concat())
+}
+
+fn surface_vtu(mesh: &TriangleMesh) -> Result<Vec<u8>, String> {
+    let grid = VtuGrid {
+        points: (&mesh.vertices).into(),
+        cells: VtuCells::Triangles((&mesh.triangles).into()),
+        ..VtuGrid::default()
+    };
+    Ok(encode_vtu(&grid, VtuOptions::DEFAULT)?.concat())
+}
+
+/// Whether the files may be written.
+///
+/// # Errors
+/// If one is there and `force` is not given.
+pub fn check_free(paths: &[PathBuf], force: bool) -> Result<(), OutputError> {
+    match paths.iter().find(|path| path.exists()) {
+        Some(path) if !force => Err(OutputError::Exists(path.clone())),
+        _ => Ok(()),
+    }
+}
+
+/// Writes all files under temporary names, then renames them: each is there as a whole or not at all.
+///
+/// # Errors
+/// If the system refuses; files that were there before are still there then, unless the refusal came with the
+/// renaming.
+pub fn write(files: &[OutputFile]) -> Result<(), OutputError> {
+    let temporary = |path: &Path| {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(format!(".tmp-{}", std::process::id()));
+        path.with_file_name(name)
+    };
+    let all = || -> Result<(), OutputError> {
+        let refused = |path: &Path| {
+            let path = path.to_owned();
+            |source| OutputError::System { path, source }
+        };
+        for file in files {
+            fs::write(temporary(&file.path), &file.bytes).map_err(refused(&file.path))?;
+        }
+        for file in files {
+            fs::rename(temporary(&file.path), &file.path).map_err(refused(&file.path))?;
+        }
+        Ok(())
+    };
+    all().inspect_err(|_| {
+        for file in files {
+            // The first error is the one worth telling.
+            let _ = fs::remove_file(temporary(&file.path));
+        }
+    })
+}

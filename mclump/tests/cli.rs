@@ -1,0 +1,360 @@
+//! The command line as a user meets it: exit codes, messages, files.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::{cuboid, shared, turned_round};
+use glam::DVec3;
+use mercury_common::formats::clump::{Remark, read_clump};
+use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl, push_obj, read_mesh};
+use mercury_common::formats::number::NumberStyle;
+use mercury_common::formats::pebble_list::read_pebble_list;
+
+const ROD: &str = "x,y,z,r\n0,-1,0,0.5\n0,0,0,0.5\n0,1,0,0.5\n";
+
+fn mclump(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mclump"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = mclump(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    said(&output)
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = mclump(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).is_empty());
+    errors(&output)
+}
+
+fn with_rod() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rod.csv"), ROD).unwrap();
+    folder
+}
+
+fn write_stl(path: &Path, mesh: &TriangleMesh) {
+    let mut bytes = Vec::new();
+    push_binary_stl(mesh, &mut bytes).unwrap();
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn pebbles_become_a_clump() {
+    let folder = with_rod();
+    let text = succeeds(folder.path(), &["rod.csv", "--density", "2"]);
+    assert!(text.contains("* pebbles"), "{text}");
+    let clump = read_clump(folder.path().join("rod.clump.toml")).unwrap();
+    assert_eq!(
+        (clump.name.as_str(), clump.inertia_method.as_str()),
+        ("rod", "pebbles")
+    );
+    // (pi/6) rho d^5 (0.3, 2.3, 2.3), the long axis first.
+    let expected = std::f64::consts::PI / 6.0 * 2.0 * DVec3::new(0.3, 2.3, 2.3);
+    assert!(clump.principal_moments.abs_diff_eq(expected, 1e-14));
+    assert!(clump.pebbles[2].position.abs_diff_eq(DVec3::X, 1e-15));
+    let list = read_pebble_list(folder.path().join("rod.pebbles.csv")).unwrap();
+    assert_eq!(list, clump.pebbles);
+    let vtu = fs::read(folder.path().join("rod.pebbles.vtu")).unwrap();
+    assert!(vtu.starts_with(b"<?xml"), "{:?}", &vtu[..20]);
+    let names: Vec<String> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert_eq!(names.len(), 4, "no temporary files: {names:?}");
+    let Some((_, Remark::Table(source))) = clump.source.iter().find(|(key, _)| key == "pebbles")
+    else {
+        panic!("{:?}", clump.source);
+    };
+    // sha256sum of the file.
+    assert_eq!(source[0].1, "rod.csv".into());
+    let Remark::Text(hash) = &source[1].1 else {
+        panic!()
+    };
+    assert_eq!(hash.len(), 64);
+}
+
+#[test]
+fn the_t_bar_of_the_scene_is_exact() {
+    let Some(list) = shared("data/shapes/pebbles/clump02_shipped.csv") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let list = list.display().to_string();
+    succeeds(
+        folder.path(),
+        &[
+            &list,
+            "--density",
+            "1",
+            "--inertia",
+            "pebbles",
+            "-o",
+            "t-bar.clump.toml",
+        ],
+    );
+    let clump = read_clump(folder.path().join("t-bar.clump.toml")).unwrap();
+    assert_eq!(clump.name, "t-bar");
+    let expected = std::f64::consts::PI / 6.0 * DVec3::new(11.4, 29.0, 39.4);
+    assert!(
+        clump.principal_moments.abs_diff_eq(expected, 1e-12),
+        "{}",
+        clump.principal_moments
+    );
+}
+
+#[test]
+fn nothing_is_overwritten_without_force() {
+    let folder = with_rod();
+    succeeds(folder.path(), &["rod.csv"]);
+    let before = fs::read(folder.path().join("rod.clump.toml")).unwrap();
+    assert_eq!(
+        refused(folder.path(), &["rod.csv", "--density", "3"]),
+        "rod.clump.toml is there already: add --force to replace it, or -o to write elsewhere\n"
+    );
+    assert_eq!(
+        fs::read(folder.path().join("rod.clump.toml")).unwrap(),
+        before
+    );
+    succeeds(folder.path(), &["rod.csv", "--density", "3", "--force"]);
+    assert_ne!(
+        fs::read(folder.path().join("rod.clump.toml")).unwrap(),
+        before
+    );
+}
+
+#[test]
+fn a_surface_gives_the_inertia_and_is_aligned_with_its_pebbles() {
+    let folder = tempfile::tempdir().unwrap();
+    // In mm, turned inward: both are dealt with, the latter with a word.
+    let slab = cuboid(DVec3::new(1.0, 2.0, 3.0));
+    write_stl(&folder.path().join("slab.stl"), &turned_round(&slab));
+    fs::write(
+        folder.path().join("slab.csv"),
+        "0 0 2 1\n0 0 -2 1\n0 0 0 1\n",
+    )
+    .unwrap();
+    let text = succeeds(
+        folder.path(),
+        &[
+            "slab.stl",
+            "slab.csv",
+            "--scale",
+            "1e-3",
+            "--density",
+            "1000",
+        ],
+    );
+    assert!(text.contains("it is turned round"), "{text}");
+    assert!(text.contains("* surface"), "{text}");
+    assert!(text.contains("% less than the surface encloses"), "{text}");
+    let clump = read_clump(folder.path().join("slab.clump.toml")).unwrap();
+    // m/3 (b² + c²) with half edges, ascending: about z, y, x.
+    let mass = 1000.0 * 8.0 * 6.0 * 1e-9;
+    let expected = mass / 3.0 * DVec3::new(5.0, 10.0, 13.0) * 1e-6;
+    assert!((clump.mass / mass - 1.0).abs() < 1e-12);
+    assert!((clump.principal_moments / expected).abs_diff_eq(DVec3::ONE, 1e-12));
+    // The longest edge lies along the first axis now, of surface and pebbles.
+    let aligned = read_mesh(folder.path().join("slab.surface.stl")).unwrap();
+    let (low, high) = aligned.bounds().unwrap();
+    assert!(
+        (high - low).abs_diff_eq(DVec3::new(6e-3, 4e-3, 2e-3), 1e-9),
+        "{low} {high}"
+    );
+    assert!((clump.pebbles[0].position.x.abs() - 2e-3).abs() < 1e-15);
+    assert!(folder.path().join("slab.surface.vtu").exists());
+}
+
+#[test]
+fn a_surface_alone_is_looked_at() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut obj = Vec::new();
+    push_obj(&cuboid(DVec3::splat(0.5)), NumberStyle::Shortest, &mut obj);
+    fs::write(folder.path().join("cube.obj"), obj).unwrap();
+    let text = succeeds(folder.path(), &["cube.obj"]);
+    assert!(text.contains("closed: yes"), "{text}");
+    assert!(
+        text.contains("no clump is written without pebbles"),
+        "{text}"
+    );
+    assert!(!folder.path().join("cube.clump.toml").exists());
+    let json: serde_json::Value =
+        serde_json::from_str(&succeeds(folder.path(), &["cube.obj", "--json"])).unwrap();
+    assert_eq!(json["surface"]["mass"], 1.0);
+}
+
+#[test]
+fn json_is_one_object_with_all_routes() {
+    let folder = with_rod();
+    let json: serde_json::Value =
+        serde_json::from_str(&succeeds(folder.path(), &["rod.csv", "--json"])).unwrap();
+    assert_eq!(json["inertia_method"], "pebbles");
+    assert_eq!(json["pebbles"].as_array().unwrap().len(), 3);
+    for route in ["union", "voxels", "pebbles"] {
+        let mass = json["checks"][route]["mass"].as_f64().unwrap();
+        assert!(
+            (mass / (std::f64::consts::PI / 2.0) - 1.0).abs() < 0.02,
+            "{route}: {mass}"
+        );
+    }
+    assert_eq!(json["files"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn overlaps_take_the_union_by_default_and_are_told_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("pair.csv"), "0,0,0,1\n0.5,0,0,1\n").unwrap();
+    let text = succeeds(folder.path(), &["pair.csv"]);
+    assert!(text.contains("* union"), "{text}");
+    let text = succeeds(
+        folder.path(),
+        &["pair.csv", "--inertia", "pebbles", "--force"],
+    );
+    assert!(
+        text.contains("warning: the pebbles overlap: counted one by one they have 1.463 times the volume that they cover"),
+        "{text}"
+    );
+}
+
+#[test]
+fn wrong_units_are_suspected() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("p.csv"), "0,0,0,60\n").unwrap();
+    let text = succeeds(folder.path(), &["p.csv", "--density", "2500000"]);
+    assert!(
+        text.contains(
+            "warning: the body is 120.000 m long: if the file is in mm, add --scale 1e-3"
+        ),
+        "{text}"
+    );
+    assert!(
+        text.contains("warning: no solid has a density of 2500000 kg/m3"),
+        "{text}"
+    );
+}
+
+#[test]
+fn bad_input_is_named() {
+    let folder = with_rod();
+    let path = folder.path();
+    let mut open = cuboid(DVec3::splat(0.5));
+    open.triangles.pop();
+    write_stl(&path.join("open.stl"), &open);
+    fs::write(path.join("empty.stl"), "").unwrap();
+    let mut cut = Vec::new();
+    push_binary_stl(&cuboid(DVec3::ONE), &mut cut).unwrap();
+    fs::write(path.join("cut.stl"), &cut[..300]).unwrap();
+    let mut damaged = cut.clone();
+    damaged[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+    fs::write(path.join("nan.stl"), damaged).unwrap();
+    fs::write(
+        path.join("text.stl"),
+        "solid a\n facet normal 0 0 1\n outer loop\n vertex 0 0 zero\n",
+    )
+    .unwrap();
+    fs::write(path.join("bad.csv"), "0,0,0,1\n0,0,0,-1\n").unwrap();
+    for (arguments, expected) in [
+        (
+            vec!["open.stl", "rod.csv"],
+            "open.stl: the surface is not closed",
+        ),
+        (vec!["open.stl"], "closed: no, 3 edges open"),
+        (vec!["empty.stl"], "empty.stl: the file is empty"),
+        (
+            vec!["cut.stl", "rod.csv"],
+            "cut.stl: a binary STL of 4 whole triangles (300 bytes), expected 12 triangles",
+        ),
+        (
+            vec!["nan.stl"],
+            "in triangle 1, expected finite coordinates",
+        ),
+        (
+            vec!["text.stl"],
+            "text.stl:4:13: \"zero\" for a coordinate, expected a finite number",
+        ),
+        (
+            vec!["bad.csv"],
+            "bad.csv:2:7: \"-1\" for radius, expected a radius above 0",
+        ),
+        (vec!["none.csv"], "none.csv: the file cannot be read"),
+        (
+            vec!["rod.csv", "--inertia", "surface"],
+            "--inertia surface needs a surface",
+        ),
+        (
+            vec!["rod.csv", "bad.csv"],
+            "rod.csv and bad.csv are both taken for pebble lists",
+        ),
+        (
+            vec!["rod.csv", "--generate", "tangent"],
+            "--generate makes the pebbles",
+        ),
+        (
+            vec!["rod.csv", "--density", "0"],
+            "expected a number above 0",
+        ),
+        (
+            vec!["rod.csv", "--scale", "nan"],
+            "expected a number above 0",
+        ),
+        (vec![], "required"),
+    ] {
+        let text = refused(path, &arguments);
+        assert!(text.contains(expected), "{arguments:?}: {text}");
+    }
+    assert!(!path.join("open.clump.toml").exists() && !path.join("bad.clump.toml").exists());
+    // The same surface with --repair says what it did.
+    let text = succeeds(path, &["open.stl", "rod.csv", "--repair"]);
+    assert!(text.contains("done: 1 hole closed"), "{text}");
+}
+
+#[test]
+fn pebbles_are_made_for_a_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    write_stl(
+        &folder.path().join("slab.stl"),
+        &cuboid(DVec3::new(1.0, 1.0, 3.0)),
+    );
+    let arguments = [
+        "slab.stl",
+        "--generate",
+        "euclidean",
+        "--pebbles",
+        "5",
+        "--seed",
+        "1",
+    ];
+    succeeds(folder.path(), &arguments);
+    let clump = read_clump(folder.path().join("slab.clump.toml")).unwrap();
+    assert_eq!(clump.pebbles.len(), 5);
+    assert_eq!(clump.inertia_method, "surface");
+}
+
+#[test]
+fn help_version_and_completions_are_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let help = succeeds(folder.path(), &["--help"]);
+    assert!(
+        help.contains("Examples:") && help.contains("Exit codes:"),
+        "{help}"
+    );
+    assert!(succeeds(folder.path(), &["--version"]).starts_with("mclump "));
+    assert!(succeeds(folder.path(), &["--completions", "bash"]).contains("_mclump"));
+}

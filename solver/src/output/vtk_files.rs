@@ -1,0 +1,132 @@
+//! `vtk/`: particles, contacts and walls as series of `.vtu` files with their `.pvd`, for ParaView while the run goes on.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use mercury_common::formats::vtu::{VtuError, VtuOptions};
+use mercury_common::frames::{ColumnSpec, ContactColumns};
+use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
+use mercury_common::surfaces::Surface;
+
+use super::contact_frames::{contact_columns, contact_frame};
+use super::particle_frames::ParticleTable;
+use super::stream::Stream;
+use super::wall_frames::StandingWalls;
+use super::{OutputError, State, write_whole};
+use crate::contact::HistoryNumber;
+use crate::plan::Plan;
+
+/// The folder inside that of the run.
+const FOLDER: &str = "vtk";
+
+/// One thread writes: the others are busy with stepping.
+const OPTIONS: VtuOptions = VtuOptions {
+    parallel: false,
+    ..VtuOptions::DEFAULT
+};
+
+pub(super) struct VtkFiles {
+    folder: PathBuf,
+    frames: usize,
+    particles: Series,
+    table: ParticleTable,
+    particle_columns: Vec<ColumnSpec>,
+    contacts: Series,
+    contact_columns: ContactColumns,
+    walls: Option<Walls>,
+}
+
+struct Walls {
+    series: Series,
+    standing: StandingWalls,
+    names: Vec<String>,
+    surfaces: Vec<Surface>,
+    domain: (DVec3, DVec3),
+}
+
+impl VtkFiles {
+    pub(super) fn create(
+        folder: &Path,
+        plan: &Plan,
+        history: &[HistoryNumber],
+    ) -> Result<Self, OutputError> {
+        let folder = folder.join(FOLDER);
+        std::fs::create_dir_all(&folder).map_err(|source| OutputError::File {
+            path: folder.clone(),
+            action: "the folder cannot be made",
+            source,
+        })?;
+        let series = |kind: &str| -> Result<Series, VtuError> {
+            Series::create(&folder, &format!("{}.{kind}", plan.prefix), OPTIONS)
+        };
+        let standing = StandingWalls::new(plan);
+        let walls = (!plan.walls.is_empty()).then(|| {
+            Ok::<_, VtuError>(Walls {
+                series: series("walls")?,
+                names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
+                surfaces: standing.surfaces(),
+                standing,
+                domain: (plan.domain_min, plan.domain_max),
+            })
+        });
+        let parts = ScriptParts {
+            contacts: true,
+            walls: walls.is_some(),
+        };
+        let script = folder.join(format!("{}.paraview.py", plan.prefix));
+        write_whole(&script, paraview::script(&plan.prefix, parts).as_bytes())?;
+        let table = ParticleTable::new(plan);
+        Ok(Self {
+            frames: 0,
+            particles: series("particles")?,
+            particle_columns: table.columns.specs(),
+            table,
+            contacts: series("contacts")?,
+            contact_columns: contact_columns(plan, history),
+            walls: walls.transpose()?,
+            folder,
+        })
+    }
+
+    fn unfit(&self, reason: String) -> VtuError {
+        VtuError::Grid {
+            path: self.folder.clone(),
+            reason,
+        }
+    }
+}
+
+impl Stream for VtkFiles {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.vtk {
+            return Ok(());
+        }
+        let number = self.frames;
+        self.frames += 1;
+        if let Some(walls) = &mut self.walls {
+            let scene = WallScene {
+                names: &walls.names,
+                surfaces: &walls.surfaces,
+                domain: walls.domain,
+            };
+            let grid = paraview::walls(&scene, &walls.standing.frame(state));
+            walls.series.write(number, &grid)?;
+        }
+        let centres: HashMap<u32, DVec3> = state
+            .ids
+            .iter()
+            .zip(&state.particles)
+            .map(|(&id, particle)| (id, particle.position))
+            .collect();
+        let frame = contact_frame(state, &self.contact_columns).into_frame();
+        let grid = paraview::contacts(&self.contact_columns.specs(), &frame, &centres)
+            .map_err(|reason| self.unfit(reason))?;
+        self.contacts.write(number, &grid)?;
+        let frame = self.table.frame(state).into_frame();
+        let grid = paraview::particles(&self.particle_columns, &frame)
+            .map_err(|reason| self.unfit(reason))?;
+        self.particles.write(number, &grid)?;
+        Ok(())
+    }
+}
