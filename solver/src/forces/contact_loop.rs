@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, Finish, NearWall, Observation, Partner, SavedSlot, StepContext,
-    block_size,
+    ContactForces, Fastest, Finish, NO_MESH, NearMeshes, NearWall, NearWalls, Observation, Partner,
+    SavedSlot, StepContext, block_size,
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
@@ -87,6 +87,8 @@ struct Block<H> {
     near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
     wall_slots: Vec<WallSlot<H>>,
+    /// Facets for those of `near_walls` that are near a mesh.
+    near_meshes: NearMeshes,
     outbox: Outbox,
     /// Later blocks into which listed pairs reach, ascending.
     targets: Vec<usize>,
@@ -120,7 +122,7 @@ impl<H: History> Block<H> {
         &mut self,
         list: &CandidateList,
         carried: &Carried<H>,
-        near_walls: &[NearWall],
+        near_walls: &NearWalls,
         from_walls: &[CarriedFromWall<H>],
     ) {
         let first = self.rows.start as u32;
@@ -140,9 +142,10 @@ impl<H: History> Block<H> {
                 });
             }
         }
-        let begin = near_walls.partition_point(|near| near.row < first);
-        let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
-        for near in &near_walls[begin..end] {
+        let near = &near_walls.near;
+        let begin = near.partition_point(|near| near.row < first);
+        let end = near.partition_point(|near| (near.row as usize) < self.rows.end);
+        for near in &near[begin..end] {
             let key = (near.row, near.wall, near.image);
             let run = from_walls.partition_point(|kept| kept.0 < key);
             let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
@@ -150,6 +153,13 @@ impl<H: History> Block<H> {
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
                 features: held as u8,
+                mesh: match near.mesh {
+                    NO_MESH => NO_MESH,
+                    mesh => {
+                        let (centre, facets) = near_walls.meshes.list(mesh);
+                        self.near_meshes.push(centre, facets)
+                    }
+                },
                 ..*near
             });
             for _ in 0..held {
@@ -197,6 +207,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     slots: Vec::new(),
                     near_walls: Vec::new(),
                     wall_slots: Vec::new(),
+                    near_meshes: NearMeshes::default(),
                     outbox: Outbox::new(count - 1 - index),
                     targets: Vec::new(),
                     work: 0,
@@ -308,7 +319,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     fn adopt(
         &mut self,
         list: &CandidateList,
-        near_walls: &[NearWall],
+        near_walls: &NearWalls,
         new_row: &[u32],
         parallel: bool,
     ) {
@@ -393,11 +404,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                     touching: slot.state & TOUCHING != 0,
                     feature: FREE,
                     history: numbers(&slot.history),
+                    near_mesh: None,
                 });
             }
             let mut first = 0;
             for near in &block.near_walls {
-                for slot in &block.wall_slots[first..first + near.features as usize] {
+                let slots = &block.wall_slots[first..first + near.features as usize];
+                for (k, slot) in slots.iter().enumerate() {
+                    let near_mesh = (k == 0 && near.mesh != NO_MESH).then(|| {
+                        let (centre, facets) = block.near_meshes.list(near.mesh);
+                        (centre, facets.to_vec())
+                    });
                     walls.push(SavedSlot {
                         row: near.row,
                         partner: u32::from(near.wall),
@@ -405,6 +422,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                         touching: slot.feature != FREE,
                         feature: slot.feature,
                         history: numbers(&slot.history),
+                        near_mesh,
                     });
                 }
                 first += near.features as usize;
@@ -432,22 +450,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             while next_wall < walls.len() && (walls[next_wall].row as usize) < block.rows.end {
                 let saved = &walls[next_wall];
                 next_wall += 1;
-                let near = NearWall {
-                    row: saved.row,
-                    wall: saved.partner as u16,
-                    image: saved.image as u8,
-                    features: 1,
+                let same = |last: &NearWall| {
+                    (last.row, u32::from(last.wall), u32::from(last.image))
+                        == (saved.row, saved.partner, saved.image)
                 };
                 match block.near_walls.last_mut() {
-                    Some(last)
-                        if NearWall {
-                            features: 1,
-                            ..*last
-                        } == near =>
-                    {
-                        last.features += 1
-                    }
-                    _ => block.near_walls.push(near),
+                    Some(last) if same(last) => last.features += 1,
+                    _ => block.near_walls.push(NearWall {
+                        row: saved.row,
+                        wall: saved.partner as u16,
+                        image: saved.image as u8,
+                        features: 1,
+                        mesh: match &saved.near_mesh {
+                            Some((centre, facets)) => block.near_meshes.push(*centre, facets),
+                            None => NO_MESH,
+                        },
+                    }),
                 }
                 block.wall_slots.push(WallSlot {
                     feature: saved.feature,

@@ -54,6 +54,7 @@ fn outline(
         .into_iter()
         .map(|across| circle(*centre, across, *radius))
         .collect(),
+        Outline::Mesh { edges, .. } => edges.iter().map(|ends| ends.to_vec()).collect(),
         Outline::Turned {
             origin,
             direction,

@@ -7,6 +7,7 @@ use mercury_common::scene::{
 
 use super::checks;
 use super::insertions::{deletions, expected_number, insertions};
+use super::meshes;
 use super::mixing::{PairPlan, resolve_pair};
 use super::parameter::short;
 use super::particles::{StartingParticles, starting_particles};
@@ -108,6 +109,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         laws.laws[a * laws.materials + b] = Some(pair.law);
         laws.laws[b * laws.materials + a] = Some(pair.law);
     }
+    let domain = (*scene.domain.min, *scene.domain.max);
+    meshes::remarks(&walls, domain, &mut warnings, &mut notes);
     if scene.output.restart_interval.is_some() {
         notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
     }

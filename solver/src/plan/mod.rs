@@ -5,6 +5,7 @@ mod checks;
 mod clumps;
 mod document;
 mod insertions;
+mod meshes;
 mod mixing;
 mod new_body;
 mod parameter;

@@ -4,6 +4,7 @@ use super::{Plan, expected_number};
 use crate::contact::registry::contact_loop;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
 use crate::particles::{Body, BodyPebble, Particle};
+use crate::walls::Shape;
 
 /// A part of the simulation that a scene may or may not need.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,6 +35,14 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         .iter()
         .any(|pair| pair.law.tangential != AnyTangential::None);
     let moving = plan.walls.iter().filter(|wall| !wall.motion.is_static());
+    let triangles: usize = plan
+        .walls
+        .iter()
+        .map(|wall| match &wall.shape {
+            Shape::Mesh(mesh) => mesh.len(),
+            _ => 0,
+        })
+        .sum();
     let ratio = plan.largest_radius / plan.smallest_radius;
     vec![
         Pass {
@@ -78,7 +87,15 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
                 (n, m) => format!("in closed form, {} at rest, {m} moving", n - m),
             },
         },
-        pass("mesh search", false, "", "no wall is a mesh"),
+        Pass {
+            name: "mesh search",
+            is_done: triangles > 0,
+            reason: if triangles > 0 {
+                format!("with the candidate list, in a tree of boxes; {triangles} triangles in all")
+            } else {
+                "no wall is a mesh".to_owned()
+            },
+        },
         Pass {
             name: "grid levels",
             is_done: false,

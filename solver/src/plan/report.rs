@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use super::meshes::describe;
 use super::parameter::short;
 use super::passes::{expected_particles, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::engine::is_constrained;
+use crate::walls::Shape;
 
 /// The plan in aligned plain text.
 #[must_use]
@@ -252,6 +254,9 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
             let _ = write!(words, ", until {} s", short(wall.until));
         }
         line(text, &wall.name, &words)?;
+        if let Shape::Mesh(mesh) = &wall.shape {
+            line(text, "", &describe(mesh))?;
+        }
     }
     Ok(())
 }

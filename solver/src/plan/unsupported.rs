@@ -1,8 +1,7 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
 use mercury_common::scene::{
-    Insertion, Method, MotionKind, ParticleSource, Place, Region, Scene, SceneError, Shape,
-    SizeLaw, Start,
+    Insertion, Method, MotionKind, ParticleSource, Place, Region, Scene, SceneError, SizeLaw, Start,
 };
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
@@ -20,9 +19,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         }
     }
     for wall in &scene.walls {
-        if let Shape::Mesh { mesh, .. } = &wall.shape {
-            found.add(&mesh.file.place, "mesh walls");
-        }
         if let Some(wear) = &wall.wear {
             found.add(&wear.place, "wear");
         }

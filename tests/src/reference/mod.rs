@@ -17,6 +17,7 @@
 pub mod bodies;
 pub mod laws;
 pub mod state;
+mod triangles;
 pub mod walls;
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
+use super::contact_point::mobility;
 use super::{Block, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
-use crate::particles::{Load, Particle};
+use crate::particles::{Bodies, Load, Particle};
 
 /// Slots that are searched for contacts before the contacts found are evaluated.
 const CHUNK: usize = 128;
@@ -41,6 +42,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 }
             }
             found.evaluate(count);
+            if let Some(bodies) = self.bodies {
+                self.masses_at_contacts::<PERIODIC>(
+                    bodies, slots, first_row, rows, &mut found, count,
+                );
+            }
             for k in 0..count {
                 let slot = &mut slots[found.slot[k] as usize];
                 let owner = slot.owner();
@@ -48,12 +54,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let b = rows.ahead(slot.partner as usize - first_row);
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
-                let (mut contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
-                if let Some(bodies) = self.bodies {
-                    let (a, b) = ((a, first_row + owner), (b, slot.partner as usize));
-                    let inverse = Self::inverse_mass_at(bodies, a, b, contact.normal);
-                    contact.effective_mass = 1.0 / inverse;
-                }
+                let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
@@ -110,6 +111,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     );
                 }
             }
+        }
+    }
+
+    /// Replaces the effective masses of the first `count` contacts found by those at the contact points. Apart from the evaluation,
+    /// where even a call that is never made costs registers.
+    #[inline(never)]
+    fn masses_at_contacts<const PERIODIC: bool>(
+        &self,
+        bodies: &Bodies,
+        slots: &[Slot<Histories<N, T, R>>],
+        first_row: usize,
+        rows: &Rows<'_>,
+        found: &mut Found,
+        count: usize,
+    ) {
+        for k in 0..count {
+            let slot = &slots[found.slot[k] as usize];
+            let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
+            let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
+            let normal = self.offset::<PERIODIC, _>(a, b, slot) * found.inverse_distance[k];
+            let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
+            found.mass[k] = 1.0 / inverse;
         }
     }
 
