@@ -53,7 +53,7 @@ fn scene(law: AnyPairLaw, around: &Surroundings, seed: u64) -> (Engine, Simulati
     plan.laws = uniform(law);
     plan.periodic = around.periodic;
     plan.gravity = around.gravity;
-    plan.contact_point_mass = seed % 2 == 0;
+    plan.contact_point_mass = seed.is_multiple_of(2);
     let periodic_box = reference_of(&mut plan, &around.walls).periodic_box;
     let clumps = clumps();
     let (mut bodies, mut particles) = (Vec::<NewBody>::new(), Vec::<NewParticle>::new());
