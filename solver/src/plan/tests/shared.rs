@@ -54,14 +54,7 @@ fn other_scenes_name_what_is_missing() {
     for (name, keys) in [
         (
             "scenes/keys.toml",
-            &[
-                "liquid bridges",
-                "wear",
-                "servo motion",
-                "clumps",
-                "counted regions",
-                "flux planes",
-            ][..],
+            &["liquid bridges", "wear", "flux planes"][..],
         ),
         ("scenes/wet-pair.toml", &["liquid bridges"]),
         ("scenes/membrane.toml", &["membranes"]),
