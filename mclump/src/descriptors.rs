@@ -3,6 +3,8 @@
 //! Each name has several definitions in the literature; [`Descriptors`] prints the one that is used with each number.
 
 mod bounding_box;
+#[cfg(test)]
+mod tests;
 
 use std::f64::consts::PI;
 use std::fmt;
@@ -23,7 +25,7 @@ use bounding_box::smallest_box;
 /// The scale of [`Descriptors::roundness`]: what a corner may stand out of a ball, over the inscribed radius.
 pub const ROUNDNESS_SCALE: f64 = 0.02;
 /// Surface points of the roundness.
-const ROUNDNESS_POINTS: usize = 4_000;
+const ROUNDNESS_POINTS: usize = 2_000;
 
 /// Three lengths of a body, in m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -87,7 +89,8 @@ pub struct Descriptors {
     pub area: f64,
     /// Diameter in m of the ball of equal volume, (6V/pi)^(1/3).
     pub equal_volume_diameter: f64,
-    /// Edges of the smallest box among those that have a face in the plane of a face of the convex hull.
+    /// Edges of the smallest box among those that have a face in the plane of a face of the convex hull (of hulls with thousands of
+    /// faces, a choice of directions) or across a principal axis.
     pub bounding_box: Dimensions,
     /// Axes (not half axes) of the ellipsoid with the volume and the ratios of the body's second moments: twice
     /// sqrt(5/2 (I2 + I3 - I1)/M) and so on round.
@@ -96,13 +99,15 @@ pub struct Descriptors {
     pub wadell_sphericity: f64,
     /// Volume over that of the convex hull.
     pub convexity: f64,
-    /// Radius in m of the largest inscribed ball, to 0.1 %.
+    /// Radius in m of the largest inscribed ball: that of a ball that is largest near its place, and no other is larger by more than 2 %.
     pub inscribed_radius: f64,
     /// Radius in m of the smallest ball around the body.
     pub circumscribed_radius: f64,
     /// Mean over the surface of the radius of the largest ball inside that touches the point and stands out of the surface by at most
     /// `ROUNDNESS_SCALE` (0.02) of the inscribed radius, over the inscribed radius and at most 1. 1 for a ball, about 1/3
     /// for a cube.
+    ///
+    /// Facets count as round if neighbours meet at less than about 2 x 0.02 rad.
     ///
     /// In the spirit of Wadell (1932), who compares the radii of curvature of corners with the inscribed radius; here
     /// every surface point counts, and roughness below the scale does not.
@@ -121,7 +126,7 @@ pub fn describe(mesh: &TriangleMesh) -> Result<Descriptors, GenerateError> {
     let hull = hull(&body)?;
     let moments = crate::alignment::eigen::symmetric(body.properties.second_moment).values;
     let options = Euclidean {
-        accuracy: 1e-3,
+        accuracy: 0.02,
         ..Euclidean::default()
     };
     let inscribed = largest_inscribed(&body, &options).ok_or(GenerateError::NothingFits {

@@ -46,7 +46,7 @@ pub struct Fidelity {
     pub moment_errors: [f64; 3],
     /// Mean over the surface of the distance to the nearest pebble, in m; inside a pebble the depth in it.
     pub mean_distance: f64,
-    /// The largest of these distances in m, at the points of the mean and at the vertices.
+    /// The largest of these distances in m, at the points of the mean and at as many vertices.
     pub largest_distance: f64,
     /// The farthest that a pebble stands out of the surface, in m: radius less signed distance of its centre to the
     /// surface; 0 if all are inside. Exact for a convex body, else an upper bound.
@@ -120,11 +120,6 @@ pub fn compare(mesh: &TriangleMesh, pebbles: &[Pebble]) -> Result<Fidelity, Gene
     })
 }
 
-/// Volume of the space that pebbles cover, to 1e-4.
-pub(crate) fn union_volume(pebbles: &[Pebble]) -> f64 {
-    union::integrate(pebbles, 1e-4).map_or(0.0, |estimate| estimate.properties.volume)
-}
-
 /// A table with a line per quantity; lengths also in percent of the equal-volume diameter.
 impl fmt::Display for Fidelity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -164,5 +159,80 @@ impl fmt::Display for Fidelity {
             self.protrusion,
             percent(self.protrusion)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::generate::shapes::{cuboid, octahedron};
+
+    fn ball(position: DVec3, radius: f64) -> Pebble {
+        Pebble { position, radius }
+    }
+
+    #[test]
+    fn a_ball_in_a_cube() {
+        let cube = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+        let found = compare(&cube, &[ball(DVec3::ONE, 1.0)]).unwrap();
+        assert!((found.volume_error - (PI / 6.0 - 1.0)).abs() < 1e-6);
+        assert!(found.centre_shift < 1e-9);
+        // 2/5 M r² over M a²/6.
+        for error in found.moment_errors {
+            let exact = (0.4 * 4.0 / 3.0 * PI) / (8.0 * 4.0 / 6.0) - 1.0;
+            assert!((error - exact).abs() < 2e-6, "{error} instead of {exact}");
+        }
+        assert!(found.protrusion.abs() < 1e-12);
+        // The corners are farthest.
+        assert!((found.largest_distance - (3.0f64.sqrt() - 1.0)).abs() < 1e-12);
+        // Mean of sqrt(1 + x² + y²) - 1 over the face |x|, |y| < 1 by the midpoint rule; 20 000 stratified points with
+        // a standard deviation of 0.18.
+        let n = 400;
+        let at = |k: usize| (k as f64 + 0.5) / n as f64;
+        let mut mean = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                mean += (1.0 + at(i).powi(2) + at(j).powi(2)).sqrt() - 1.0;
+            }
+        }
+        mean /= (n * n) as f64;
+        assert!((found.mean_distance - mean).abs() < 4.0 * 0.18 / 20_000f64.sqrt());
+    }
+
+    #[test]
+    fn what_stands_out_and_what_is_off_centre() {
+        let cube = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+        let found = compare(&cube, &[ball(DVec3::new(1.1, 1.0, 1.0), 1.0)]).unwrap();
+        assert!((found.protrusion - 0.1).abs() < 1e-12);
+        assert!((found.centre_shift - 0.1).abs() < 1e-9);
+        let outside = compare(&cube, &[ball(DVec3::new(3.0, 1.0, 1.0), 0.5)]).unwrap();
+        assert!((outside.protrusion - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_report_names_every_quantity() {
+        let report = compare(&octahedron(), &[ball(DVec3::ZERO, 1.0 / 3.0f64.sqrt())])
+            .unwrap()
+            .to_string();
+        // 4/3 pi 3^(-3/2) over 4/3.
+        for part in [
+            "pebbles            1, radii 5.773503e-1 to 5.773503e-1 m",
+            "-39.540 %",
+            "principal moments",
+            "surface distance",
+            "protrusion",
+        ] {
+            assert!(report.contains(part), "{part:?} is missing in\n{report}");
+        }
+    }
+
+    #[test]
+    fn nothing_to_compare_is_an_error() {
+        assert_eq!(
+            compare(&octahedron(), &[]).unwrap_err().to_string(),
+            "there are no pebbles to compare with the surface"
+        );
     }
 }

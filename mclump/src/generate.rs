@@ -12,6 +12,7 @@
 
 pub(crate) mod ascent;
 pub(crate) mod body;
+mod columns;
 mod cover;
 mod error;
 mod euclidean;
@@ -25,7 +26,6 @@ mod tests;
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
 
-use crate::fidelity::union_volume;
 use body::Body;
 pub use error::GenerateError;
 
@@ -63,7 +63,8 @@ pub struct Request {
 pub struct Stop {
     /// Number of pebbles, at least 1. Fewer come out if no more fit (see [`Request::smallest_radius`]).
     pub pebbles: Option<usize>,
-    /// Relative difference of the volumes of union and surface, in (0, 1).
+    /// By what share the union may be lighter than the body, in (0, 1). [`Favier`], whose balls may be too large, takes the
+    /// difference in both directions.
     pub volume_error: Option<f64>,
 }
 
@@ -230,7 +231,8 @@ fn collect(
         // The union is measured at n = 1, 2, 3, ..., 8, 10, 12, ..., so the cost stays a small multiple of the last.
         let due = pebbles.len() >= looked_at + 1 + looked_at / 8;
         if let Some(target) = stop.volume_error.filter(|_| due || exhausted) {
-            let enough = |n: usize| volume_error(body, &pebbles[..n]) <= target;
+            // Lighter by no more than the target; with protrusion the union ends up a little heavier than the body.
+            let enough = |n: usize| -volume_error(body, &pebbles[..n]) <= target;
             let n = pebbles.len();
             if n > 0 && enough(n) {
                 // Between the last look and here: the union grows with each ball.
@@ -257,7 +259,7 @@ fn collect(
             if let (Some(target), None) = (stop.volume_error, stop.pebbles) {
                 return Err(GenerateError::TargetNotReached {
                     target,
-                    reached: volume_error(body, &pebbles),
+                    reached: volume_error(body, &pebbles).abs(),
                     pebbles: pebbles.len(),
                 });
             }
@@ -271,9 +273,13 @@ pub(crate) fn largest_inscribed(body: &Body, options: &Euclidean) -> Option<Pebb
     euclidean::Balls::new(body, options, 1e-6).next()
 }
 
-/// Relative difference of volumes of balls in the frame of the body and the body.
+/// Volume of the union of balls in the frame of the body over that of the body, less 1.
 fn volume_error(body: &Body, balls: &[Pebble]) -> f64 {
-    (union_volume(balls) / body.volume - 1.0).abs()
+    let bounds = balls.iter().fold(body.bounds, |(low, high), ball| {
+        let (position, radius) = (ball.position, ball.radius);
+        (low.min(position - radius), high.max(position + radius))
+    });
+    columns::union_volume(balls, bounds) / body.volume - 1.0
 }
 
 fn check(request: &Request) -> Result<(), GenerateError> {

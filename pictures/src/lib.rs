@@ -44,3 +44,8 @@ pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
 pub use run::{EnergyRow, PictureScene, PictureSphere, PictureWall, draw_energies, draw_final};
+
+/// The examples of the documentation, compiled and run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/how-to/make-pictures.md")]
+struct HowTo;

@@ -33,9 +33,17 @@ fn with_step(scene: &str, step: f64) -> Plan {
 /// All checks.
 #[must_use]
 pub fn all() -> Vec<Case> {
+    let mut cases = quick();
+    cases.extend(clumps::slow());
+    cases
+}
+
+/// The checks that need less than a second each.
+#[must_use]
+pub fn quick() -> Vec<Case> {
     let mut cases = two_spheres();
     cases.extend(hertz_wall());
-    cases.extend(clumps::all());
+    cases.extend(clumps::quick());
     cases.push(press());
     cases
 }

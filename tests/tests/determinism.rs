@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, dvec3};
+use glam::{DQuat, DVec3, dvec3};
+use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
+use mercury_solver::bodies::Clump;
 use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
@@ -11,7 +13,7 @@ use mercury_solver::contact::{
 };
 use mercury_solver::engine::Engine;
 use mercury_solver::forces::block_size;
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{NewBody, NewParticle, Plan};
 use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{plane, wall};
 
@@ -121,6 +123,66 @@ fn one_two_and_four_threads_give_the_same_bits() {
         }
         last = Some(snapshot);
     }
+}
+
+/// The heap with a rigid body of three pebbles in the place of each sphere.
+fn heap_of_clumps(count: usize, drum: bool) -> Arc<Plan> {
+    let mut plan = Plan::clone(&heap(count, drum));
+    let pebbles = [-0.6, 0.0, 0.6].map(|x| Pebble {
+        position: dvec3(x, 0.0, 0.0),
+        radius: 0.4,
+    });
+    let volume = 0.7;
+    let moments = dvec3(0.06, 0.2, 0.21) * 2000.0 * volume;
+    let clump = Clump::new("bar", 0, pebbles.to_vec(), 2000.0 * volume, volume, moments).unwrap();
+    let body = |particle: &NewParticle| NewBody {
+        scale: particle.radius,
+        velocity: particle.velocity,
+        angular_velocity: particle.angular_velocity,
+        orientation: DQuat::from_scaled_axis(particle.angular_velocity),
+        fixed: particle.fixed,
+        ..NewBody::at(particle.position, 0)
+    };
+    let bodies = plan.particles.iter().map(body).collect();
+    plan.particles.clear();
+    Arc::new(plan.with_bodies(vec![clump], bodies))
+}
+
+#[test]
+fn clumps_give_the_same_bits_on_one_two_and_four_threads() {
+    let count = 1200;
+    let rows = 3 * count;
+    assert!(rows > 3 * block_size(rows), "four blocks");
+    let plan = heap_of_clumps(count, false);
+    let mut last = None;
+    for threads in [1, 2, 4] {
+        let mut engine = Engine::new(plan.clone(), threads).unwrap();
+        run(&mut engine, 300);
+        let snapshot = engine.snapshot();
+        assert!(snapshot.rebuilds > 3, "rebuilt {} times", snapshot.rebuilds);
+        let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
+        assert!(touching > 50, "{touching} contacts");
+        if let Some(last) = &last {
+            assert!(snapshot == *last, "{threads} threads give other bits");
+        }
+        last = Some(snapshot);
+    }
+}
+
+#[test]
+fn clumps_that_were_restored_go_on_bit_for_bit() {
+    let plan = heap_of_clumps(300, true);
+    let mut straight = Engine::new(plan.clone(), 1).unwrap();
+    let mut restarted = Engine::new(plan.clone(), 1).unwrap();
+    for (k, steps) in [37, 1, 150, 113, 99].into_iter().enumerate() {
+        run(&mut straight, steps);
+        run(&mut restarted, steps);
+        let snapshot = restarted.snapshot();
+        restarted = Engine::restore(plan.clone(), snapshot.clone(), 1 + k % 3).unwrap();
+        assert!(restarted.snapshot() == snapshot && snapshot == straight.snapshot());
+    }
+    let last = straight.snapshot();
+    assert!(last.rebuilds > 2 && last.pairs.iter().any(|slot| slot.touching));
 }
 
 #[test]

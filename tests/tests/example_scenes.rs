@@ -24,7 +24,8 @@ fn scenes(folder: &Path) -> Vec<PathBuf> {
 fn every_scene_parses() {
     let mut files = scenes(&folder());
     files.extend(scenes(&folder().join("bench")));
-    assert!(files.len() >= 11, "only {} scenes", files.len());
+    files.extend(scenes(&folder().join("clumps")));
+    assert!(files.len() >= 19, "only {} scenes", files.len());
     for path in files {
         if let Err(errors) = read_scene(&path, &[]) {
             panic!("{}\n{errors}", path.display());
@@ -35,7 +36,9 @@ fn every_scene_parses() {
 #[test]
 fn the_index_names_every_scene() {
     let index = std::fs::read_to_string(folder().join("README.md")).expect("an index");
-    for path in scenes(&folder()) {
+    let mut files = scenes(&folder());
+    files.extend(scenes(&folder().join("clumps")));
+    for path in files {
         let name = path.file_name().expect("a name").to_string_lossy();
         assert!(
             index.contains(&format!("`{name}`")),

@@ -156,14 +156,11 @@ pub fn push_data_file(
         out.extend_from_slice(format!(" {name}lo {name}hi\n").as_bytes());
     }
     out.extend_from_slice(b"\nAtoms\n\n");
-    for row in 0..rows.ids.len() {
+    for (row, density) in densities.into_iter().enumerate() {
         let [x, y, z] = rows.position[row].to_array();
         let diameter = 2.0 * rows.radius[row];
         let kind = f64::from(rows.types[row]);
-        push_line(
-            out,
-            &[rows.id(row), kind, diameter, densities[row], x, y, z],
-        );
+        push_line(out, &[rows.id(row), kind, diameter, density, x, y, z]);
     }
     out.extend_from_slice(b"\nVelocities\n\n");
     for row in 0..rows.ids.len() {

@@ -111,7 +111,7 @@ enum Command {
         #[command(flatten)]
         common: Common,
         /// Density of all particles in kg/m^3; needed where the input has no masses (.data)
-        #[arg(long)]
+        #[arg(long, allow_negative_numbers = true)]
         density: Option<f64>,
     },
     /// Pictures of frames: shaded particles, walls, colour bar, scale

@@ -240,3 +240,6 @@ fn levels(values: &[Option<u32>]) -> Vec<u8> {
     out.extend(runs);
     out
 }
+
+#[cfg(test)]
+mod tests;

@@ -45,7 +45,7 @@ pub(crate) struct Look {
     /// light, dark or transparent
     #[arg(long, default_value = "light")]
     background: Background,
-    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts 0.25]
+    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts 0.15]
     #[arg(long, value_name = "SHARE")]
     opacity: Option<f64>,
     /// Contacts as lines, wider and darker with the force (runs with fstat = true)
@@ -70,7 +70,7 @@ pub(crate) struct Look {
 
 impl Look {
     pub(crate) fn choice(&self) -> PictureChoice {
-        let opaque = if self.contacts { 0.25 } else { 1.0 };
+        let opaque = if self.contacts { 0.15 } else { 1.0 };
         PictureChoice {
             options: Options {
                 width: self.size.0,

@@ -66,16 +66,20 @@ pub fn export(
             None => particles.insert(series("particles")?),
         };
         progress(&snapshot);
-        let grid = paraview::particles(&snapshot.specs, &snapshot.frame)
-            .map_err(|reason| unfit(&snapshot, &reason))?;
-        list.write(snapshot.number, &grid)?;
         let time = snapshot.frame.time;
         span = Some(span.map_or((time, time), |(first, _)| (first, time)));
         let ids = snapshot.column("id").and_then(Column::as_u32);
         let ids = selection
             .is_partial()
             .then(|| ids.unwrap_or_default().to_vec());
-        steps.insert(snapshot.frame.step, (snapshot.number, ids));
+        let number = snapshot.number;
+        steps.insert(snapshot.frame.step, (number, ids));
+        let unfit = |reason| {
+            let path = snapshot.path.display();
+            ExportError::Input(format!("{path}: frame {number}: {reason}"))
+        };
+        let grid = paraview::particles(&snapshot.specs, snapshot.frame).map_err(unfit)?;
+        list.write(number, &grid)?;
         Ok(())
     })?;
     if let (Some(reader), Some(run)) = (contact_reader, run) {
@@ -94,7 +98,7 @@ pub fn export(
                 keep_contacts(specs, &mut frame.columns, ids);
             }
             let centres = centres(run, info.step)?;
-            let grid = paraview::contacts(specs, &frame, &centres).map_err(|reason| {
+            let grid = paraview::contacts(specs, frame, &centres).map_err(|reason| {
                 ExportError::Input(format!("{}: {reason}", reader.frames().path().display()))
             })?;
             list.write(number, &grid)?;
@@ -120,11 +124,6 @@ pub fn export(
     };
     output.write(&script, paraview::script(&output.prefix, parts).as_bytes())?;
     Ok((told, files))
-}
-
-fn unfit(snapshot: &Snapshot, reason: &str) -> ExportError {
-    let (path, number) = (snapshot.path.display(), snapshot.number);
-    ExportError::Input(format!("{path}: frame {number}: {reason}"))
 }
 
 /// Contacts may be written at other times than particles. Whoever wants all frames of a span wants those too; whoever picks

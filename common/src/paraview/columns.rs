@@ -77,8 +77,8 @@ pub fn vectors(columns: &[Column], [x, y, z]: [usize; 3]) -> Option<Vec<DVec3>> 
     Some(parts.map(|((&x, &y), &z)| DVec3::new(x, y, z)).collect())
 }
 
-/// A group as an array; nothing for text, which grids do not hold.
-pub(super) fn values(columns: &[Column], group: &Group) -> Option<VtuValues<'static>> {
+/// Takes a group as an array; nothing for text, which grids do not hold.
+pub(super) fn take_values(columns: &mut [Column], group: &Group) -> Option<VtuValues<'static>> {
     Some(match group {
         Group::Vector(places) => vectors(columns, *places)?.into(),
         Group::Quaternion([w, x, y, z]) => {
@@ -88,15 +88,15 @@ pub(super) fn values(columns: &[Column], group: &Group) -> Option<VtuValues<'sta
             let all = parts.map(|(&w, v)| DQuat::from_xyzw(v.x, v.y, v.z, w));
             all.collect::<Vec<_>>().into()
         }
-        Group::Single(k) => match columns.get(*k)? {
-            Column::F64(v) => v.clone().into(),
-            Column::I32(v) => v.clone().into(),
-            Column::U8(v) => v.clone().into(),
-            Column::U32(v) => v.clone().into(),
-            Column::U64(v) => v.clone().into(),
+        Group::Single(k) => match std::mem::replace(columns.get_mut(*k)?, Column::U8(Vec::new())) {
+            Column::F64(v) => v.into(),
+            Column::I32(v) => v.into(),
+            Column::U8(v) => v.into(),
+            Column::U32(v) => v.into(),
+            Column::U64(v) => v.into(),
             // -1 stands for none, so that thresholds can leave it out.
             Column::OptionalU32(v) => {
-                let all = v.iter().map(|v| v.map_or(-1, i64::from));
+                let all = v.into_iter().map(|v| v.map_or(-1, i64::from));
                 all.collect::<Vec<_>>().into()
             }
             Column::Text(_) => return None,

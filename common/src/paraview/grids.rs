@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::columns::{Group, groups, values, vectors};
+use super::columns::{Group, groups, take_values, vectors};
 use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
 use crate::frames::{Column, ColumnSpec, Frame, WallFrame};
 use crate::surfaces::{Surface, faces_of_one_box};
@@ -13,7 +13,7 @@ use crate::surfaces::{Surface, faces_of_one_box};
 ///
 /// # Errors
 /// When the frame has no positions `x`, `y`, `z`.
-pub fn particles(specs: &[ColumnSpec], frame: &Frame) -> Result<VtuGrid<'static>, String> {
+pub fn particles(specs: &[ColumnSpec], mut frame: Frame) -> Result<VtuGrid<'static>, String> {
     let groups = groups(specs);
     let vector = |name: &str| {
         groups.iter().find_map(|(found, group)| match group {
@@ -32,7 +32,7 @@ pub fn particles(specs: &[ColumnSpec], frame: &Frame) -> Result<VtuGrid<'static>
         let speed: Vec<f64> = velocity.iter().map(|v| v.length()).collect();
         arrays.push(VtuArray::new("speed", speed));
     }
-    push_groups(&mut arrays, &groups, &frame.columns, &["position"]);
+    push_groups(&mut arrays, &groups, &mut frame.columns, &["position"]);
     Ok(VtuGrid {
         time: Some(frame.time),
         points: points.into(),
@@ -45,7 +45,7 @@ pub fn particles(specs: &[ColumnSpec], frame: &Frame) -> Result<VtuGrid<'static>
 fn push_groups(
     arrays: &mut Vec<VtuArray<'static>>,
     groups: &[(String, Group)],
-    columns: &[Column],
+    columns: &mut [Column],
     without: &[&str],
 ) {
     for (name, group) in groups {
@@ -53,7 +53,7 @@ fn push_groups(
         if taken || without.contains(&name.as_str()) {
             continue;
         }
-        if let Some(values) = values(columns, group) {
+        if let Some(values) = take_values(columns, group) {
             arrays.push(VtuArray::new(name.clone(), values));
         }
     }
@@ -67,7 +67,7 @@ fn push_groups(
 /// When a column of a table of contacts is missing.
 pub fn contacts(
     specs: &[ColumnSpec],
-    frame: &Frame,
+    mut frame: Frame,
     centre: &HashMap<u32, DVec3>,
 ) -> Result<VtuGrid<'static>, String> {
     let groups = groups(specs);
@@ -111,8 +111,9 @@ pub fn contacts(
         VtuArray::new("normal_force", along),
         VtuArray::new("tangential_force", across),
     ];
-    push_groups(&mut arrays, &groups, &frame.columns, &[]);
-    let lines = (0..i.len() as u32).map(|k| [2 * k, 2 * k + 1]);
+    let count = i.len() as u32;
+    push_groups(&mut arrays, &groups, &mut frame.columns, &[]);
+    let lines = (0..count).map(|k| [2 * k, 2 * k + 1]);
     Ok(VtuGrid {
         time: Some(frame.time),
         points: points.into(),

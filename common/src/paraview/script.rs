@@ -52,7 +52,6 @@ if "diameter" in names:
     shown.ScaleFactor = 1.0
 if "speed" in names:
     ColorBy(shown, ("POINTS", "speed"))
-    shown.RescaleTransferFunctionToDataRangeOverTime()
     shown.SetScalarBarVisibility(view, True)"#
     );
     if parts.walls {
@@ -62,7 +61,7 @@ walls = series("walls")
 wall_display = Show(walls, view)
 wall_display.SetRepresentationType("Surface")
 wall_display.Opacity = 0.2
-ColorBy(wall_display, None)
+wall_display.ColorArrayName = ["POINTS", ""]
 "#,
         );
     }
@@ -83,6 +82,7 @@ Hide(contacts, view)
 scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
+shown.RescaleTransferFunctionToDataRange(False, True)
 view.CameraPosition = [0.0, -1.0, 0.0]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]
 view.CameraViewUp = [0.0, 0.0, 1.0]

@@ -1,1 +1,246 @@
+use std::collections::HashMap;
 
+use glam::{DQuat, DVec3};
+
+use super::*;
+use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
+use crate::frames::{
+    Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
+    ParticleFrame, WallFrame,
+};
+use crate::surfaces::{Placement, Surface};
+
+fn point<'a>(grid: &'a VtuGrid, name: &str) -> &'a VtuValues<'a> {
+    let found = grid.point_data.iter().find(|array| array.name == name);
+    &found.unwrap_or_else(|| panic!("no array {name}")).values
+}
+
+fn cell<'a>(grid: &'a VtuGrid, name: &str) -> &'a VtuValues<'a> {
+    let found = grid.cell_data.iter().find(|array| array.name == name);
+    &found.unwrap_or_else(|| panic!("no array {name}")).values
+}
+
+fn numbers(values: &VtuValues) -> Vec<f64> {
+    match values {
+        VtuValues::F64(v) => v.to_vec(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn vectors_of(values: &VtuValues) -> Vec<DVec3> {
+    match values {
+        VtuValues::Vectors(v) => v.to_vec(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn frame() -> ParticleFrame {
+    ParticleFrame {
+        time: 0.25,
+        step: 7,
+        id: vec![3, 5],
+        material: vec![0, 1],
+        flags: vec![0, 1],
+        mass: vec![1.0, 2.0],
+        volume: vec![0.1, 0.2],
+        radius: vec![0.5, 0.25],
+        position: vec![DVec3::ZERO, DVec3::new(0.7, 0.0, 0.0)],
+        velocity: vec![DVec3::new(3.0, 4.0, 0.0), DVec3::Z],
+        body: Some(vec![None, Some(9)]),
+        orientation: Some(vec![DQuat::IDENTITY, DQuat::from_rotation_x(1.0)]),
+        angular_velocity: Some(vec![DVec3::X, DVec3::Y]),
+        force: Some(vec![DVec3::ONE, -DVec3::ONE]),
+        torque: Some(vec![DVec3::Y, DVec3::Z]),
+        film_volume: Some(vec![1e-9, 0.0]),
+    }
+}
+
+#[test]
+fn particles_come_with_every_column_and_what_glyphs_need() {
+    let columns = ParticleColumns {
+        body: true,
+        orientation: true,
+        angular_velocity: true,
+        force: true,
+        torque: true,
+        film_volume: true,
+    };
+    let expected = frame();
+    let grid = particles(&columns.specs(), frame().into_frame()).unwrap();
+    assert_eq!(grid.time, Some(0.25));
+    assert_eq!(*grid.points, *expected.position);
+    assert!(matches!(grid.cells, VtuCells::Vertices));
+    let names: Vec<&str> = grid.point_data.iter().map(|array| &*array.name).collect();
+    let all = "diameter speed id material body flags mass volume radius velocity orientation angular_velocity force torque film_volume";
+    assert_eq!(names.join(" "), all);
+    assert_eq!(numbers(point(&grid, "diameter")), [1.0, 0.5]);
+    assert_eq!(numbers(point(&grid, "speed")), [5.0, 1.0]);
+    assert_eq!(vectors_of(point(&grid, "velocity")), expected.velocity);
+    let spin = vectors_of(point(&grid, "angular_velocity"));
+    assert_eq!(Some(spin), expected.angular_velocity);
+    assert!(matches!(point(&grid, "body"), VtuValues::I64(v) if **v == [-1, 9]));
+    assert!(matches!(point(&grid, "orientation"), VtuValues::Quaternions(v) if v.len() == 2));
+}
+
+#[test]
+fn columns_of_a_later_version_become_arrays_too() {
+    let number = |name: &str| ColumnSpec::new(name, ColumnKind::F64, "1");
+    let names = [
+        "x", "y", "z", "heat", "wear_x", "wear_y", "wear_z", "ex", "ey", "mark",
+    ];
+    let mut specs: Vec<ColumnSpec> = names.iter().map(|name| number(name)).collect();
+    specs[9].kind = ColumnKind::Text;
+    let mut columns: Vec<Column> = (0..9).map(|k| Column::F64(vec![f64::from(k)])).collect();
+    columns.push(Column::Text(vec![
+        "words have no place in a grid".to_owned(),
+    ]));
+    let frame = Frame {
+        time: 0.0,
+        step: 0,
+        columns,
+    };
+    let grid = particles(&specs, frame.clone()).unwrap();
+    let names: Vec<&str> = grid.point_data.iter().map(|array| &*array.name).collect();
+    assert_eq!(names, ["heat", "wear", "ex", "ey"]);
+    assert_eq!(
+        vectors_of(point(&grid, "wear")),
+        [DVec3::new(4.0, 5.0, 6.0)]
+    );
+    assert_eq!(
+        particles(&specs[1..], frame).unwrap_err(),
+        "no columns x, y, z of positions"
+    );
+}
+
+/// Particle 3 with 5, and 5 with wall 2.
+fn contact_frame() -> ContactFrame {
+    ContactFrame {
+        time: 0.25,
+        step: 7,
+        i: vec![3, 5],
+        j: vec![Some(5), None],
+        wall: vec![None, Some(2)],
+        point: vec![DVec3::new(0.475, 0.0, 0.0), DVec3::new(0.7, 0.0, -0.2)],
+        branch: vec![DVec3::new(-0.7, 0.0, 0.0), DVec3::new(0.0, 0.0, 0.2)],
+        normal: vec![-DVec3::X, DVec3::Z],
+        force: vec![DVec3::new(-3.0, 4.0, 0.0), DVec3::new(0.0, 0.0, 2.0)],
+        overlap: vec![0.05, 0.05],
+        torque: None,
+        history: Vec::new(),
+    }
+}
+
+#[test]
+fn contacts_join_centres_and_carry_their_forces() {
+    let specs = ContactColumns::default().specs();
+    let centre: HashMap<u32, DVec3> = [(3, DVec3::ZERO), (5, DVec3::new(0.7, 0.0, 0.0))].into();
+    let grid = contacts(&specs, contact_frame().into_frame(), &centre).unwrap();
+    let expected = [
+        DVec3::ZERO,
+        DVec3::new(0.7, 0.0, 0.0),
+        DVec3::new(0.7, 0.0, 0.0),
+        DVec3::new(0.7, 0.0, -0.2),
+    ];
+    for (found, expected) in grid.points.iter().zip(expected) {
+        assert!(found.distance(expected) < 1e-15, "{found} {expected}");
+    }
+    assert!(matches!(&grid.cells, VtuCells::Lines(lines) if **lines == [[0, 1], [2, 3]]));
+    assert_eq!(numbers(cell(&grid, "force_magnitude")), [5.0, 2.0]);
+    assert_eq!(numbers(cell(&grid, "normal_force")), [3.0, 2.0]);
+    assert_eq!(numbers(cell(&grid, "tangential_force")), [4.0, 0.0]);
+    assert_eq!(
+        numbers(point(&grid, "force_magnitude")),
+        [5.0, 5.0, 2.0, 2.0]
+    );
+    assert!(matches!(cell(&grid, "j"), VtuValues::I64(v) if **v == [5, -1]));
+    assert!(matches!(cell(&grid, "wall"), VtuValues::I64(v) if **v == [-1, 2]));
+
+    // Without positions the line lies centrally about the contact point.
+    let grid = contacts(&specs, contact_frame().into_frame(), &HashMap::new()).unwrap();
+    let middle = 0.5 * (grid.points[0] + grid.points[1]);
+    assert!(middle.distance(DVec3::new(0.475, 0.0, 0.0)) < 1e-15);
+}
+
+#[test]
+fn walls_stand_where_their_motion_brought_them_and_absent_ones_are_left_out() {
+    let plane = |z: f64| Surface::Plane {
+        point: DVec3::new(0.0, 0.0, z),
+        normal: DVec3::Z,
+    };
+    let names = ["floor", "lid", "later"].map(str::to_owned);
+    let surfaces = [plane(0.0), plane(0.5), plane(0.1)];
+    let scene = WallScene {
+        names: &names,
+        surfaces: &surfaces,
+        domain: (DVec3::ZERO, DVec3::ONE),
+    };
+    let lifted = Placement {
+        translation: DVec3::new(0.0, 0.0, 0.25),
+        ..Placement::default()
+    };
+    let frame = WallFrame {
+        time: 1.0,
+        step: 1,
+        present: vec![true, true, false],
+        placement: vec![Placement::default(), lifted, Placement::default()],
+    };
+    let grid = walls(&scene, &frame);
+    let heights: Vec<f64> = grid.points.iter().map(|x| x.z).collect();
+    assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 0.75, 0.75, 0.75, 0.75]);
+    assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [0, 0, 1, 1]));
+}
+
+#[test]
+fn a_series_lists_its_frames_and_removes_only_those_of_an_earlier_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in [
+        "run.particles.0009.vtu",
+        "run.particles.vtu",
+        "run.walls.0000.vtu",
+        "a.vtu",
+    ] {
+        std::fs::write(path(name), "old").unwrap();
+    }
+    let options = VtuOptions::DEFAULT;
+    let mut series = Series::create(folder.path(), "run.particles", options).unwrap();
+    assert!(!path("run.particles.0009.vtu").exists());
+    for kept in ["run.particles.vtu", "run.walls.0000.vtu", "a.vtu"] {
+        assert!(path(kept).exists(), "{kept}");
+    }
+    let specs = ParticleColumns::default().specs();
+    for number in [0, 4, 12_345] {
+        let frame = ParticleFrame {
+            time: number as f64,
+            ..ParticleFrame::default()
+        };
+        let grid = particles(&specs, frame.into_frame()).unwrap();
+        series.write(number, &grid).unwrap();
+    }
+    let list = std::fs::read_to_string(path("run.particles.pvd")).unwrap();
+    for (time, file) in [("0.0", "0000"), ("4.0", "0004"), ("12345.0", "12345")] {
+        let entry =
+            format!("timestep=\"{time}\" group=\"\" part=\"0\" file=\"run.particles.{file}.vtu\"");
+        assert!(list.contains(&entry), "{list}");
+        assert!(path(&format!("run.particles.{file}.vtu")).exists());
+    }
+    drop(series);
+    Series::resume(folder.path(), "run.particles", options, 2).unwrap();
+    let list = std::fs::read_to_string(path("run.particles.pvd")).unwrap();
+    assert!(list.contains("0004.vtu") && !list.contains("12345.vtu"));
+}
+
+#[test]
+fn the_script_names_the_series_that_there_are() {
+    let all = ScriptParts {
+        contacts: true,
+        walls: true,
+    };
+    let text = script("my \"run\"", all);
+    assert!(text.contains(r#"prefix = "my \"run\"""#));
+    for kind in ["particles", "contacts", "walls"] {
+        assert!(text.contains(&format!("series(\"{kind}\")")));
+    }
+    let few = script("run", ScriptParts::default());
+    assert!(!few.contains("series(\"walls\")") && !few.contains("series(\"contacts\")"));
+}

@@ -1,16 +1,21 @@
 //! The smallest box with a face on the convex hull.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Faces that are tried, the largest first. A constant: results do not depend on the machine.
-const MOST_FACES: usize = 4_000;
+/// Work that is spent on trying every face, as faces times corners. Constants: results do not depend on the machine.
+const MOST_WORK: usize = 2_000_000;
+/// Directions per edge of a cube map, of which one face each is tried on larger hulls (about 10 degrees).
+const DIRECTIONS: f64 = 8.0;
 
-/// Edges of the box of least volume among those with a face in the plane of one of the hull's (the 4000 largest) faces.
+/// Edges of the box of least volume among those with a face across a normal of the convex hull or across a coordinate axis.
 ///
-/// In that plane the other edges are those of the rectangle of least area around the projected corners, which has an edge on an
-/// edge of their convex hull (Freeman and Shapira 1975, doi:10.1145/360881.360919). The box of least volume of all need not have
-/// a face on the hull (O'Rourke 1985, doi:10.1007/BF00991005), but seldom is much smaller.
+/// In the plane across a normal the other edges are those of the rectangle of least area around the projected corners, which has an
+/// edge on an edge of their convex hull (Freeman and Shapira 1975, doi:10.1145/360881.360919). The box of least volume of all
+/// need not have a face on the hull (O'Rourke 1985, doi:10.1007/BF00991005), but seldom is much smaller. Of hulls with many faces
+/// only the largest face of each of some 200 directions is tried.
 pub(super) fn smallest_box((corners, triangles): &(Vec<DVec3>, Vec<[u32; 3]>)) -> [f64; 3] {
     let mut normals: Vec<DVec3> = triangles
         .iter()
@@ -18,8 +23,17 @@ pub(super) fn smallest_box((corners, triangles): &(Vec<DVec3>, Vec<[u32; 3]>)) -
         .map(|[a, b, c]| (b - a).cross(c - a))
         .filter(|double| double.length_squared() > 0.0)
         .collect();
-    normals.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
-    normals.truncate(MOST_FACES);
+    if normals.len() * corners.len() > MOST_WORK {
+        let mut largest: BTreeMap<[i64; 3], DVec3> = BTreeMap::new();
+        for normal in normals {
+            let known = largest.entry(direction(normal)).or_insert(normal);
+            if normal.length_squared() > known.length_squared() {
+                *known = normal;
+            }
+        }
+        normals = largest.into_values().collect();
+    }
+    normals.extend([DVec3::X, DVec3::Y, DVec3::Z]);
     let boxes: Vec<[f64; 3]> = normals
         .into_par_iter()
         .map(|normal| flush_box(corners, normal.normalize()))
@@ -33,6 +47,15 @@ pub(super) fn smallest_box((corners, triangles): &(Vec<DVec3>, Vec<[u32; 3]>)) -
         }
     };
     boxes.into_iter().fold([f64::INFINITY; 3], smaller)
+}
+
+/// The cell of a cube map around a direction or its opposite.
+fn direction(normal: DVec3) -> [i64; 3] {
+    let axis = normal.abs().max_position();
+    let on_cube = normal / normal[axis];
+    let mut cell = (on_cube * (0.5 * DIRECTIONS)).floor().to_array();
+    cell[axis] = DIRECTIONS + axis as f64;
+    cell.map(|index| index as i64)
 }
 
 /// The smallest box with two faces across a unit normal.

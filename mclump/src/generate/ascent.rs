@@ -2,16 +2,34 @@
 
 use glam::DVec3;
 
-/// Slopes that the model remembers.
+/// Slopes that the model remembers, beside those of the constraints that are told.
 const MOST_CUTS: usize = 14;
 /// Evaluations of the field per ascent.
-const MOST_STEPS: usize = 120;
+const MOST_STEPS: usize = 300;
 
 /// A linear upper model of the field: `excess` above the value at the centre, and the slope there.
 #[derive(Clone, Copy)]
-struct Cut {
-    excess: f64,
-    slope: DVec3,
+pub(crate) struct Cut {
+    pub(crate) excess: f64,
+    pub(crate) slope: DVec3,
+}
+
+/// A function of places with slopes of length 1, the least of many distances.
+pub(crate) trait DistanceField {
+    /// Value and slope.
+    fn at(&self, x: DVec3) -> (f64, DVec3);
+
+    /// The distances that are known beforehand and at most `limit` at x: their values above `value`, and slopes. They are added to what the
+    /// ascent learns; none are needed.
+    fn known(&self, _x: DVec3, _value: f64, _limit: f64) -> Vec<Cut> {
+        Vec::new()
+    }
+}
+
+impl<F: Fn(DVec3) -> (f64, DVec3)> DistanceField for F {
+    fn at(&self, x: DVec3) -> (f64, DVec3) {
+        self(x)
+    }
 }
 
 /// A local maximum of a field with slopes of length 1, near `start`: its place and value.
@@ -22,22 +40,21 @@ struct Cut {
 /// maximum and the method ends after few steps.
 ///
 /// The result is never lower than the start.
-pub(crate) fn ascend(
-    field: &impl Fn(DVec3) -> (f64, DVec3),
-    start: DVec3,
-    reach: f64,
-) -> (DVec3, f64) {
+pub(crate) fn ascend(field: &impl DistanceField, start: DVec3, reach: f64) -> (DVec3, f64) {
+    let farthest = reach;
     let mut reach = reach;
     let mut centre = start;
-    let (mut value, slope) = field(centre);
+    let (mut value, slope) = field.at(centre);
     let mut cuts = vec![Cut { excess: 0.0, slope }];
     let mut idle = 0;
     for _ in 0..MOST_STEPS {
-        let (step, rise) = model_step(&cuts, reach);
+        let mut model = field.known(centre, value, value + 2.0 * reach);
+        model.extend(&cuts);
+        let (step, rise) = model_step(&model, reach);
         if rise <= 1e-13 {
             break;
         }
-        let (there, slope) = field(centre + step);
+        let (there, slope) = field.at(centre + step);
         if there - value >= 0.2 * rise {
             for cut in &mut cuts {
                 // The field is not concave: a slope from elsewhere may lie below the field here, and says nothing then.
@@ -45,6 +62,7 @@ pub(crate) fn ascend(
             }
             centre += step;
             value = there;
+            reach = (2.0 * reach).min(farthest);
             cuts.push(Cut { excess: 0.0, slope });
             idle = 0;
         } else {
@@ -54,7 +72,7 @@ pub(crate) fn ascend(
             if idle % 10 == 0 {
                 // Slopes from too far away mislead: start anew, nearer.
                 reach *= 0.1;
-                let (_, slope) = field(centre);
+                let (_, slope) = field.at(centre);
                 cuts = vec![Cut { excess: 0.0, slope }];
             }
         }
@@ -77,7 +95,7 @@ pub(crate) fn ascend(
 /// The dual, over weights w on the simplex, is `min w·excess + reach |sum w slope|²/2`, with s = reach sum w slope;
 /// weight is moved from the largest to the smallest derivative, as far as pays.
 fn model_step(cuts: &[Cut], reach: f64) -> (DVec3, f64) {
-    let mut weights = [0.0; MOST_CUTS + 1];
+    let mut weights = vec![0.0; cuts.len()];
     weights[cuts.len() - 1] = 1.0;
     let mut sum = cuts[cuts.len() - 1].slope;
     for _ in 0..200 {

@@ -6,13 +6,15 @@ use rayon::prelude::*;
 
 use super::body::Body;
 
-/// A cubic lattice; a mark for each point that is inside the body and in no ball yet.
+/// A cubic lattice; a bit for each point that is inside the body and in no ball yet.
 pub(super) struct Lattice {
     low: DVec3,
     spacing: f64,
-    /// Points along x, y, z; z runs fastest.
+    /// Points along x, y, z.
     count: [usize; 3],
-    open: Vec<bool>,
+    /// Words of 64 points along z, per row.
+    words: usize,
+    open: Vec<u64>,
 }
 
 impl Lattice {
@@ -27,11 +29,12 @@ impl Lattice {
         // Centred, so that symmetric bodies get symmetric lattices.
         let room = DVec3::from_array(count.map(|n| (n - 1) as f64 * spacing)) - extent;
         let low = low - 0.5 * room;
-        let rows: Vec<Vec<bool>> = (0..count[0] * count[1])
+        let words = count[2].div_ceil(64);
+        let rows: Vec<Vec<u64>> = (0..count[0] * count[1])
             .into_par_iter()
             .map(|row| {
                 let (i, j) = (row / count[1], row % count[1]);
-                let mut open = Vec::with_capacity(count[2]);
+                let mut open = vec![0; words];
                 // The depth changes by at most 1 per length: deep inside and far outside many points need no look.
                 let mut known: Option<(usize, f64)> = None;
                 for k in 0..count[2] {
@@ -44,7 +47,7 @@ impl Lattice {
                             depth
                         }
                     };
-                    open.push(depth > 0.0);
+                    open[k / 64] |= u64::from(depth > 0.0) << (k % 64);
                 }
                 open
             })
@@ -53,49 +56,62 @@ impl Lattice {
             low,
             spacing,
             count,
+            words,
             open: rows.concat(),
         }
     }
 
     /// How many points the ball would cover that no ball before it did.
-    pub(super) fn gain(&self, ball: &Pebble) -> usize {
+    pub(super) fn gain(&self, ball: &Pebble) -> u32 {
         let mut gain = 0;
-        self.runs(ball, &mut |from, to| {
-            gain += self.open[from..to].iter().filter(|open| **open).count();
+        self.visit(ball, &mut |word, mask| {
+            gain += (self.open[word] & mask).count_ones()
         });
         gain
     }
 
     /// Marks the points of a ball as covered.
     pub(super) fn cover(&mut self, ball: &Pebble) {
-        let mut runs = Vec::new();
-        self.runs(ball, &mut |from, to| runs.push((from, to)));
-        for (from, to) in runs {
-            self.open[from..to].fill(false);
+        let mut covered = Vec::new();
+        self.visit(ball, &mut |word, mask| covered.push((word, mask)));
+        for (word, mask) in covered {
+            self.open[word] &= !mask;
         }
     }
 
-    /// Ranges of points inside a ball.
-    fn runs(&self, ball: &Pebble, visit: &mut dyn FnMut(usize, usize)) {
-        let range = |axis: usize, centre: f64, half: f64| {
-            let at = (centre - self.low[axis]) / self.spacing;
+    /// Words that a ball reaches into, with the bits inside it.
+    fn visit(&self, ball: &Pebble, visit: &mut impl FnMut(usize, u64)) {
+        let range = |axis: usize, half: f64| {
+            let at = (ball.position[axis] - self.low[axis]) / self.spacing;
             let half = half / self.spacing;
             let from = (at - half).ceil().max(0.0) as usize;
             let to = ((at + half).floor() + 1.0).max(0.0) as usize;
             (from, to.min(self.count[axis]))
         };
-        let (centre, radius) = (ball.position, ball.radius);
-        let (from_x, to_x) = range(0, centre.x, radius);
+        let offset = |axis: usize, index: usize| {
+            self.low[axis] + index as f64 * self.spacing - ball.position[axis]
+        };
+        let (from_x, to_x) = range(0, ball.radius);
         for i in from_x..to_x {
-            let dx = self.low.x + i as f64 * self.spacing - centre.x;
-            let left = radius * radius - dx * dx;
-            let (from_y, to_y) = range(1, centre.y, left.max(0.0).sqrt());
+            let left = ball.radius * ball.radius - offset(0, i) * offset(0, i);
+            let (from_y, to_y) = range(1, left.max(0.0).sqrt());
             for j in from_y..to_y {
-                let dy = self.low.y + j as f64 * self.spacing - centre.y;
-                let (from, to) = range(2, centre.z, (left - dy * dy).max(0.0).sqrt());
-                if from < to {
-                    let row = (i * self.count[1] + j) * self.count[2];
-                    visit(row + from, row + to);
+                let left = left - offset(1, j) * offset(1, j);
+                let (from, to) = range(2, left.max(0.0).sqrt());
+                if from >= to {
+                    continue;
+                }
+                let row = (i * self.count[1] + j) * self.words;
+                let (first, last) = (from / 64, (to - 1) / 64);
+                for word in first..=last {
+                    let mut mask = u64::MAX;
+                    if word == first {
+                        mask &= u64::MAX << (from % 64);
+                    }
+                    if word == last {
+                        mask &= u64::MAX >> (63 - (to - 1) % 64);
+                    }
+                    visit(row + word, mask);
                 }
             }
         }

@@ -8,7 +8,7 @@ use mercury_common::formats::clump::Pebble;
 use rayon::prelude::*;
 
 use super::Euclidean;
-use super::ascent::ascend;
+use super::ascent::{Cut, DistanceField, ascend};
 use super::body::Body;
 
 /// Cells that are cut into eight at once; a constant, so that results do not depend on the number of threads.
@@ -151,7 +151,7 @@ impl<'a> Balls<'a> {
             if batch.is_empty() {
                 let (start, value) = self.best()?;
                 let field = self.field();
-                let top = ascend(&|x| field.at(x), start, 0.3 * value);
+                let top = ascend(&field, start, 0.3 * value);
                 self.tops.retain(|known| known.0 != start);
                 if top.1 < self.smallest {
                     continue;
@@ -220,7 +220,7 @@ impl<'a> Balls<'a> {
             }
         }
         if let Some((centre, value, half_edge)) = start {
-            let top = ascend(&|x| field.at(x), centre, half_edge.max(0.05 * value));
+            let top = ascend(&field, centre, half_edge.max(0.05 * value));
             if top.1 >= self.smallest {
                 self.tops.push(top);
             }
@@ -251,8 +251,7 @@ struct Field<'a> {
     taken: &'a [Pebble],
 }
 
-impl Field<'_> {
-    /// Value and slope.
+impl DistanceField for Field<'_> {
     fn at(&self, x: DVec3) -> (f64, DVec3) {
         let surface = self.body.nearest(x);
         let mut nearest = None;
@@ -269,6 +268,18 @@ impl Field<'_> {
             None => surface.inward,
         };
         (value, slope)
+    }
+
+    /// The balls near x. Their distances are convex functions, so the linear model is on the safe side.
+    fn known(&self, x: DVec3, value: f64, limit: f64) -> Vec<Cut> {
+        let near = |ball: &Pebble| {
+            let distance = distance(x, ball);
+            (distance <= limit).then(|| Cut {
+                excess: (distance - value).max(0.0),
+                slope: (x - ball.position).normalize_or(DVec3::X),
+            })
+        };
+        self.taken.iter().filter_map(near).collect()
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn generate(
     let mut without_gain = 0;
     loop {
         let balls = slabs(body, options.rule, n, limits)?;
-        let error = volume_error(body, &balls);
+        let error = volume_error(body, &balls).abs();
         progress(balls.len(), stop.pebbles.unwrap_or(0));
         let gained = best.as_ref().is_none_or(|best| error < 0.999 * best.0);
         if gained {
@@ -67,7 +67,7 @@ fn slabs(
 ) -> Result<Vec<Pebble>, GenerateError> {
     let (low, high) = (body.bounds.0.x, body.bounds.1.x);
     let thickness = (high - low) / n as f64;
-    let balls: Vec<Option<Pebble>> = (0..n)
+    let balls: Vec<Result<Option<Pebble>, GenerateError>> = (0..n)
         .into_par_iter()
         .map(|k| {
             let share = (k as f64 + 0.5) / n as f64;
@@ -89,7 +89,9 @@ fn slabs(
                 radius: radius + limits.protrusion,
             }))
         })
-        .collect::<Result<_, _>>()?;
+        .collect();
+    // One after another, so that the first error is the one that is told.
+    let balls: Vec<Option<Pebble>> = balls.into_iter().collect::<Result<_, _>>()?;
     let balls: Vec<Pebble> = balls.into_iter().flatten().collect();
     if balls.is_empty() {
         return Err(GenerateError::NothingFits {

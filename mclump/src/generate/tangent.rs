@@ -8,9 +8,13 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use rayon::prelude::*;
 
+use super::ascent::ascend;
 use super::body::{Body, Face};
 use super::cover::Lattice;
 use super::{Limits, Tangent};
+
+/// So many of the largest tangent balls are also moved to a local maximum of the distance to the surface.
+const CLIMBERS: usize = 16;
 
 /// Balls in order of their making: each adds, of all tangent balls, the most volume to those before.
 ///
@@ -22,13 +26,27 @@ pub(super) struct Balls {
     /// What is added to each radius when gains are counted.
     protrusion: f64,
     /// Gain at the time `made`, index of the candidate.
-    queue: BinaryHeap<(usize, Reverse<usize>, usize)>,
+    queue: BinaryHeap<(u32, Reverse<usize>, usize)>,
     made: usize,
 }
 
 impl Balls {
     pub(super) fn new(body: &Body, options: &Tangent, limits: Limits, seed: u64) -> Self {
-        let candidates = tangent_balls(body, options.surface_points, limits.smallest, seed);
+        let mut candidates = tangent_balls(body, options.surface_points, limits.smallest, seed);
+        // Facets of a round body let no tangent ball grow to its full size: the largest ones climb to where they fit best.
+        let field = |x: DVec3| {
+            let nearest = body.nearest(x);
+            (nearest.depth, nearest.inward)
+        };
+        let best: Vec<Pebble> = candidates
+            .par_iter()
+            .take(CLIMBERS)
+            .map(|ball| {
+                let (position, radius) = ascend(&field, ball.position, 0.3 * ball.radius);
+                Pebble { position, radius }
+            })
+            .collect();
+        candidates.extend(best);
         let lattice = Lattice::new(body, options.volume_points);
         let mut balls = Self {
             lattice,
@@ -37,7 +55,7 @@ impl Balls {
             queue: BinaryHeap::new(),
             made: 0,
         };
-        let gains: Vec<usize> = (0..balls.candidates.len())
+        let gains: Vec<u32> = (0..balls.candidates.len())
             .into_par_iter()
             .map(|index| balls.gain(index))
             .collect();
@@ -75,7 +93,7 @@ impl Balls {
         }
     }
 
-    fn gain(&self, index: usize) -> usize {
+    fn gain(&self, index: usize) -> u32 {
         self.lattice.gain(&self.inflated(index))
     }
 }

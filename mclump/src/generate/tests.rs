@@ -1,67 +1,71 @@
-use super::shapes::*;
-use super::*;
-use glam::DVec3;
+mod closed_forms;
+mod difficult;
+mod promises;
+mod shipped;
 
-fn run(mesh: &TriangleMesh, method: Method, n: usize) -> Vec<Pebble> {
-    let request = Request {
+use super::*;
+
+/// A request for n pebbles.
+fn pebbles(method: Method, n: usize) -> Request {
+    Request {
         method,
         stop: Stop {
             pebbles: Some(n),
             volume_error: None,
         },
         ..Request::default()
-    };
-    generate(mesh, &request, &mut |_, _| {}).unwrap()
+    }
 }
 
-#[test]
-fn try_out() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../shared/data/shapes/mesh/Rattleback.stl"
-    );
-    let shared = mercury_common::formats::mesh::read_mesh(path).unwrap();
-    for (name, mesh) in [
-        ("cube", cuboid(DVec3::splat(2.0), DVec3::splat(3.0))),
-        (
-            "plate",
-            cuboid(DVec3::splat(2.0), DVec3::new(3.0, 3.0, 2.05)),
-        ),
-        ("octahedron", octahedron()),
-        ("ellipsoid", spheroid(2.0, 1.0, 60, 60)),
-        ("torus", torus(2.0, 0.5, 80, 40)),
-        ("rattleback", shared),
-    ] {
-        let body = Body::new(&mesh).unwrap();
-        for (what, method) in [
-            ("euclid", Method::Euclidean(Euclidean::default())),
-            ("tangent", Method::Tangent(Tangent::default())),
-            ("favier", Method::Favier(Favier::default())),
-        ] {
-            for n in [1, 10, 100, 500] {
-                let t = std::time::Instant::now();
-                let request = Request {
-                    method: method.clone(),
-                    stop: Stop {
-                        pebbles: Some(n),
-                        volume_error: None,
-                    },
-                    ..Request::default()
-                };
-                match generate(&mesh, &request, &mut |_, _| {}) {
-                    Ok(p) => {
-                        let e = union_volume(&p) / (body.volume * body.unit.powi(3)) - 1.0;
-                        println!(
-                            "{name} {what} {n}: {} r {} .. {} volume {e:.5} {:.2} s",
-                            p.len(),
-                            p[0].radius,
-                            p[p.len() - 1].radius,
-                            t.elapsed().as_secs_f64()
-                        );
-                    }
-                    Err(e) => println!("{name} {what} {n}: {e}"),
-                }
-            }
-        }
+fn run(mesh: &TriangleMesh, request: &Request) -> Result<Vec<Pebble>, GenerateError> {
+    generate(mesh, request, &mut |_, _| {})
+}
+
+fn euclidean() -> Method {
+    Method::Euclidean(Euclidean::default())
+}
+
+/// Few points: tests run without optimisation.
+fn tangent() -> Method {
+    Method::Tangent(Tangent {
+        surface_points: 1_000,
+        volume_points: 20_000,
+    })
+}
+
+fn favier(rule: SlabRadius) -> Method {
+    Method::Favier(Favier { rule })
+}
+
+/// Radius less the distance to the surface by brute force over all triangles and the winding number; positive for balls that
+/// stand out. In m.
+fn protrusion(mesh: &TriangleMesh, pebble: &Pebble) -> f64 {
+    let body = Body::new(mesh).unwrap();
+    let ball = body.to_body(pebble);
+    let inside = body.winding_number(ball.position) > 0.5;
+    let distance = body
+        .faces
+        .iter()
+        .map(|face| distance_to_triangle(ball.position, face.corners))
+        .fold(f64::INFINITY, f64::min);
+    (ball.radius - if inside { distance } else { -distance }) * body.unit
+}
+
+/// Distance of a point to a triangle: its plane if the foot is inside, else the nearest edge.
+fn distance_to_triangle(p: glam::DVec3, [a, b, c]: [glam::DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let inside = [(a, b), (b, c), (c, a)]
+        .iter()
+        .all(|(from, to)| (*to - *from).cross(p - *from).dot(normal) >= 0.0);
+    if inside {
+        return ((p - a).dot(normal) / normal.length()).abs();
     }
+    [(a, b), (b, c), (c, a)]
+        .iter()
+        .map(|&(from, to)| {
+            let edge = to - from;
+            let along = ((p - from).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+            p.distance(from + along * edge)
+        })
+        .fold(f64::INFINITY, f64::min)
 }

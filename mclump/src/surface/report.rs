@@ -350,5 +350,9 @@ pub(crate) fn plural(number: usize, thing: &str) -> String {
 /// A coordinate with at most seven digits.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
-    format!("{rounded}")
+    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }

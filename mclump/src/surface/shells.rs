@@ -10,6 +10,8 @@ use super::tetrahedron;
 
 /// Point-triangle tests that are spent on finding which shell lies in which.
 const MOST_TESTS: usize = 200_000_000;
+/// Of more shells not even the boxes are compared: a broken surface may have as many as triangles.
+const MOST_SHELLS: usize = 3000;
 const NONE: u32 = u32::MAX;
 
 /// A part of the surface that is connected by edges.
@@ -108,6 +110,9 @@ fn nest(mesh: &TriangleMesh, labels: &[u32], shells: &mut [Shell]) -> bool {
             && outer.high.cmpge(inner.high).all()
             && (outer.high - outer.low) != (inner.high - inner.low)
     };
+    if shells.len() > MOST_SHELLS {
+        return false;
+    }
     let mut pairs = Vec::new();
     let mut tests = 0;
     for (i, inner) in shells.iter().enumerate() {
@@ -161,7 +166,9 @@ pub(super) fn turn_outward(
     cavities: bool,
 ) -> Option<String> {
     let is_wrong = |shell: &Shell| {
-        !shell.is_turned_right() && shell.volume != 0.0 && (shell.depth % 2 == 0 || cavities)
+        !shell.is_turned_right()
+            && shell.volume != 0.0
+            && (shell.depth.is_multiple_of(2) || cavities)
     };
     let wrong: Vec<bool> = report.shells.iter().map(is_wrong).collect();
     let count = wrong.iter().filter(|wrong| **wrong).count();
@@ -176,7 +183,7 @@ pub(super) fn turn_outward(
     }
     let mut inward = 0;
     for (shell, _) in report.shells.iter_mut().zip(&wrong).filter(|(_, w)| **w) {
-        inward += usize::from(shell.depth % 2 == 0);
+        inward += usize::from(shell.depth.is_multiple_of(2));
         shell.volume = -shell.volume;
     }
     Some(if count == report.shells.len() {

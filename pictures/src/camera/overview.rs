@@ -87,8 +87,10 @@ impl Overview {
         for point in corners.chain(points).filter(|point| is_place(**point)) {
             self.walls.add(axes.coordinates(*point), 0.0);
         }
-        for corner in frame.domain_corners() {
-            self.domain.add(axes.coordinates(corner), 0.0);
+        if options.domain {
+            for corner in frame.domain_corners() {
+                self.domain.add(axes.coordinates(corner), 0.0);
+            }
         }
         self.add_values(frame);
     }

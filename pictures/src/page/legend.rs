@@ -69,21 +69,24 @@ impl Legend {
         let line = (LINE * unit).max(1.6 * text_size(NUMBER, unit));
         let heading = if self.heading.is_empty() { 0.0 } else { line };
         let full_list = heading + line * self.dots.len() as f64;
-        // Bars first: a bar needs a hand's breadth, dots beyond the room are counted.
-        let bars = self.bars.len() as f64;
+        // Bars first; those that would be too short to read are left out, the later ones first. Dots beyond the room are
+        // counted.
         let over = 2.6 * line;
         let for_bars = (area.height() - full_list).max(0.55 * area.height());
-        let height = ((for_bars / bars.max(1.0)) - over - line).min(BAR_HEIGHT * unit);
+        let height = |bars: usize| (for_bars / bars as f64 - over - line).min(BAR_HEIGHT * unit);
+        let shown = (1..=self.bars.len())
+            .rev()
+            .find(|bars| height(*bars) > 3.0 * line)
+            .unwrap_or(0);
+        let height = height(shown.max(1));
         let mut y = area.y0;
         if self.bars.len() == 1 && self.dots.len() < 4 {
             // One bar alone stands in the middle.
             y += (0.5 * (area.height() - height - over - full_list - line)).max(0.0);
         }
-        for bar in &self.bars {
-            if height > 2.0 * line {
-                bar.draw(canvas, area, (y + over, y + over + height), unit, theme);
-                y += over + height + line;
-            }
+        for bar in &self.bars[..shown] {
+            bar.draw(canvas, area, (y + over, y + over + height), unit, theme);
+            y += over + height + line;
         }
         self.list(canvas, area, y, line, unit, theme);
     }

@@ -594,6 +594,8 @@ struct Seen<'a> {
     partner: Partner,
     /// The partner, if it is a particle.
     b: Option<&'a Particle>,
+    /// Feature of the wall.
+    feature: u32,
     /// R_A - overlap/2, m.
     lever: f64,
     /// Overlap over the smaller radius.

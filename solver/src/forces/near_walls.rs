@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::particles::{Particle, Particles};
-use crate::walls::{NearFacet, Scratch, Shape, Touches, Wall, WallState};
+use crate::walls::{Mesh, NearFacet, Scratch, Shape, Touches, Wall, WallState};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,10 +35,15 @@ pub struct NearWalls {
 }
 
 /// The facets near each particle that is near a mesh, one list behind the other.
+///
+/// On a mesh that is finer than the skin a list is long, but few of its facets are touched. They are sifted now and then into a
+/// shorter list with a thinner skin. That changes no result, so it is no part of the state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NearMeshes {
     lists: Vec<List>,
     facets: Vec<NearFacet>,
+    /// The sifted lists, each at the beginning of the room that its full list has.
+    sifted: Vec<NearFacet>,
 }
 
 /// Where a list ends, and for which place of the particle it was made.
@@ -46,28 +51,75 @@ pub struct NearMeshes {
 struct List {
     centre: DVec3,
     end: usize,
+    /// The place for which it was sifted; not a number if it was not.
+    sifted_at: DVec3,
+    sifted: usize,
 }
+
+/// Lists up to this length are not sifted.
+const SHORT: usize = 6;
+/// Thickness of the thinner skin over the radius.
+const THIN: f64 = 0.03;
 
 impl NearMeshes {
     /// Adds a list, made for a particle at `centre` (m, in the wall's frame). Returns its index.
     pub fn push(&mut self, centre: DVec3, facets: &[NearFacet]) -> u32 {
         self.facets.extend_from_slice(facets);
         let end = self.facets.len();
-        self.lists.push(List { centre, end });
+        self.lists.push(List {
+            centre,
+            end,
+            sifted_at: DVec3::NAN,
+            sifted: 0,
+        });
         (self.lists.len() - 1) as u32
     }
 
-    /// The place for which a list was made, and the facets that were within reach, nearest first.
-    #[inline]
+    /// The place for which a list was made, and the facets that were within reach.
     #[must_use]
     pub fn list(&self, index: u32) -> (DVec3, &[NearFacet]) {
-        let index = index as usize;
+        let (begin, list) = self.find(index as usize);
+        (list.centre, &self.facets[begin..list.end])
+    }
+
+    fn find(&self, index: usize) -> (usize, List) {
         let begin = match index {
             0 => 0,
             _ => self.lists[index - 1].end,
         };
-        let list = &self.lists[index];
-        (list.centre, &self.facets[begin..list.end])
+        (begin, self.lists[index])
+    }
+
+    /// Replaces `touches` by the contacts of a sphere of `radius` (m) at `centre` (m, in the wall's frame).
+    pub fn touches(
+        &mut self,
+        index: u32,
+        mesh: &Mesh,
+        centre: DVec3,
+        radius: f64,
+        scratch: &mut Scratch,
+        touches: &mut Touches,
+    ) {
+        let (begin, list) = self.find(index as usize);
+        let moved = centre.distance(list.centre);
+        let near = &self.facets[begin..list.end];
+        if near.len() <= SHORT {
+            mesh.touches_of(near, moved, centre, radius, scratch, touches);
+            return;
+        }
+        let mut since = centre.distance(list.sifted_at);
+        let mut count = list.sifted;
+        let within = since <= THIN * radius;
+        if !within {
+            self.sifted.resize(self.facets.len(), near[0]);
+            let room = &mut self.sifted[begin..list.end];
+            count = mesh.sift(near, moved, centre, radius * (1.0 + THIN), room);
+            since = 0.0;
+            let list = &mut self.lists[index as usize];
+            (list.sifted_at, list.sifted) = (centre, count);
+        }
+        let sifted = &self.sifted[begin..begin + count];
+        mesh.touches_of(sifted, since, centre, radius, scratch, touches);
     }
 
     /// Adds the lists of `other` behind these.

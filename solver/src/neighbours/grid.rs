@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Images;
-use crate::particles::Particles;
 
 /// A grid of cells over the particles; rows are sorted by cell, x-like axis fastest.
 ///
@@ -27,14 +26,19 @@ impl Grid {
     ///
     /// Positions must be finite and, along periodic axes, inside the domain.
     #[must_use]
-    pub fn sort(particles: &Particles, edge: f64, images: &Images) -> (Self, Vec<u32>) {
+    pub fn sort(
+        positions: impl ExactSizeIterator<Item = DVec3> + Clone,
+        edge: f64,
+        images: &Images,
+    ) -> (Self, Vec<u32>) {
+        let particles = positions.len();
         let mut min = DVec3::INFINITY;
         let mut max = DVec3::NEG_INFINITY;
-        for record in &particles.records {
-            min = min.min(record.position);
-            max = max.max(record.position);
+        for position in positions.clone() {
+            min = min.min(position);
+            max = max.max(position);
         }
-        if particles.is_empty() {
+        if particles == 0 {
             (min, max) = (DVec3::ZERO, DVec3::ZERO);
         }
         for axis in 0..3 {
@@ -45,7 +49,7 @@ impl Grid {
         }
         let extent = max - min;
         // A thin gas in a huge domain does not need a cell for each of its voids.
-        let most = 4 * particles.len() + 64;
+        let most = 4 * particles + 64;
         // Without particles nothing sets a size: one cell.
         let mut edge = if edge > 0.0 { edge } else { f64::INFINITY };
         let counts = loop {
@@ -78,10 +82,8 @@ impl Grid {
             start: vec![0; cells + 1],
         };
 
-        let cell_of: Vec<u32> = particles
-            .records
-            .iter()
-            .map(|record| grid.cell(record.position) as u32)
+        let cell_of: Vec<u32> = positions
+            .map(|position| grid.cell(position) as u32)
             .collect();
         for &cell in &cell_of {
             grid.start[cell as usize + 1] += 1;
@@ -90,7 +92,7 @@ impl Grid {
             grid.start[cell + 1] += grid.start[cell];
         }
         let mut next = grid.start.clone();
-        let mut rows = vec![0; particles.len()];
+        let mut rows = vec![0; particles];
         for (row, &cell) in cell_of.iter().enumerate() {
             let place = &mut next[cell as usize];
             rows[*place as usize] = row as u32;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Grid, Images, NO_SHIFT};
+use super::{Grid, Images, Levels, NO_SHIFT, opposite};
 use crate::particles::{Bodies, Particle, Particles};
 
 /// A listed partner of a row.
@@ -56,13 +56,13 @@ pub fn build(
     images: &Images,
     parallel: bool,
 ) -> (CandidateList, Vec<u32>) {
-    let mut largest_radius: f64 = 0.0;
     for record in &mut particles.records {
         record.position = images.wrap(record.position);
-        largest_radius = largest_radius.max(record.radius);
     }
-    let reach = 2.0 * largest_radius + skin;
-    let (grid, order) = Grid::sort(particles, reach, images);
+    let levels = Levels::choose(&particles.records, skin);
+    let cell = 2.0 * levels.largest[0] + skin;
+    let positions = particles.records.iter().map(|record| record.position);
+    let (grid, order) = Grid::sort(positions, cell, images);
     particles.reorder(&order, parallel);
     let mut new_row = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -71,7 +71,7 @@ pub fn build(
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    let mut list = list(particles, &grid, reach, skin, images, parallel);
+    let mut list = list(particles, &grid, &levels, skin, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
     }
@@ -81,24 +81,30 @@ pub fn build(
 /// Lists the pairs of sorted particles.
 ///
 /// The partners of a row in later cells lie in five runs of rows: the rest of its own cell with the next one, and three
-/// neighbouring cells in each of four later rows of cells.
+/// neighbouring cells in each of four later rows of cells. That is for particles of the lowest level; the others are few.
 fn list(
     particles: &Particles,
     grid: &Grid,
-    reach: f64,
+    levels: &Levels,
     skin: f64,
     images: &Images,
     parallel: bool,
 ) -> CandidateList {
     let records = &particles.records;
+    let lowest = levels.largest[0];
     let spots: Vec<Spot> = records
         .iter()
         .map(|record| Spot {
             position: record.position.to_array(),
-            radius: signed_radius(record),
+            radius: if record.radius <= lowest {
+                signed_radius(record)
+            } else {
+                // Near nothing: compares false.
+                f64::NAN
+            },
         })
         .collect();
-    let through = ImagePairs::find(particles, grid, reach, skin, images);
+    let through = OtherPairs::find(records, grid, levels, skin, images, parallel);
     let [.., slow] = grid.ordered_counts();
     let layer = |c| layer(&spots, grid, c, skin, &through);
     let layers: Vec<CandidateList> = if parallel {
@@ -123,7 +129,7 @@ fn list(
 }
 
 /// The part of the list that belongs to the rows of layer `c` of cells; `start` holds the ends of the rows alone.
-fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &ImagePairs) -> CandidateList {
+fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &OtherPairs) -> CandidateList {
     let [fast, middle, slow] = grid.ordered_counts();
     let (mut start, mut list) = (Vec::new(), Growing::default());
     let first = grid.rows(fast * middle * c, fast * middle * c).start;
@@ -247,53 +253,145 @@ fn near(spot: Spot, position: [f64; 3], radius: f64, skin: f64) -> bool {
     (x * x + y * y + z * z < distance * distance) & ((spot.radius > 0.0) | (radius > 0.0))
 }
 
-/// Pairs that are near only through a periodic face, by their lower row.
-struct ImagePairs {
+/// Pairs that are near only through a periodic face, and those of the higher levels, by their lower row.
+struct OtherPairs {
     pairs: Vec<(u32, Candidate)>,
 }
 
-impl ImagePairs {
-    fn find(particles: &Particles, grid: &Grid, reach: f64, skin: f64, images: &Images) -> Self {
-        let mut pairs = Vec::new();
-        if images.any() {
-            let (low, high) = (images.min, images.min + images.size);
-            let records = &particles.records;
-            for (partner, other) in records.iter().enumerate() {
-                for image in images.neighbours() {
-                    let position = other.position + images.shift(image);
-                    // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
-                    // other axes particles may stand outside the domain.
-                    let outside = (low - position).max(position - high);
-                    if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
-                        continue;
-                    }
-                    let radius = signed_radius(other);
-                    grid.visit_near(position, reach, |row| {
-                        if row < partner {
-                            let record = &records[row];
-                            let spot = Spot {
-                                position: record.position.to_array(),
-                                radius: signed_radius(record),
-                            };
-                            if near(spot, position.to_array(), radius, skin) {
-                                let candidate = Candidate {
-                                    partner: partner as u32,
-                                    image,
-                                };
-                                pairs.push((row as u32, candidate));
-                            }
-                        }
-                    });
-                }
-            }
-            pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner));
+impl OtherPairs {
+    fn find(
+        records: &[Particle],
+        grid: &Grid,
+        levels: &Levels,
+        skin: f64,
+        images: &Images,
+        parallel: bool,
+    ) -> Self {
+        if levels.largest.len() == 1 && !images.any() {
+            return Self { pairs: Vec::new() };
         }
+        let search = Search {
+            records,
+            grid,
+            levels,
+            above: (1..levels.largest.len())
+                .map(|level| Above::new(records, levels, level, skin, images))
+                .collect(),
+            skin,
+            images,
+        };
+        let add = |mut pairs: Vec<_>, row| {
+            search.pairs_of(row, &mut pairs);
+            pairs
+        };
+        let mut pairs = if parallel {
+            let rows = (0..records.len()).into_par_iter().with_min_len(256);
+            let parts: Vec<Vec<_>> = rows.fold(Vec::new, add).collect();
+            parts.concat()
+        } else {
+            (0..records.len()).fold(Vec::new(), add)
+        };
+        pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner, candidate.image));
         Self { pairs }
     }
 
     /// Those whose lower row is `row` or a later one.
     fn from(&self, row: u32) -> &[(u32, Candidate)] {
         &self.pairs[self.pairs.partition_point(|pair| pair.0 < row)..]
+    }
+}
+
+/// The particles of a level above the lowest, in cells of their own.
+struct Above {
+    grid: Grid,
+    /// Rows in the order of the cells.
+    rows: Vec<u32>,
+}
+
+impl Above {
+    fn new(
+        records: &[Particle],
+        levels: &Levels,
+        level: usize,
+        skin: f64,
+        images: &Images,
+    ) -> Self {
+        let of_level = |&row: &u32| levels.of(records[row as usize].radius) == level;
+        let rows: Vec<u32> = (0..records.len() as u32).filter(of_level).collect();
+        let positions = rows.iter().map(|&row| records[row as usize].position);
+        let (grid, order) = Grid::sort(positions, 2.0 * levels.largest[level] + skin, images);
+        let rows = order.iter().map(|&k| rows[k as usize]).collect();
+        Self { grid, rows }
+    }
+}
+
+/// The search for the pairs that the cells of the lowest level do not show.
+struct Search<'a> {
+    records: &'a [Particle],
+    /// Cells of the lowest level; they hold all rows.
+    grid: &'a Grid,
+    levels: &'a Levels,
+    /// Levels from the second on.
+    above: Vec<Above>,
+    skin: f64,
+    images: &'a Images,
+}
+
+impl Search<'_> {
+    /// Adds the pairs of a particle with those of its own level that it meets, and with all of lower levels.
+    fn pairs_of(&self, row: usize, pairs: &mut Vec<(u32, Candidate)>) {
+        let record = &self.records[row];
+        let own = self.levels.of(record.radius);
+        // In the lowest level those without a shift are known from the cells.
+        let here = (own > 0).then_some(NO_SHIFT);
+        let images = self.images;
+        let (low, high) = (images.min, images.min + images.size);
+        for image in here.into_iter().chain(images.neighbours()) {
+            let position = record.position + images.shift(image);
+            // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
+            // other axes particles may stand outside the domain.
+            let reach = record.radius + self.levels.largest[own] + self.skin;
+            let outside = (low - position).max(position - high);
+            if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
+                continue;
+            }
+            for level in 0..=own {
+                let reach = record.radius + self.levels.largest[level] + self.skin;
+                let mut test = |other: usize| {
+                    // Of two particles of a level the one in the higher row looks.
+                    if level == own && other >= row {
+                        return;
+                    }
+                    let (position, radius) = (position.to_array(), signed_radius(record));
+                    let record = &self.records[other];
+                    let spot = Spot {
+                        position: record.position.to_array(),
+                        radius: signed_radius(record),
+                    };
+                    if !near(spot, position, radius, self.skin) {
+                        return;
+                    }
+                    pairs.push(if other < row {
+                        let partner = row as u32;
+                        (other as u32, Candidate { partner, image })
+                    } else {
+                        let (partner, image) = (other as u32, opposite(image));
+                        (row as u32, Candidate { partner, image })
+                    });
+                };
+                if level > 0 {
+                    let Above { grid, rows } = &self.above[level - 1];
+                    grid.visit_near(position, reach, |k| test(rows[k] as usize));
+                } else {
+                    let lowest = self.levels.largest[0];
+                    self.grid.visit_near(position, reach, |other| {
+                        if self.records[other].radius <= lowest {
+                            test(other);
+                        }
+                    });
+                }
+            }
+        }
     }
 }
 
@@ -309,7 +407,8 @@ mod tests {
         let mut particles = Particles::new(false);
         for k in 0..count {
             let position = DVec3::new(random.uniform(), random.uniform(), random.uniform()) * size;
-            let radius = 0.01 * ratio.powf(random.uniform());
+            // the largest as large as the periodic domain allows
+            let radius = 0.01 * ratio.min(10.0) * ratio.powf(-random.uniform());
             let fixed = fixed_every > 0 && k % fixed_every == 0;
             let record = Particle {
                 position,
@@ -325,6 +424,13 @@ mod tests {
         particles
     }
 
+    #[test]
+    fn wide_sizes_are_searched_level_by_level() {
+        let particles = cloud(1, 400, DVec3::new(0.5, 0.7, 1.3), 300.0, 0);
+        let levels = Levels::choose(&particles.records, 1e-3);
+        assert!(levels.largest.len() > 1, "else the property below says little");
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(96))]
 
@@ -332,9 +438,9 @@ mod tests {
         #[test]
         fn lists_exactly_the_pairs_that_are_near(
             seed in any::<u64>(),
-            count in 0usize..220,
+            count in 0usize..400,
             flat in any::<bool>(),
-            ratio in prop_oneof![Just(1.0), 1.0..10.0f64],
+            ratio in prop_oneof![Just(1.0), 1.0..10.0f64, 10.0..1000.0f64],
             periodic in any::<[bool; 3]>(),
             skin in 0.0..0.02f64,
             fixed_every in 0usize..5,

@@ -5,12 +5,14 @@
 
 mod grid;
 mod images;
+mod levels;
 mod list;
 mod skin;
 mod validity;
 
 pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
+pub use levels::Levels;
 pub use list::{Candidate, CandidateList, build};
 pub use skin::Skin;
 pub use validity::Validity;

@@ -117,11 +117,11 @@ impl Stream for VtkFiles {
             .map(|(&id, particle)| (id, particle.position))
             .collect();
         let frame = contact_frame(state, &self.contact_columns).into_frame();
-        let grid = paraview::contacts(&self.contact_columns.specs(), &frame, &centres)
+        let grid = paraview::contacts(&self.contact_columns.specs(), frame, &centres)
             .map_err(|reason| self.unfit(reason))?;
         self.contacts.write(number, &grid)?;
         let frame = self.table.frame(state).into_frame();
-        let grid = paraview::particles(&self.particle_columns, &frame)
+        let grid = paraview::particles(&self.particle_columns, frame)
             .map_err(|reason| self.unfit(reason))?;
         self.particles.write(number, &grid)?;
         Ok(())

@@ -12,7 +12,7 @@ use super::mixing::{PairPlan, resolve_pair};
 use super::parameter::short;
 use super::particles::{StartingParticles, starting_particles};
 use super::regions::regions;
-use super::time_step::{REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
+use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
@@ -363,7 +363,11 @@ fn plan_step(
     warnings: &mut Vec<String>,
 ) -> Option<(f64, StepPlan)> {
     let (speed, speed_reason) = reference_speed(scene, start, clumps, insertions, walls);
-    let (contact, critical) = limits(pairs, uses, clumps, &densities(scene), dimensions, speed);
+    let Limits {
+        contact,
+        critical,
+        unbounded,
+    } = limits(pairs, uses, clumps, &densities(scene), dimensions, speed);
     let place = &scene.time.step.place;
     let (step, reason) = match (
         scene.time.step.value,
@@ -390,7 +394,7 @@ fn plan_step(
         errors.push(place.error(message).with_help("lengthen the step"));
         return None;
     }
-    if let Some(critical) = &critical
+    if let Some(critical) = &unbounded
         && step > REFUSED_PART * critical.time
     {
         let message = format!(
@@ -403,6 +407,17 @@ fn plan_step(
             "the integration would be unstable: shorten the step (or use \"auto\"), or soften the contact",
         ));
         return None;
+    }
+    if let Some(critical) = &critical
+        && step > REFUSED_PART * critical.time
+    {
+        warnings.push(format!(
+            "time.step = {} s is above 0.9 of the critical step, {} s ({}): in collisions as fast as {} m/s friction will rattle",
+            short(step),
+            short(critical.time),
+            critical.of,
+            short(speed)
+        ));
     }
     if let Some(contact) = &contact
         && step > WARNED_PART * contact.time

@@ -99,13 +99,22 @@ impl Meeting {
         }
     }
 
-    /// The largest step (s) at which the integrator bears this contact, and which of its springs sets it.
+    /// The largest step (s) at which the integrator bears this contact, and which of its springs sets it. `bounded`: springs
+    /// count whose instability friction bounds.
     ///
     /// Springs of the contact: along the normal with the mass m*; in the tangent plane with 2/7 m* (discs 1/3), as the bodies
     /// also turn; against rolling and torsion with the lever l and the two inertias. Hertz at the overlap of an impact at
     /// `speed` (m/s), where it is stiffest: tangent stiffness 2 E* a.
+    ///
+    /// Mindlin's tangential force stays below the friction that an estimated overlap allows, so beyond its critical step it
+    /// rattles between the two directions of sliding and does not grow.
     #[must_use]
-    pub fn critical_step(&self, law: &AnyPairLaw, speed: f64) -> (f64, &'static str) {
+    pub fn critical_step(
+        &self,
+        law: &AnyPairLaw,
+        speed: f64,
+        bounded: bool,
+    ) -> (f64, &'static str) {
         let (mass, radius) = (self.effective_mass, self.effective_radius);
         let mut contact_radius = 0.0;
         let (stiffness, dissipation) = match &law.normal {
@@ -146,7 +155,9 @@ impl Meeting {
                     law.stiffness_factor * full * inverse_mass,
                     dashpot * inverse_mass,
                 );
-                add(bearable(rates.0, rates.1), "tangential");
+                if bounded {
+                    add(bearable(rates.0, rates.1), "tangential");
+                }
                 full
             }
         };
@@ -177,7 +188,18 @@ pub(super) fn bearable(squared: f64, rate: f64) -> f64 {
     4.0 / (rate + (rate * rate + 4.0 * squared).sqrt())
 }
 
-/// The shortest contact and the least critical step over all planned pairs at their smallest sizes.
+/// Times that bound the step.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Limits {
+    /// The shortest contact.
+    pub contact: Option<Limit>,
+    /// The least critical step.
+    pub critical: Option<Limit>,
+    /// The least critical step of those whose instability nothing bounds.
+    pub unbounded: Option<Limit>,
+}
+
+/// The shortest contact and the least critical steps over all planned pairs at their smallest sizes.
 #[must_use]
 pub(super) fn limits(
     pairs: &[PairPlan],
@@ -186,8 +208,8 @@ pub(super) fn limits(
     densities: &[f64],
     dimensions: u8,
     speed: f64,
-) -> (Option<Limit>, Option<Limit>) {
-    let (mut contact, mut critical): (Option<Limit>, Option<Limit>) = (None, None);
+) -> Limits {
+    let mut limits = Limits::default();
     let keep = |slot: &mut Option<Limit>, time: f64, of: &dyn Fn() -> String| {
         if slot.as_ref().is_none_or(|least| time < least.time) {
             *slot = Some(Limit { time, of: of() });
@@ -202,12 +224,18 @@ pub(super) fn limits(
                 Kind::Fixed => format!("{a}-{b}, at a fixed particle"),
             };
             let time = meeting.duration(&pair.law, speed);
-            keep(&mut contact, time, &words);
-            let (time, part) = meeting.critical_step(&pair.law, speed);
-            keep(&mut critical, time, &|| format!("{}, {part}", words()));
+            keep(&mut limits.contact, time, &words);
+            let (time, part) = meeting.critical_step(&pair.law, speed, true);
+            keep(&mut limits.critical, time, &|| {
+                format!("{}, {part}", words())
+            });
+            let (time, part) = meeting.critical_step(&pair.law, speed, false);
+            keep(&mut limits.unbounded, time, &|| {
+                format!("{}, {part}", words())
+            });
         }
     }
-    (contact, critical)
+    limits
 }
 
 #[derive(Clone, Copy)]

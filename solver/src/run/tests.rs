@@ -5,19 +5,21 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
 use mercury_common::frames::{ContactReader, ParticleReader, WallReader};
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
+use crate::bodies::Clump;
 use crate::boundaries::{CountedRegion, Region};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
-use crate::plan::NewParticle;
+use crate::plan::{NewBody, NewParticle};
 use crate::walls::{Motion, Plane, Shape, Wall};
 
 const RADIUS: f64 = 0.01;
@@ -276,6 +278,68 @@ fn energy_budget_closes() {
     let error = energy.closure_error.unwrap();
     assert!(error.abs() < 0.035, "{error}");
     assert!(energy.rotational > 0.0);
+}
+
+/// A rod that bounces and slides on a floor: what its pebbles lose, the body has lost.
+#[test]
+fn energy_budget_of_a_clump_closes() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = plan(3000, 0.01, 0.5);
+    plan.energy_budget = true;
+    plan.walls = vec![floor()];
+    let pebbles = [-1.0, 0.0, 1.0].map(|x| Pebble {
+        position: DVec3::X * (2.0 * RADIUS * x),
+        radius: RADIUS,
+    });
+    // Three touching spheres: I = m R^2 (1.2, 9.2, 9.2) with m the mass of one.
+    let volume = 3.0 * crate::particles::volume(RADIUS, 3);
+    let mass = DENSITY * volume;
+    let moments = DVec3::new(1.2, 9.2, 9.2) * (mass / 3.0 * RADIUS * RADIUS);
+    let rod = Clump::new("rod", 0, pebbles.to_vec(), mass, volume, moments).unwrap();
+    let mut body = NewBody::at(DVec3::new(0.2, 0.2, 3.0 * RADIUS), 0);
+    body.orientation = DQuat::from_rotation_y(0.4);
+    body.velocity = DVec3::new(0.3, 0.1, 0.0);
+    body.angular_velocity = DVec3::new(3.0, 0.0, 8.0);
+    let report = go(plan.with_bodies(vec![rod], vec![body]), place.path());
+    let energy = report.summary.energy;
+    let dissipated = energy.dissipated.unwrap();
+    assert!(dissipated.normal > 0.0 && dissipated.tangential > 0.0);
+    // As for the sphere above.
+    let error = energy.closure_error.unwrap();
+    assert!(error.abs() < 0.035, "{error}");
+    assert!(energy.rotational > 0.0);
+    assert_eq!(report.summary.particles, 1, "one grain of three pebbles");
+    assert!((report.budget.initial_mass / mass - 1.0).abs() < 1e-15);
+    assert!(report.budget.mass_error().abs() < 1e-15 * mass);
+    // The row of .data is the body's, with its circumscribed radius; the frames hold its pebbles.
+    let data = DataReader::open(place.path().join("test.data")).unwrap();
+    let last = data.last().unwrap().unwrap();
+    assert_eq!(last.particles.len(), 1);
+    assert_eq!(last.particles[0].radius, 3.0 * RADIUS);
+    let frames = ParticleReader::open(place.path().join("test.particles.arrow")).unwrap();
+    let frame = frames.frame(frames.frames().len() - 1).unwrap();
+    assert_eq!(frame.id, [0, 1, 2]);
+    assert_eq!(frame.body, Some(vec![Some(0); 3]));
+    assert!((frame.mass.iter().sum::<f64>() / mass - 1.0).abs() < 1e-15);
+    assert!((frame.volume.iter().sum::<f64>() / volume - 1.0).abs() < 1e-15);
+    let middle = frame.position[1] - last.particles[0].position;
+    assert!(middle.length() < 1e-15, "{middle}");
+    let turned = frame.orientation.unwrap();
+    let end = frame.position[2] - frame.position[1] - turned[2] * (2.0 * RADIUS * DVec3::X);
+    assert!(end.length() < 1e-15, "{end}");
+    // The contacts of .fstat are those of row 0 of .data.
+    let fstat = fs::read_to_string(place.path().join("test.fstat")).unwrap();
+    let rows = fstat.lines().filter(|line| !line.starts_with('#'));
+    let mut count = 0;
+    for row in rows {
+        assert_eq!(row.split_whitespace().nth(1), Some("0"), "{row}");
+        count += 1;
+    }
+    assert!(count > 10, "{count}");
+    let track = fs::read_to_string(place.path().join("test.track.csv")).unwrap();
+    let line: Vec<&str> = track.lines().last().unwrap().split(',').collect();
+    let found: f64 = line[line.len() - 3].parse().unwrap();
+    assert_eq!(found, last.particles[0].angular_velocity.x);
 }
 
 #[test]

@@ -30,7 +30,7 @@ use glam::{DQuat, DVec3};
 use bodies::Body;
 use laws::{ContactLaw, Conventions, History, Kinematics, contact_force};
 use state::{Contact, ContactKey, Energies, Particle, PeriodicBox};
-use walls::Wall;
+use walls::{Shape, Wall};
 
 /// Looks up the contact parameters of two materials; must not depend on their order.
 pub type PairParameters = Box<dyn Fn(usize, usize) -> ContactLaw>;
@@ -255,7 +255,16 @@ impl Simulation {
                 let near = |&(other, _): &(usize, History)| {
                     self.walls[wall].shape.adjacent(other, feature)
                 };
-                match left.iter().position(near) {
+                let next = match &self.walls[wall].shape {
+                    Shape::Triangles(triangles) => {
+                        let position = self.particles[particle].position;
+                        let centre = self.walls[wall].carried_back(position, self.time());
+                        let old = left.iter().map(|&(other, _)| triangles[other]);
+                        triangles::continued(old, triangles[feature], centre)
+                    }
+                    _ => left.iter().position(near),
+                };
+                match next {
                     Some(index) => left.remove(index).1,
                     None => History::default(),
                 }

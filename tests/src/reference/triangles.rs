@@ -71,9 +71,20 @@ pub(super) fn contacts(triangles: &[[DVec3; 3]], centre: DVec3, radius: f64) -> 
     leaders
 }
 
-/// Whether two triangles share a corner.
-pub(super) fn share_a_corner(one: &[DVec3; 3], other: &[DVec3; 3]) -> bool {
-    one.iter().any(|corner| other.contains(corner))
+/// Which of the contacts that are left goes on as the one with `triangle`: the one whose triangle is now nearest to the point that
+/// touches, within half the distance of the centre.
+pub(super) fn continued(
+    old: impl Iterator<Item = [DVec3; 3]>,
+    triangle: [DVec3; 3],
+    centre: DVec3,
+) -> Option<usize> {
+    let foot = nearest_point(triangle, centre);
+    let limit = 0.5 * foot.distance(centre);
+    old.map(|other| nearest_point(other, centre).distance(foot))
+        .enumerate()
+        .filter(|&(_, apart)| apart < limit)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(index, _)| index)
 }
 
 /// The point of a triangle that is nearest to `x`: the foot of the perpendicular if it falls inside, else the nearest point of

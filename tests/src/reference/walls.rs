@@ -162,9 +162,6 @@ impl Shape {
     /// Whether a sphere rolls from one feature straight onto the other: from a segment onto one of its corners and back, and
     /// from a segment onto the next, as a step may be longer than the way round the corner.
     pub fn adjacent(&self, one: usize, other: usize) -> bool {
-        if let Shape::Triangles(triangles) = self {
-            return triangles::share_a_corner(&triangles[one], &triangles[other]);
-        }
         let apart = (one.wrapping_sub(other) as isize).unsigned_abs();
         let both_corners = one % 2 == 1 && other % 2 == 1;
         matches!(self, Shape::Revolution { .. }) && (apart == 1 || apart == 2 && !both_corners)
@@ -285,6 +282,21 @@ impl Wall {
         }
     }
 
+    /// Where a point that moves with the wall was at t = 0.
+    pub fn carried_back(&self, point: DVec3, time: f64) -> DVec3 {
+        match self.motion {
+            Motion::None => point,
+            Motion::Translation(velocity) => point - velocity * time,
+            Motion::Rotation {
+                origin,
+                angular_velocity,
+            } => {
+                let turn = DQuat::from_scaled_axis(angular_velocity * time);
+                origin + turn.inverse() * (point - origin)
+            }
+        }
+    }
+
     /// Every place where a sphere touches the wall at time `time`: the sphere is carried back to
     /// where the wall stood at t = 0, and the normals found there are carried forward.
     pub fn contacts(&self, centre: DVec3, radius: f64, time: f64) -> Vec<WallContact> {
@@ -292,11 +304,10 @@ impl Wall {
             Motion::None => self.shape.contacts(centre, radius),
             Motion::Translation(velocity) => self.shape.contacts(centre - velocity * time, radius),
             Motion::Rotation {
-                origin,
-                angular_velocity,
+                angular_velocity, ..
             } => {
                 let turn = DQuat::from_scaled_axis(angular_velocity * time);
-                let carried_back = origin + turn.inverse() * (centre - origin);
+                let carried_back = self.carried_back(centre, time);
                 let mut contacts = self.shape.contacts(carried_back, radius);
                 for contact in &mut contacts {
                     contact.normal = turn * contact.normal;

@@ -12,14 +12,19 @@ use crate::cases::Case;
 use crate::cases::Tolerance::{Absolute, Relative};
 use crate::scenes::{RECORDS, advance, start};
 
-/// All checks.
-pub(super) fn all() -> Vec<Case> {
+/// The checks of single bodies.
+pub(super) fn quick() -> Vec<Case> {
     let mut cases = t_bar();
-    cases.extend(gases());
     cases.extend(wheels());
+    cases.extend(egg());
+    cases
+}
+
+/// The checks that need seconds.
+pub(super) fn slow() -> Vec<Case> {
+    let mut cases = gases();
     cases.extend(rattleback());
     cases.extend(dominoes());
-    cases.extend(egg());
     cases.extend(drum());
     cases
 }

@@ -74,7 +74,14 @@ impl<R: BufRead> DataReader<R> {
             }
             let layout = match layout {
                 Some(layout) => layout,
-                None => *layout.insert(self.detect_layout(frame.dimensions)?),
+                None => match self.detect_layout(frame.dimensions) {
+                    Ok(found) => *layout.insert(found),
+                    // Wrong in the first frame, cut in a later one.
+                    Err(error) if self.layout.is_none() => return Err(error),
+                    Err(error) => {
+                        return Err(self.explain_bad_row(error, &frame, index, count, header_line));
+                    }
+                },
             };
             let names = layout.columns();
             let mut tokens = self.lines.tokens();

@@ -146,11 +146,12 @@ impl<'a> Document<'a> {
         let kind = values.type_name(self.options.precision);
         let _ = write!(self.xml, "        <DataArray type=\"{kind}\" Name=\"");
         escape(name, &mut self.xml);
-        let components = values.components();
-        let _ = write!(
-            self.xml,
-            "\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\""
-        );
+        self.xml.push('"');
+        // meshio takes a number that is said for a column of its own.
+        if let components @ 2.. = values.components() {
+            let _ = write!(self.xml, " NumberOfComponents=\"{components}\"");
+        }
+        self.xml.push_str(" format=\"appended\" offset=\"");
         self.places.push(self.xml.len());
         let _ = writeln!(self.xml, "{:OFFSET_WIDTH$}\"/>", "");
         self.arrays.push(values);

@@ -109,7 +109,9 @@ fn parse(file: &[u8]) -> Parsed {
             end = next;
             let found = Found {
                 kind: get("type"),
-                components: get("NumberOfComponents").parse().unwrap(),
+                components: array
+                    .attribute("NumberOfComponents")
+                    .map_or(1, |n| n.parse().unwrap()),
                 bytes,
             };
             let key = (element.tag_name().name().to_owned(), get("Name"));

@@ -15,16 +15,16 @@ use crate::plan::{Material, NewParticle, Plan};
 use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallState};
 
 /// Particles and boundaries without an engine: nothing moves.
-struct Still {
-    plan: Plan,
+pub(super) struct Still {
+    pub(super) plan: Plan,
     images: Images,
     walls: Vec<WallState>,
-    particles: Particles,
-    boundaries: Boundaries,
+    pub(super) particles: Particles,
+    pub(super) boundaries: Boundaries,
 }
 
 impl Still {
-    fn new(plan: Plan) -> Self {
+    pub(super) fn new(plan: Plan) -> Self {
         let mut particles = Particles::new(false);
         for new in &plan.particles {
             let (record, mass, prescribed) = new.build(&plan);
@@ -43,7 +43,7 @@ impl Still {
         }
     }
 
-    fn exchange(&mut self, time: f64) -> bool {
+    pub(super) fn exchange(&mut self, time: f64) -> bool {
         self.boundaries.exchange(
             &mut self.particles,
             &self.plan,
@@ -53,7 +53,7 @@ impl Still {
         )
     }
 
-    fn inserted(&self) -> super::super::Tally {
+    pub(super) fn inserted(&self) -> super::super::Tally {
         self.boundaries.inserted()
     }
 
@@ -62,7 +62,7 @@ impl Still {
     }
 }
 
-fn wall(shape: Shape) -> Wall {
+pub(super) fn wall(shape: Shape) -> Wall {
     Wall {
         name: "wall".to_owned(),
         material: 0,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::{Block, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
+use super::{Block, FREE, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::particles::{Bodies, Load, Particle};
@@ -96,6 +96,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                         row: first_row + owner,
                         partner,
                         b: Some(b),
+                        feature: FREE,
                         lever: lever_a,
                         depth,
                     };

@@ -32,10 +32,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     let place = state.into_wall(centre);
                     match &wall.shape {
                         Shape::Mesh(mesh) => {
-                            let (listed_at, facets) = block.near_meshes.list(near.mesh);
-                            mesh.touches_of(
-                                facets,
-                                place.distance(listed_at),
+                            block.near_meshes.touches(
+                                near.mesh,
+                                mesh,
                                 place,
                                 a.radius,
                                 &mut scratch,
@@ -159,6 +158,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 row: side.near.row as usize,
                 partner,
                 b: None,
+                feature: touch.feature,
                 lever,
                 depth,
             };

@@ -75,6 +75,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let mut record = ContactRecord {
             row: seen.row as u32,
             partner: seen.partner,
+            feature: seen.feature,
+            slip: contact.tangential_velocity,
             point: a.position - contact.normal * seen.lever,
             normal: contact.normal,
             overlap: contact.overlap,
@@ -98,6 +100,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             record.force = -action.force;
             record.tangential = -action.tangential;
             record.couple = -action.couple;
+            record.slip = -contact.tangential_velocity;
             memory = memory.swapped();
         }
         record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);

@@ -3,8 +3,13 @@
 use glam::DVec3;
 
 use super::super::touch::{Touch, Touches};
-use super::facet::{Nearest, Part};
+use super::facet::{Facet, Nearest, Part};
 use super::{Mesh, NearFacet, SMOOTH_ANGLE};
+
+/// Part of the distance within which a point is taken to lie on a triangle.
+const THIN: f64 = 1e-6;
+/// Part of the distance by which that triangle must come nearer, above round-off.
+const NEARER: f64 = 1e-10;
 
 /// A local minimum of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,67 +25,80 @@ pub(super) struct Minimum {
 }
 
 impl Mesh {
-    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near`, which must
-    /// be all that are closer than `reach`.
+    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near` with listed
+    /// distances up to `farthest`, which must be all that are closer than `reach`.
     pub(super) fn collect(
         &self,
         near: &[NearFacet],
+        farthest: f32,
         centre: DVec3,
         reach: f64,
         minima: &mut Vec<Minimum>,
     ) {
         minima.clear();
-        let mut nearest_behind: Option<Minimum> = None;
-        let mut least = f64::INFINITY;
-        for candidate in near {
+        let mut nearest_of_all: Option<(Nearest, u32, u32)> = None;
+        for candidate in near.iter().filter(|near| near.distance <= farthest) {
             let facet = &self.facets[candidate.facet as usize];
             let Some(nearest) = facet.nearest(&self.vertices, centre, reach) else {
                 continue;
             };
             let feature = self.feature(candidate.facet, nearest.part);
+            if nearest_of_all.is_none_or(|(other, _, theirs)| {
+                (nearest.distance, feature) < (other.distance, theirs)
+            }) {
+                nearest_of_all = Some((nearest, candidate.facet, feature));
+            }
             if nearest.part != Part::Face
                 && (minima.iter().any(|minimum| minimum.feature == feature)
-                    || !self.is_minimum(&nearest, centre)
-                    || self.lies_on_nearer(near, &nearest, centre))
+                    || !self.is_minimum(&nearest, centre))
             {
                 continue;
             }
-            let outward = centre - nearest.point;
-            let mut minimum = Minimum {
-                distance: nearest.distance,
-                normal: match nearest.part {
-                    Part::Face if outward.dot(facet.normal) < 0.0 => -facet.normal,
-                    Part::Face => facet.normal,
-                    _ if nearest.distance > 0.0 => outward / nearest.distance,
-                    _ => facet.normal,
-                },
-                feature,
-                leads: true,
-                seen: false,
-            };
-            if self.front_only {
-                // The nearest of all decides whether the centre is behind the surface.
-                let behind = self.is_behind(&nearest, outward, facet.normal);
-                if nearest.distance < least {
-                    least = nearest.distance;
-                    nearest_behind = behind.then_some(Minimum {
-                        distance: -minimum.distance,
-                        normal: -minimum.normal,
-                        ..minimum
-                    });
-                }
-                if behind {
-                    continue;
-                }
-                if matches!(nearest.part, Part::Face) && outward.dot(facet.normal) == 0.0 {
-                    minimum.normal = facet.normal;
-                }
+            let minimum = self.minimum(&nearest, facet, feature, centre);
+            // From behind only the nearest of all acts.
+            if !(self.front_only && minimum.distance < 0.0) {
+                minima.push(minimum);
             }
-            minima.push(minimum);
         }
-        if let Some(minimum) = nearest_behind {
-            minima.push(minimum);
+        // It is a minimum whatever round-off says; of a surface that acts on one side it tells on which side the centre is.
+        if let Some((nearest, facet, feature)) = nearest_of_all {
+            let facet = &self.facets[facet as usize];
+            let minimum = self.minimum(&nearest, facet, feature, centre);
+            let known = |other: &Minimum| other.distance <= nearest.distance + self.round_off;
+            if minimum.distance < 0.0 || !minima.iter().any(known) {
+                minima.push(minimum);
+            }
         }
+        if minima.len() > 1 {
+            minima.retain(|minimum| {
+                minimum.feature < self.facets.len() as u32
+                    || !self.lies_on_nearer(near, minimum, centre)
+            });
+        }
+    }
+
+    /// The minimum at a nearest point; with a negative distance behind a surface that acts on one side.
+    #[inline]
+    fn minimum(&self, nearest: &Nearest, facet: &Facet, feature: u32, centre: DVec3) -> Minimum {
+        let outward = centre - nearest.point;
+        let back = outward.dot(facet.normal) < 0.0;
+        let mut minimum = Minimum {
+            distance: nearest.distance,
+            normal: match nearest.part {
+                Part::Face if back => -facet.normal,
+                Part::Face => facet.normal,
+                _ if nearest.distance > 0.0 => outward / nearest.distance,
+                _ => facet.normal,
+            },
+            feature,
+            leads: true,
+            seen: false,
+        };
+        if self.front_only && self.is_behind(nearest, outward, facet.normal) {
+            minimum.distance = -minimum.distance;
+            minimum.normal = -minimum.normal;
+        }
+        minimum
     }
 
     /// Faces come first, then edges, then corners.
@@ -120,9 +138,9 @@ impl Mesh {
         let rises = |to: u32| {
             let along = self.vertices[to as usize] - nearest.point;
             let nearer = outward.dot(along);
-            // Round-off must not make two triangles each leave a contact on their common edge to the other. What is taken twice
-            // is merged.
-            nearer <= 0.0 || nearer <= self.round_off * along.length()
+            // Round-off of the corners and the centre must not make two triangles each leave a contact on their common edge to the
+            // other. What is taken twice is merged.
+            nearer <= 0.0 || nearer <= self.round_off * (along.length() + nearest.distance)
         };
         match nearest.part {
             Part::Face => true,
@@ -137,23 +155,21 @@ impl Mesh {
         }
     }
 
-    /// Whether the point of a rim lies on another triangle that comes nearer: where triangles meet without sharing corners.
-    fn lies_on_nearer(&self, near: &[NearFacet], nearest: &Nearest, centre: DVec3) -> bool {
-        let open = match nearest.part {
-            Part::Face => false,
-            Part::Edge(edge) => self.topology.is_rim(edge),
-            Part::Corner(corner) => self.topology.is_on_rim(corner),
-        };
-        open && near.iter().any(|other| {
+    /// Whether the point of an edge or corner lies on another triangle that comes nearer: where triangles meet without sharing
+    /// corners, or across triangles too thin to tell.
+    fn lies_on_nearer(&self, near: &[NearFacet], minimum: &Minimum, centre: DVec3) -> bool {
+        let point = centre - minimum.normal * minimum.distance;
+        let distance = minimum.distance.abs();
+        let same = self.tolerance.max(THIN * distance);
+        near.iter().any(|other| {
             let facet = &self.facets[other.facet as usize];
-            let height = (nearest.point - facet.corner).dot(facet.normal);
-            height.abs() <= self.tolerance
+            (point - facet.corner).dot(facet.normal).abs() <= same
                 && facet
-                    .nearest(&self.vertices, nearest.point, 2.0 * self.tolerance)
-                    .is_some_and(|foot| foot.distance <= self.tolerance)
+                    .nearest(&self.vertices, point, 2.0 * same)
+                    .is_some_and(|foot| foot.distance <= same)
                 && facet
-                    .nearest(&self.vertices, centre, nearest.distance)
-                    .is_some_and(|other| other.distance < nearest.distance)
+                    .nearest(&self.vertices, centre, distance * (1.0 - NEARER))
+                    .is_some()
         })
     }
 

@@ -26,9 +26,9 @@ use tree::Tree;
 /// more facets than 360 over this is smooth from inside.
 pub const SMOOTH_ANGLE: f64 = 12.0;
 
-/// A contact may carry its history to one whose foot is nearer than this part of the radius: a little more than
-/// [`SMOOTH_ANGLE`] spans.
-const SAME_PATCH: f64 = 0.35;
+/// A contact may carry its history to one whose foot is nearer than this part of the distance: more than two steps of
+/// [`SMOOTH_ANGLE`] span, less than there is between the faces of a corner.
+const SAME_PATCH: f64 = 0.5;
 
 /// Places of a mesh whose distance is less than this part of its size are the same.
 const SAME_PLACE: f64 = 1e-9;
@@ -68,6 +68,21 @@ pub struct NearFacet {
     pub facet: u32,
     /// Distance, m; rounded down.
     pub distance: f32,
+}
+
+impl NearFacet {
+    fn new(facet: u32, distance: f64) -> Self {
+        // Round-off of 1e-7 of the distance must not hide a facet.
+        Self {
+            facet,
+            distance: (distance * (1.0 - 2.5e-7)) as f32,
+        }
+    }
+}
+
+/// The limit for [`NearFacet::distance`].
+fn farthest(distance: f64) -> f32 {
+    (distance * (1.0 + 1e-6)) as f32
 }
 
 /// Memory that queries use again.
@@ -159,10 +174,23 @@ impl Mesh {
         self.topology.edge_counts()
     }
 
-    /// Index in the file of the triangle on which `feature` is a face; none for edges and corners.
+    /// Index in the file of the triangle of a feature: of an edge or corner the first of its triangles. None if there is no such
+    /// feature.
     #[must_use]
     pub fn triangle_of(&self, feature: u32) -> Option<u32> {
-        self.file_order.get(feature as usize).copied()
+        let (faces, edges) = (self.facets.len() as u32, self.topology.edge_count() as u32);
+        let first = |edge: u32| {
+            self.topology
+                .triangles_at(edge)
+                .first()
+                .map(|&(facet, _)| facet)
+        };
+        let facet = match feature.checked_sub(faces) {
+            None => Some(feature),
+            Some(edge) if edge < edges => first(edge),
+            Some(corner) => self.topology.first_edge(corner - edges).and_then(first),
+        };
+        facet.and_then(|facet| self.file_order.get(facet as usize).copied())
     }
 
     /// See [`super::Shape::touches`].
@@ -173,30 +201,42 @@ impl Mesh {
         self.touches_of(&near, 0.0, centre, reach, &mut scratch, out);
     }
 
-    /// Appends the facets closer than `reach` (m) to `centre`, nearest first.
+    /// Appends the facets closer than `reach` (m) to `centre`.
     pub fn near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch, out: &mut Vec<NearFacet>) {
-        let first = out.len();
         self.tree.visit(centre, reach, &mut scratch.stack, |range| {
             for facet in range {
-                let corner = &self.facets[facet];
-                if let Some(nearest) = corner.nearest(&self.vertices, centre, reach) {
-                    out.push(NearFacet {
-                        facet: facet as u32,
-                        // Round-off of 1e-7 of the distance must not hide a facet.
-                        distance: (nearest.distance * (1.0 - 2.5e-7)) as f32,
-                    });
+                let candidate = &self.facets[facet];
+                if let Some(nearest) = candidate.nearest(&self.vertices, centre, reach) {
+                    out.push(NearFacet::new(facet as u32, nearest.distance));
                 }
             }
         });
-        out[first..].sort_unstable_by(|a, b| {
-            a.distance
-                .total_cmp(&b.distance)
-                .then(a.facet.cmp(&b.facet))
-        });
+    }
+
+    /// Puts those of the facets `near`, which [`Mesh::near`] found when the centre was `moved` (m) from where it is now, into
+    /// `closest` that are closer than `reach` (m) now. Returns how many they are.
+    pub fn sift(
+        &self,
+        near: &[NearFacet],
+        moved: f64,
+        centre: DVec3,
+        reach: f64,
+        closest: &mut [NearFacet],
+    ) -> usize {
+        let farthest = farthest(reach + moved);
+        let mut count = 0;
+        for candidate in near.iter().filter(|near| near.distance <= farthest) {
+            let facet = &self.facets[candidate.facet as usize];
+            if let Some(nearest) = facet.nearest(&self.vertices, centre, reach) {
+                closest[count] = NearFacet::new(candidate.facet, nearest.distance);
+                count += 1;
+            }
+        }
+        count
     }
 
     /// Replaces the content of `out` by the contacts of a sphere of radius `reach` (m) with the facets `near`, which
-    /// [`Mesh::near`] found when the centre was `moved` (m) from where it is now.
+    /// [`Mesh::near`] or [`Mesh::sift`] found when the centre was `moved` (m) from where it is now.
     #[inline]
     pub fn touches_of(
         &self,
@@ -208,14 +248,13 @@ impl Mesh {
         out: &mut Touches,
     ) {
         out.clear();
-        let farthest = ((reach + moved) * (1.0 + 1e-6)) as f32;
-        let count = match near.first() {
-            Some(first) if first.distance <= farthest => {
-                near.partition_point(|near| near.distance <= farthest)
-            }
-            _ => return,
-        };
-        self.collect(&near[..count], centre, reach, &mut scratch.minima);
+        self.collect(
+            near,
+            farthest(reach + moved),
+            centre,
+            reach,
+            &mut scratch.minima,
+        );
         self.merge(&mut scratch.minima, out);
     }
 

@@ -121,6 +121,15 @@ impl Topology {
             [self.corner_start[corner] as usize..self.corner_start[corner + 1] as usize]
     }
 
+    /// An edge at a corner.
+    pub(super) fn first_edge(&self, corner: u32) -> Option<u32> {
+        let other = *self
+            .around_corner
+            .get(*self.corner_start.get(corner as usize)? as usize)?;
+        let ends = [corner.min(other), corner.max(other)];
+        self.edges.binary_search(&ends).ok().map(|edge| edge as u32)
+    }
+
     /// The two corners of an edge.
     #[inline]
     pub(super) fn ends(&self, edge: u32) -> [u32; 2] {

@@ -1,15 +1,20 @@
 //! `mclump`: the command line, nothing else.
 
-use std::io::{IsTerminal as _, Write as _};
+mod arguments;
+mod progress;
+
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
 
-use clap::{CommandFactory as _, Parser, ValueEnum};
-use clap_complete::Shell;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use arguments::{Arguments, MethodName, RouteName};
+use clap::{CommandFactory as _, Parser as _};
 use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
-use mclump::generate::{Euclidean, Favier, Method, Request, Stop, Tangent, generate};
+use mclump::descriptors;
+use mclump::fidelity::{self, Fidelity};
+use mclump::generate::{
+    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
+};
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, write};
 use mclump::surface::{Prepared, inspect, prepare};
@@ -17,114 +22,14 @@ use mclump::table;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
+use progress::Progress;
 use sha2::{Digest as _, Sha256};
 
-const EXAMPLES: &str = "\
-Examples:
-  mclump rod.csv --density 2500                       pebbles x,y,z,r; writes rod.clump.toml
-  mclump rod.csv --inertia union                      overlaps of pebbles count once
-  mclump celt.stl celt.csv --scale 1e-3               files in mm; inertia from the surface
-  mclump celt.stl --generate tangent --pebbles 100    pebbles made for the surface
-  mclump celt.stl                                     look at the surface; no clump is written
-  mclump celt.stl celt.csv --repair --json            close small holes; result as JSON, for scripts
+/// Surfaces of more triangles are described on request only: it takes a minute at a million.
+const MOST_DESCRIBED: usize = 100_000;
 
-Files: NAME.clump.toml, NAME.pebbles.csv, NAME.pebbles.vtu and with a surface NAME.surface.stl, NAME.surface.vtu.
-Exit codes: 0 done, 1 the clump cannot be made or written, 2 wrong usage or input.";
-
-/// Makes a rigid clump from a surface and pebbles: mass, centre, inertia, principal axes.
-#[derive(Debug, Parser)]
-#[command(name = "mclump", version, after_help = EXAMPLES)]
-struct Arguments {
-    /// A surface (.stl, .obj), a pebble list (x,y,z,r per line), or both
-    #[arg(value_name = "FILE", required_unless_present = "completions", num_args = 1..=2)]
-    files: Vec<PathBuf>,
-
-    /// The clump file [default: NAME.clump.toml in this folder]
-    #[arg(short, long, value_name = "NAME.clump.toml")]
-    output: Option<PathBuf>,
-
-    /// Where mass, centre and inertia come from [default: surface; without one pebbles, or union where they overlap]
-    #[arg(long, value_name = "ROUTE")]
-    inertia: Option<RouteName>,
-
-    /// Density in kg/m3
-    #[arg(long, value_name = "RHO", default_value_t = 1.0, value_parser = positive)]
-    density: f64,
-
-    /// Length in m of one unit of the files: 1e-3 for files in mm
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
-    scale: f64,
-
-    /// Make pebbles for the surface
-    #[arg(long, value_name = "METHOD")]
-    generate: Option<MethodName>,
-
-    /// How many pebbles to make
-    #[arg(long, value_name = "N", requires = "generate", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pebbles: Option<u32>,
-
-    /// Make pebbles until the volume of their union differs from the surface's by at most this fraction
-    #[arg(long, value_name = "FRACTION", requires = "generate", value_parser = positive)]
-    fidelity: Option<f64>,
-
-    /// No pebble smaller than this radius in m [default: 1/1000 of the body]
-    #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
-    smallest_radius: Option<f64>,
-
-    /// Seed of the generator's random points
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-
-    /// Mend the surface: weld vertices, drop doubled triangles, turn inconsistent ones, close small holes
-    #[arg(long)]
-    repair: bool,
-
-    /// Voxels along the longest edge
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=2000))]
-    voxels: u32,
-
-    /// Refine the voxels to this relative accuracy
-    #[arg(long, value_name = "FRACTION", value_parser = positive)]
-    voxel_tolerance: Option<f64>,
-
-    /// Replace files that are there already
-    #[arg(long)]
-    force: bool,
-
-    /// No report, only errors
-    #[arg(long)]
-    quiet: bool,
-
-    /// Print the result as one JSON object on standard output
-    #[arg(long)]
-    json: bool,
-
-    /// Print completions for a shell and stop
-    #[arg(long, value_name = "SHELL")]
-    completions: Option<Shell>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum RouteName {
-    /// Signed tetrahedra of the surface
-    Surface,
-    /// The space that the pebbles cover
-    Union,
-    /// The same by voxels
-    Voxels,
-    /// Every pebble for itself
-    Pebbles,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum MethodName {
-    /// Largest balls by the distance to the surface
-    Euclidean,
-    /// Balls tangent to the surface, chosen for the volume they add
-    Tangent,
-    /// One ball per slab, for bodies of revolution
-    Favier,
-}
+const NO_PEBBLES: &str =
+    "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
 
 /// Why there is no success: the exit code, and what to say.
 enum Failure {
@@ -175,7 +80,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         ));
     }
     if makes_clump {
-        check_free(&paths(&output, surface.is_some()), arguments.force).map_err(input_failure)?;
+        let files = paths(&output, surface.is_some(), !arguments.no_picture);
+        check_free(&files, arguments.force).map_err(input_failure)?;
     }
     let progress = Progress::new(arguments.quiet);
     let mut source = Vec::new();
@@ -211,6 +117,13 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         source,
         checks: Vec::new(),
     };
+    let fidelity = prepared
+        .as_ref()
+        .map(|surface| fidelity::compare(&surface.mesh, &pebbles));
+    let options = Options {
+        checks: fidelity.iter().map(fidelity_check).collect(),
+        ..options
+    };
     let input = Input {
         name,
         surface: prepared,
@@ -218,7 +131,8 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let built = build(&input, &options).map_err(input_failure)?;
     progress.stage("writing");
-    let files = contents(&built, &output).map_err(|error| Failure::Run(error.to_string()))?;
+    let files = contents(&built, &output, !arguments.no_picture)
+        .map_err(|error| Failure::Run(error.to_string()))?;
     write(&files).map_err(|error| Failure::Run(error.to_string()))?;
     progress.clear();
     let written: Vec<PathBuf> = files.into_iter().map(|file| file.path).collect();
@@ -239,6 +153,15 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         arguments.density
     );
     text += &table::routes(&built.rows, Some(built.route), arguments.density);
+    match &fidelity {
+        Some(Ok(fidelity)) => {
+            text += &format!("pebbles against the surface:\n{}\n", indented(fidelity));
+        }
+        Some(Err(error)) => {
+            text += &format!("warning: pebbles and surface were not compared: {error}\n");
+        }
+        None => {}
+    }
     for warning in &built.warnings {
         text += &format!("warning: {warning}\n");
     }
@@ -343,6 +266,32 @@ fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<
     }
 }
 
+/// For `[checks]`: lengths in m, the rest relative.
+fn fidelity_check(fidelity: &Result<Fidelity, GenerateError>) -> (String, Remark) {
+    let numbers = |values: [f64; 3]| Remark::List(values.map(Remark::Number).to_vec());
+    let value = match fidelity {
+        Ok(fidelity) => Remark::Table(vec![
+            ("volume_error".into(), fidelity.volume_error.into()),
+            ("moment_errors".into(), numbers(fidelity.moment_errors)),
+            ("centre_shift".into(), fidelity.centre_shift.into()),
+            ("mean_distance".into(), fidelity.mean_distance.into()),
+            ("largest_distance".into(), fidelity.largest_distance.into()),
+            ("protrusion".into(), fidelity.protrusion.into()),
+        ]),
+        Err(error) => error.to_string().into(),
+    };
+    ("fidelity".to_owned(), value)
+}
+
+fn indented(text: &impl std::fmt::Display) -> String {
+    let lines: Vec<String> = text
+        .to_string()
+        .lines()
+        .map(|line| format!("  {line}"))
+        .collect();
+    lines.join("\n")
+}
+
 /// A surface without pebbles: what it is like, its mass properties; nothing is written.
 fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failure> {
     let Some(prepared) = prepared else {
@@ -366,7 +315,19 @@ fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failur
     for warning in &prepared.warnings {
         text += &format!("warning: {warning}\n");
     }
-    text += "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
+    let triangles = prepared.mesh.triangles.len();
+    if triangles > MOST_DESCRIBED && !arguments.shape {
+        text += &format!(
+            "shape: not described, which takes long for {triangles} triangles; --shape does it\n"
+        );
+        text += NO_PEBBLES;
+        return say(&text);
+    }
+    match descriptors::describe(&prepared.mesh) {
+        Ok(shape) => text += &format!("shape:\n{}\n", indented(&shape)),
+        Err(error) => text += &format!("shape: not described, {error}\n"),
+    }
+    text += NO_PEBBLES;
     say(&text)
 }
 
@@ -433,50 +394,6 @@ fn route(name: RouteName) -> Route {
         RouteName::Union => Route::Union,
         RouteName::Voxels => Route::Voxels,
         RouteName::Pebbles => Route::Pebbles,
-    }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a number above 0".to_owned()),
-    }
-}
-
-/// A line on a terminal that says what is going on; it appears after a second.
-struct Progress(Option<ProgressBar>);
-
-impl Progress {
-    fn new(quiet: bool) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
-            return Self(None);
-        }
-        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-        let style = ProgressStyle::with_template("{spinner} {msg} ({elapsed})");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-        bar.enable_steady_tick(Duration::from_secs(1));
-        Self(Some(bar))
-    }
-
-    fn stage(&self, what: &'static str) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(what);
-        }
-    }
-
-    fn count(&self, done: usize, total: usize) {
-        if let Some(bar) = &self.0 {
-            bar.set_message(match total {
-                0 => format!("making pebbles: {done}"),
-                _ => format!("making pebbles: {done} of {total}"),
-            });
-        }
-    }
-
-    fn clear(&self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
-        }
     }
 }
 

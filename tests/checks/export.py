@@ -1,0 +1,213 @@
+#!/usr/bin/env python3
+"""Reads what mercury-export wrote with other people's readers and compares every value.
+
+    pip install vtk pyvista meshio pyarrow pandas
+    cargo build --release --bin mercury-solve --bin mercury-export
+    tests/checks/export.py [--bin target/release] [--keep FOLDER]
+
+Solves scenes/drum.toml for 0.3 s (with contacts and vtk = true), exports it in every way, and reads the files with VTK (pyvista), meshio, pyarrow
+and pandas; with ParaView's own reader too if pvpython is installed. The truth is the run's Arrow files, read by pyarrow.
+Prints one line per check; exits 1 if one fails.
+"""
+import argparse, json, os, shutil, subprocess, sys, tempfile
+import meshio, numpy as np, pandas as pd, pyarrow as pa, pyarrow.parquet as pq, pyvista as pv
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.join(HERE, "..", "..")
+failed = []
+
+
+def check(what, good, detail=""):
+    print(("ok      " if good else "FAILED  ") + what + (" " + str(detail) if detail != "" else ""), flush=True)
+    if not good:
+        failed.append(what)
+
+
+def frames(path):
+    """The batches of a file of frames, with their times."""
+    with pa.ipc.open_stream(path) as stream:
+        return [(float(f.custom_metadata[b"time"]), f.batch) for f in stream.iter_batches_with_custom_metadata()]
+
+
+def columns(batch, *names):
+    arrays = [batch[name].to_numpy(zero_copy_only=False) for name in names]
+    return arrays[0] if len(arrays) == 1 else np.column_stack(arrays)
+
+
+def ids(batch, name):
+    """A column that may miss values, with -1 for none."""
+    return np.array([-1 if v is None else v for v in batch[name].to_pylist()])
+
+
+VECTORS = {"velocity": "v", "angular_velocity": "w", "force": "f", "torque": "t"}
+
+
+def compare_particles(what, grid, batch, exact):
+    same = np.array_equal if exact else (lambda a, b: np.allclose(a, b, rtol=1e-7, atol=0))
+    position = columns(batch, "x", "y", "z")
+    good = same(grid.points, position if exact else position.astype(np.float32)) and grid.n_cells == len(position)
+    seen = {"TimeValue"}
+    for name in grid.point_data:
+        a, seen = np.asarray(grid.point_data[name]), seen | {name}
+        if name in VECTORS:
+            expected = columns(batch, *(VECTORS[name] + k for k in "xyz"))
+        elif name == "orientation":
+            expected = columns(batch, "qw", "qx", "qy", "qz")
+        elif name == "diameter":
+            expected = 2 * columns(batch, "radius")
+        elif name == "speed":
+            v = columns(batch, "vx", "vy", "vz")
+            expected = np.sqrt((v[:, 0] * v[:, 0] + v[:, 1] * v[:, 1]) + v[:, 2] * v[:, 2])
+        else:
+            expected = columns(batch, name)
+        if not same(a, expected):
+            good = False
+            print("        differs:", what, name)
+    good = good and {"diameter", "speed", "id", "material", "radius", "mass", "velocity", "force"} <= seen
+    return good
+
+
+def check_series(folder, run, exact, what):
+    truth = frames(os.path.join(run, "drum.particles.arrow"))
+    reader = pv.get_reader(os.path.join(folder, "drum.particles.pvd"))
+    check(what + ": times of the .pvd", reader.time_values == [time for time, _ in truth], len(truth))
+    good = good_mesh = True
+    for k, (time, batch) in enumerate(truth):
+        path = os.path.join(folder, "drum.particles.%04d.vtu" % k)
+        grid = pv.read(path)
+        good = good and compare_particles(path, grid, batch, exact) and grid.field_data["TimeValue"][0] == time
+        other = meshio.read(path)
+        good_mesh = good_mesh and np.array_equal(other.points, grid.points) and all(
+            np.array_equal(other.point_data[name], grid.point_data[name]) for name in grid.point_data)
+    check(what + ": VTK reads every value of every frame", good)
+    check(what + ": meshio reads the same", good_mesh)
+
+
+def check_contacts(folder, run):
+    good = True
+    spheres = {time: dict(zip(columns(b, "id").tolist(), columns(b, "x", "y", "z"))) for time, b in frames(os.path.join(run, "drum.particles.arrow"))}
+    for k, (time, batch) in enumerate(frames(os.path.join(run, "drum.contacts.arrow"))):
+        grid = pv.read(os.path.join(folder, "drum.contacts.%04d.vtu" % k))
+        if grid.n_cells != batch.num_rows:
+            good = False
+        if batch.num_rows == 0:
+            continue
+        begin, end = grid.points[0::2], grid.points[1::2]
+        branch, normal = columns(batch, "bx", "by", "bz"), columns(batch, "nx", "ny", "nz")
+        force, wall = columns(batch, "fx", "fy", "fz"), ids(batch, "wall")
+        i = columns(batch, "i")
+        centres = np.array([spheres[time][a] for a in i.tolist()])
+        data = grid.cell_data
+        good = (good and np.allclose(begin, centres, rtol=0, atol=1e-12) and np.allclose(begin - end, branch, rtol=0, atol=1e-15)
+                and np.array_equal(data["i"], i) and np.array_equal(data["j"], ids(batch, "j")) and np.array_equal(data["wall"], wall)
+                and np.array_equal(data["force"], force) and np.array_equal(data["overlap"], columns(batch, "overlap"))
+                and np.allclose(data["force_magnitude"], np.linalg.norm(force, axis=1), rtol=1e-14)
+                and np.allclose(data["normal_force"], (force * normal).sum(axis=1), rtol=0, atol=1e-15))
+    check("contacts: lines from centre to centre, values equal", good, "%d frames" % (k + 1))
+
+
+def check_walls(folder, run):
+    truth = frames(os.path.join(run, "drum.walls.arrow"))
+    good = True
+    for k, (time, batch) in enumerate(truth):
+        grid = pv.read(os.path.join(folder, "drum.walls.%04d.vtu" % k))
+        # The drum: radius 0.03 m about y, however far it has turned.
+        distance = np.hypot(grid.points[:, 0], grid.points[:, 2])
+        good = good and np.allclose(distance, 0.03, rtol=1e-12) and grid.points[:, 1].min() == 0.0 and abs(grid.points[:, 1].max() - 0.008) < 1e-15
+    first = pv.read(os.path.join(folder, "drum.walls.0000.vtu")).points
+    q = [batch[name][0].as_py() for name in ("qw", "qx", "qy", "qz")]
+    angle = 2 * np.arctan2(q[2], q[0])
+    turned = np.column_stack([np.cos(angle) * first[:, 0] + np.sin(angle) * first[:, 2], first[:, 1], -np.sin(angle) * first[:, 0] + np.cos(angle) * first[:, 2]])
+    check("walls: on the drum's radius in every frame", good, "%d frames" % len(truth))
+    check("walls: turned by the angle of the motion (3 rad/s from 0.15 s)", np.allclose(grid.points, turned, atol=1e-12) and abs(angle - 3.0 * (time - 0.15)) < 1e-9, "%.6f rad" % angle)
+
+
+PVPYTHON = """
+import sys, json
+from paraview.simple import *
+from paraview import servermanager
+r = PVDReader(FileName=sys.argv[1])
+r.UpdatePipeline()
+out = []
+for t in r.TimestepValues:
+    r.UpdatePipeline(t)
+    block = servermanager.Fetch(r)
+    block = block.GetBlock(0) if hasattr(block, "GetBlock") else block
+    a = block.GetPointData().GetArray("speed")
+    out.append([t, block.GetNumberOfPoints(), sum(a.GetValue(k) for k in range(a.GetNumberOfTuples()))])
+print("RESULT" + json.dumps(out))
+"""
+
+
+def check_paraview(folder, run):
+    if not shutil.which("pvpython"):
+        print("skipped ParaView: no pvpython")
+        return
+    with tempfile.NamedTemporaryFile("w", suffix=".py") as script:
+        script.write(PVPYTHON)
+        script.flush()
+        said = subprocess.run(["pvpython", script.name, os.path.abspath(os.path.join(folder, "drum.particles.pvd"))], capture_output=True, text=True).stdout
+    found = [json.loads(line[6:]) for line in said.splitlines() if line.startswith("RESULT")]
+    expected = []
+    for time, batch in frames(os.path.join(run, "drum.particles.arrow")):
+        v = columns(batch, "vx", "vy", "vz")
+        expected.append([time, batch.num_rows, float(np.linalg.norm(v, axis=1).sum())])
+    check("ParaView's own reader: all times, points and speeds", bool(found) and np.allclose(found[0], expected, rtol=1e-12), "%d frames" % len(expected))
+
+
+def check_tables(folder, run):
+    for table in ("particles", "contacts"):
+        truth = frames(os.path.join(run, "drum.%s.arrow" % table))
+        whole = pa.Table.from_batches([b for _, b in truth])
+        found = pq.read_table(os.path.join(folder, "drum.%s.parquet" % table))
+        same = found.drop(["step"]).cast(whole.schema.remove_metadata()).equals(whole.replace_schema_metadata(None))
+        check("Parquet of %s: pyarrow reads the same table" % table, same, "%d rows" % found.num_rows)
+    k = len(frames(os.path.join(run, "drum.particles.arrow"))) - 1
+    truth = frames(os.path.join(run, "drum.particles.arrow"))[k][1].to_pandas()
+    found = pd.read_csv(os.path.join(folder, "drum.particles.%04d.csv" % k))
+    check("CSV: pandas reads the same numbers", list(found) == list(truth) and all(np.array_equal(found[c], truth[c]) for c in truth))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", default=os.path.join(ROOT, "target", "release"))
+    parser.add_argument("--keep", help="work in this folder and leave the files there")
+    given = parser.parse_args()
+    work = given.keep or tempfile.mkdtemp()
+    os.makedirs(work, exist_ok=True)
+    run, out = os.path.join(work, "drum"), os.path.join(work, "out")
+    solve, export = (os.path.join(given.bin, name) for name in ("mercury-solve", "mercury-export"))
+
+    def go(*arguments):
+        subprocess.run(arguments, check=True)
+
+    go(solve, os.path.join(ROOT, "scenes", "drum.toml"), "--output", run, "--force", "--quiet", "--set", "time.end=0.3", "--set", "output.fstat=true", "--set", "output.vtk=true")
+    check_series(os.path.join(run, "vtk"), run, True, "vtk = true")
+    for compression in ("none", "fast", "1", "9"):
+        folder = os.path.join(out, compression)
+        go(export, "vtu", run, "-o", folder, "--force", "--quiet", "--compression", compression)
+        check_series(folder, run, True, "vtu --compression " + compression)
+    single = os.path.join(out, "single")
+    go(export, "vtu", run, "-o", single, "--force", "--quiet", "--precision", "single")
+    check_series(single, run, False, "vtu --precision single")
+    folder = os.path.join(out, "fast")
+    check_contacts(folder, run)
+    check_walls(folder, run)
+    check_paraview(folder, run)
+    go(export, "csv", run, "-o", out, "--force", "--quiet")
+    for table in ("particles", "contacts"):
+        go(export, "parquet", run, "-o", out, "--force", "--quiet", "--table", table)
+    check_tables(out, run)
+    go(export, "xballs", run, "-o", out, "--force", "--quiet")
+    written, own = (open(os.path.join(f, "drum.data"), "rb").read() for f in (out, run))
+    check(".data from the Arrow frames is the solver's own, byte for byte", written == own, "%d bytes" % len(own))
+    go(export, "xballs", os.path.join(run, "drum.data"), "-o", os.path.join(out, "again"), "--force", "--quiet")
+    again = open(os.path.join(out, "again", "drum.data"), "rb").read()
+    check(".data goes round byte for byte", again == own)
+    if not given.keep:
+        shutil.rmtree(work)
+    print("%d checks failed" % len(failed) if failed else "all checks passed")
+    sys.exit(1 if failed else 0)
+
+
+main()

@@ -1,0 +1,403 @@
+//! The command line as a user meets it: files, messages, exit codes.
+
+mod run_folder;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use run_folder::{DATA, folder_with_data, folder_with_run};
+
+fn export(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mercury-export"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = export(folder, arguments);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{arguments:?}: {}",
+        errors(&output)
+    );
+    assert_eq!(errors(&output), "");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(folder: &Path, arguments: &[&str], message: &str) {
+    let output = export(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    assert_eq!(errors(&output), message, "{arguments:?}");
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_run_becomes_series_for_paraview() {
+    let place = folder_with_run();
+    let said = succeeds(place.path(), &["vtu", "run"]);
+    assert!(
+        said.starts_with("4 frames in run/vtu\n  run.paraview.py\n  run.particles.pvd\n"),
+        "{said}"
+    );
+    let mut expected = vec!["run.paraview.py".to_owned()];
+    for kind in ["contacts", "particles", "walls"] {
+        expected.push(format!("run.{kind}.pvd"));
+        expected.extend((0..4).map(|k| format!("run.{kind}.{k:04}.vtu")));
+    }
+    expected.sort();
+    assert_eq!(names(&place.path().join("run/vtu")), expected);
+    let list = fs::read_to_string(place.path().join("run/vtu/run.walls.pvd")).unwrap();
+    let tree = roxmltree::Document::parse(&list).unwrap();
+    let times: Vec<&str> = tree
+        .descendants()
+        .filter_map(|node| node.attribute("timestep"))
+        .collect();
+    assert_eq!(times, ["0.0", "0.5", "1.0", "1.5"]);
+}
+
+#[test]
+fn nothing_is_replaced_unless_asked_for() {
+    let place = folder_with_run();
+    for (command, file) in [
+        ("vtu", "vtu/run.paraview.py"),
+        ("xballs", "xballs/run.disp"),
+        ("csv", "csv/run.particles.0000.csv"),
+        ("parquet", "parquet/run.particles.parquet"),
+        ("lammps", "lammps/run.lammpstrj"),
+    ] {
+        succeeds(place.path(), &[command, "run"]);
+        let before = fs::read(place.path().join("run").join(file)).unwrap();
+        refused(
+            place.path(),
+            &[command, "run"],
+            &format!(
+                "run/{file}: this file is there already\nhelp: --force replaces it, -o DIR writes elsewhere\n"
+            ),
+        );
+        succeeds(place.path(), &[command, "run", "--force", "--quiet"]);
+        assert_eq!(
+            fs::read(place.path().join("run").join(file)).unwrap(),
+            before,
+            "{command}"
+        );
+        succeeds(place.path(), &[command, "run", "-o", "elsewhere"]);
+    }
+}
+
+#[test]
+fn frames_and_particles_can_be_selected() {
+    let place = folder_with_run();
+    let rows = |arguments: &[&str], file: &str| -> Vec<String> {
+        let mut all = vec!["csv", "run", "--force", "-o", "out"];
+        all.extend(arguments);
+        succeeds(place.path(), &all);
+        let text = fs::read_to_string(place.path().join("out").join(file)).unwrap();
+        // Time and id.
+        let ids = text.lines().skip(1).map(|line| {
+            let mut fields = line.split(',');
+            format!("{} {}", fields.next().unwrap(), fields.next().unwrap())
+        });
+        ids.collect()
+    };
+    let last = "run.particles.0003.csv";
+    assert_eq!(
+        rows(&["--frames", "last"], last),
+        ["1.5 0", "1.5 4", "1.5 7"]
+    );
+    assert_eq!(names(&place.path().join("out")), [last]);
+    assert_eq!(
+        rows(&["--frames", "every 3", "--material", "steel"], last),
+        ["1.5 7"]
+    );
+    assert_eq!(
+        rows(&["--frames", "3", "--material", "0"], last),
+        ["1.5 0", "1.5 4"]
+    );
+    assert_eq!(
+        rows(&["--frames", "2..", "--region", "x=1.5..2.5"], last),
+        ["1.5 4"]
+    );
+    refused(
+        place.path(),
+        &["csv", "run", "--material", "gold"],
+        "run/run.particles.arrow: no material gold; the file knows glass, steel\n",
+    );
+    refused(
+        place.path(),
+        &["csv", "run", "--frames", "9"],
+        "run/run: no frame is selected; there are 0 to 3\n",
+    );
+    refused(
+        place.path(),
+        &["csv", "run", "--table", "contacts", "--region", "x=0..1"],
+        "--region and --material select particles; contacts have neither\n",
+    );
+}
+
+#[test]
+fn a_table_says_everything_that_the_frame_holds() {
+    let place = folder_with_run();
+    succeeds(place.path(), &["csv", "run", "--frames", "1"]);
+    let text = fs::read_to_string(place.path().join("run/csv/run.particles.0001.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some("time,id,material,body,flags,mass,volume,radius,x,y,z,vx,vy,vz,wx,wy,wz,fx,fy,fz")
+    );
+    assert_eq!(
+        lines.next(),
+        Some("0.5,0,0,,0,0.1,0.2,0.5,1,0.1,0.3333333333333333,0,0.5,0,0,0,0,-0,-0,-1")
+    );
+    let said = succeeds(
+        place.path(),
+        &["csv", "run", "--table", "contacts", "-o", "c"],
+    );
+    assert!(said.starts_with("4 frames in c\n"), "{said}");
+    let text = fs::read_to_string(place.path().join("c/run.contacts.0000.csv")).unwrap();
+    assert!(text.starts_with("time,i,j,wall,px,py,pz,"), "{text}");
+    assert!(
+        text.lines().nth(1).unwrap().starts_with("0,0,4,,"),
+        "{text}"
+    );
+}
+
+#[test]
+fn data_goes_round_in_the_same_bytes() {
+    let place = folder_with_data(DATA);
+    succeeds(place.path(), &["xballs", "old.data", "-o", "out"]);
+    assert_eq!(
+        fs::read_to_string(place.path().join("out/old.data")).unwrap(),
+        DATA
+    );
+    // And by way of the script that starts the viewer.
+    succeeds(place.path(), &["xballs", "out/old.disp", "-o", "again"]);
+    assert_eq!(
+        fs::read_to_string(place.path().join("again/old.data")).unwrap(),
+        DATA
+    );
+}
+
+#[test]
+fn a_damaged_data_file_gives_its_good_frames_and_one_message() {
+    let cut = &DATA[..DATA.len() - 30];
+    let place = folder_with_data(cut);
+    for arguments in [
+        vec!["vtu", "old.data", "--quiet"],
+        vec!["xballs", "old.data", "-o", "x", "--quiet"],
+        vec!["csv", "old.data", "--frames", "last", "--quiet"],
+    ] {
+        let output = export(place.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0));
+        let frames = if arguments[0] == "csv" { 1 } else { 2 };
+        let message = format!(
+            "warning: only the first {frames} frames could be used\n\
+             old.data:8: the file ends after 0 of 1 particles of the frame at t = 0.2, expected 1 particle lines after the header in line 7\n\
+             help: the frame is unfinished (the run was stopped while writing, or still runs); remove line 7 and all after it to use the frames before\n"
+        );
+        assert_eq!(errors(&output), message, "{arguments:?}");
+    }
+    let good: Vec<&str> = DATA.split_inclusive('\n').take(6).collect();
+    assert_eq!(
+        fs::read_to_string(place.path().join("x/old.data")).unwrap(),
+        good.concat()
+    );
+    assert!(place.path().join("vtu/old.particles.0001.vtu").exists());
+    assert!(place.path().join("csv/old.particles.0001.csv").exists());
+}
+
+#[test]
+fn damaged_native_frames_give_their_good_ones_and_one_message() {
+    let place = folder_with_run();
+    let path = place.path().join("run/run.particles.arrow");
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 100]).unwrap();
+    let output = export(place.path(), &["vtu", "run", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0));
+    let told = errors(&output);
+    assert!(
+        told.starts_with(
+            "warning: only the first 3 frames could be used\nrun/run.particles.arrow: "
+        ),
+        "{told}"
+    );
+    assert!(told.contains("behind 3 whole frames"), "{told}");
+    assert!(place.path().join("run/vtu/run.particles.0002.vtu").exists());
+    assert!(!place.path().join("run/vtu/run.particles.0003.vtu").exists());
+}
+
+#[test]
+fn inputs_that_are_none_are_refused_in_words() {
+    let place = folder_with_data("");
+    let expected =
+        "expected a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file";
+    refused(
+        place.path(),
+        &["vtu", "nothing"],
+        &format!("nothing: there is no such file or folder, {expected}\n"),
+    );
+    fs::write(place.path().join("notes.txt"), "notes").unwrap();
+    refused(
+        place.path(),
+        &["vtu", "notes.txt"],
+        &format!("notes.txt: neither a run folder nor a file of particles, {expected}\n"),
+    );
+    refused(
+        place.path(),
+        &["csv", "old.data"],
+        "./old: no frame is selected, or the input has none\n",
+    );
+    fs::create_dir(place.path().join("empty")).unwrap();
+    refused(
+        place.path(),
+        &["csv", "empty"],
+        "empty: no particles in this folder, expected a folder of mercury-solve, with a .particles.arrow or .data file\n",
+    );
+    for name in ["a.data", "b.data"] {
+        fs::write(place.path().join("empty").join(name), DATA).unwrap();
+    }
+    refused(
+        place.path(),
+        &["csv", "empty"],
+        "empty: several runs: empty/a.data, empty/b.data\nhelp: name the file instead of the folder\n",
+    );
+    fs::write(place.path().join("x.particles.arrow"), "no arrow").unwrap();
+    let output = export(place.path(), &["csv", "x.particles.arrow"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(errors(&output).starts_with("x.particles.arrow: "));
+    fs::write(place.path().join("x.disp"), "#!/bin/bash\nls\n").unwrap();
+    refused(
+        place.path(),
+        &["csv", "x.disp"],
+        "x.disp: no command for XBalls, expected a line that starts xballs with -f FILE.data\n",
+    );
+    fs::write(
+        place.path().join("w.data"),
+        "2 0 0 0 0 1 1 1\n1 2 3\n1 2 3\n",
+    )
+    .unwrap();
+    let output = export(place.path(), &["csv", "w.data"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(errors(&output).starts_with("w.data:2:1: a particle of 3 columns after a 3D header"));
+    // Nothing half-made is left behind.
+    assert!(names(&place.path().join("csv")).is_empty());
+}
+
+#[test]
+fn a_numbered_series_of_data_files_is_one_input() {
+    let place = folder_with_data("");
+    let frames: Vec<&str> = DATA.split_inclusive('\n').collect();
+    let parts = [&frames[..3], &frames[3..6], &frames[6..]];
+    for (k, part) in parts.iter().enumerate() {
+        fs::write(place.path().join(format!("s.data.{k:04}")), part.concat()).unwrap();
+    }
+    succeeds(place.path(), &["xballs", "s.data.0000", "-o", "out"]);
+    assert_eq!(
+        fs::read_to_string(place.path().join("out/s.data")).unwrap(),
+        DATA
+    );
+}
+
+#[test]
+fn frames_without_particles_go_through_every_command() {
+    let place = folder_with_data("0 0 0 0 0 1 1 1 \n0 0.5 0 0 0 1 1 1 \n");
+    for command in ["vtu", "xballs", "csv", "parquet", "particles", "lammps"] {
+        let said = succeeds(place.path(), &[command, "old.data"]);
+        assert!(said.starts_with("2 frames in "), "{command}: {said}");
+    }
+    succeeds(place.path(), &["liggghts", "old.data", "--density", "1000"]);
+    assert_eq!(
+        fs::read_to_string(place.path().join("csv/old.particles.0001.csv"))
+            .unwrap()
+            .lines()
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn lammps_gets_a_dump_and_liggghts_a_data_file() {
+    let place = folder_with_run();
+    succeeds(place.path(), &["lammps", "run", "--frames", "1"]);
+    let text = fs::read_to_string(place.path().join("run/lammps/run.lammpstrj")).unwrap();
+    let expected = "ITEM: TIMESTEP\n50\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS ff pp ff\n0 4\n0 1\n0 2\n\
+        ITEM: ATOMS id type x y z vx vy vz radius omegax omegay omegaz mass fx fy fz\n\
+        1 1 1 0.1 0.3333333333333333 0 0.5 0 0.5 0 0 0 0.1 -0 -0 -1\n";
+    assert!(text.starts_with(expected), "{text}");
+    succeeds(place.path(), &["liggghts", "run", "--frames", "last"]);
+    let text = fs::read_to_string(place.path().join("run/liggghts/run.0003.lmp")).unwrap();
+    let expected = "three spheres (t = 1.5 s, SI units)\n\n3 atoms\n2 atom types\n\n0 4 xlo xhi\n0 1 ylo yhi\n0 2 zlo zhi\n\nAtoms\n\n\
+        1 1 1 0.5 1 0.1 0.3333333333333333\n";
+    assert!(text.starts_with(expected), "{text}");
+    assert!(text.contains("\nVelocities\n\n1 0 1.5 0 0 0 0\n"), "{text}");
+
+    let place = folder_with_data(DATA);
+    refused(
+        place.path(),
+        &["liggghts", "old.data"],
+        "old.data: the input has no masses\nhelp: give the density of the particles with --density, in kg/m^3\n",
+    );
+    refused(
+        place.path(),
+        &["liggghts", "old.data", "--density", "-1"],
+        "--density -1: expected a positive number, in kg/m^3\n",
+    );
+}
+
+#[test]
+fn a_scene_can_read_the_particles_of_a_run() {
+    let place = folder_with_data(DATA);
+    succeeds(place.path(), &["particles", "old.data", "--frames", "0"]);
+    let path = place.path().join("particles/old.0000.csv");
+    let rows = mercury_common::formats::particle_csv::read_particle_csv(&path).unwrap();
+    assert_eq!(rows.len(), 2);
+    assert_eq!(rows[1].position.to_array(), [0.5, -0.25, 0.125]);
+    assert_eq!((rows[1].radius, rows[1].velocity.z), (0.01, 3.0));
+    // The run has a sphere of a clump.
+    let place = folder_with_run();
+    refused(
+        place.path(),
+        &["particles", "run"],
+        "run/run.particles.arrow: the frame has clumps (body 2), which a table of spheres cannot hold\n",
+    );
+}
+
+#[test]
+fn help_shows_examples_and_bad_usage_exits_2() {
+    let place = tempfile::tempdir().unwrap();
+    let help = succeeds(place.path(), &["--help"]);
+    assert!(
+        help.contains("Examples:\n  mercury-export vtu drum"),
+        "{help}"
+    );
+    assert!(succeeds(place.path(), &["--version"]).starts_with("mercury-export "));
+    assert!(succeeds(place.path(), &["completions", "bash"]).contains("mercury-export"));
+    for arguments in [
+        &["vtu"][..],
+        &["gif3"],
+        &["vtu", "x", "--frames", "some"],
+        &["vtu", "x", "--region", "x"],
+        &["vtu", "x", "--compression", "12"],
+    ] {
+        assert_eq!(
+            export(place.path(), arguments).status.code(),
+            Some(2),
+            "{arguments:?}"
+        );
+    }
+}
