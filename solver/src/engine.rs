@@ -24,7 +24,7 @@ use crate::particles::{
     FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, inverse_inertia_factor,
 };
 use crate::plan::Plan;
-use crate::walls::{Pose, WallState};
+use crate::walls::{Pose, ServoState, WallState};
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -62,6 +62,8 @@ pub struct Engine {
     images: Images,
     boundaries: Boundaries,
     wall_states: Vec<WallState>,
+    /// One for each wall if any has a servo; empty otherwise.
+    servos: Vec<ServoState>,
     skin: Skin,
     validity: Validity,
     /// Poses of the walls when the list was built.
@@ -158,6 +160,11 @@ impl Engine {
             .iter()
             .map(|wall| wall.state(0.0, plan.time_step))
             .collect();
+        let has_servo = plan
+            .walls
+            .iter()
+            .any(|wall| wall.motion.servo(0.0).is_some());
+        let servos = vec![ServoState::default(); if has_servo { plan.walls.len() } else { 0 }];
         let moving_walls = plan
             .walls
             .iter()
@@ -183,6 +190,7 @@ impl Engine {
             law_names,
             images,
             wall_states,
+            servos,
             skin,
             validity: Validity::default(),
             listed_poses: Vec::new(),
@@ -371,13 +379,42 @@ impl Engine {
 
     /// Moves the walls to the present time.
     fn move_walls(&mut self) {
-        let time = self.time();
-        for (wall, state) in self.plan.walls.iter().zip(&mut self.wall_states) {
+        let (time, dt) = (self.time(), self.plan.time_step);
+        for (wall, servo) in self.plan.walls.iter().zip(&mut self.servos) {
+            if let Some((motor, _)) = wall.motion.servo(time) {
+                *servo = motor.advance(*servo, time, dt);
+            }
+        }
+        for (index, (wall, state)) in
+            (self.plan.walls.iter().zip(&mut self.wall_states)).enumerate()
+        {
             if wall.motion.is_static() {
                 state.present = wall.is_present(time, self.plan.time_step);
             } else {
-                *state = wall.state(time, self.plan.time_step);
+                let driven = self.servos.get(index).copied().unwrap_or_default();
+                *state = wall.driven_state(time, dt, &driven);
             }
+        }
+    }
+
+    /// Tells the servos what their walls felt in the force evaluation just made.
+    fn answer_loads(&mut self) {
+        if self.servos.is_empty() {
+            return;
+        }
+        let (time, dt) = (self.time(), self.plan.time_step);
+        let seen = self.forces.observation(self.plan.walls.len());
+        for (index, wall) in self.plan.walls.iter().enumerate() {
+            let Some((motor, axis)) = wall.motion.servo(time) else {
+                continue;
+            };
+            self.servos[index].next_velocity = if self.wall_states[index].present {
+                // The load is that of the particles on the wall.
+                let force = -seen.walls[index].0.force.dot(axis);
+                motor.answer(force, &seen.grips[index], dt)
+            } else {
+                0.0
+            };
         }
     }
 
@@ -479,7 +516,7 @@ impl Engine {
     fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, go_on: bool) {
         let watch = match watch {
             Some(watch) => Some(watch),
-            None if self.plan.energy_budget => Some(Watch::default()),
+            None if self.plan.energy_budget || !self.servos.is_empty() => Some(Watch::default()),
             None => None,
         };
         let watch = watch.map(|watch| Watch {
@@ -514,6 +551,7 @@ impl Engine {
             self.gather_loads();
             self.kick_due = true;
         }
+        self.answer_loads();
         if self.plan.energy_budget {
             let seen = self.forces.observation(self.plan.walls.len());
             self.audit.dissipated_normal += seen.dissipated_normal;

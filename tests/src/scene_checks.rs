@@ -10,7 +10,7 @@ use mercury_solver::engine::Engine;
 use mercury_solver::plan::{Plan, plan};
 
 use crate::cases::Case;
-use crate::cases::Tolerance::{Absolute, Digit};
+use crate::cases::Tolerance::{Absolute, Digit, Relative};
 use crate::scenes::{RECORDS, advance, particle, start};
 
 /// The plan of a scene below `scenes/`, with `KEY=VALUE` put on top.
@@ -44,6 +44,7 @@ pub fn quick() -> Vec<Case> {
     let mut cases = two_spheres();
     cases.extend(hertz_wall());
     cases.extend(clumps::quick());
+    cases.push(press());
     cases
 }
 
@@ -137,4 +138,22 @@ fn hertz_wall() -> Vec<Case> {
         }
     }
     cases
+}
+
+fn press() -> Case {
+    Case::new(
+        "scene press: force on the lid (N)",
+        20.0,
+        Relative(0.01),
+        "the target of its servo: at rest nothing else moves the lid",
+        || {
+            let overrides = ["insertions.feed.total.number=40", "time.end=0.5"].map(str::to_owned);
+            let plan = planned("press.toml", &overrides);
+            let plan = plan.expect("the scenes of the project are right");
+            let (steps, lid) = (plan.steps, plan.walls.len() - 1);
+            let mut engine = start(plan);
+            advance(&mut engine, steps);
+            engine.observation().walls[lid].0.force.z
+        },
+    )
 }

@@ -12,6 +12,7 @@
 
 mod crowd;
 mod deletion;
+mod domain_volume;
 mod insertion;
 mod placement;
 mod plans;
@@ -22,8 +23,9 @@ mod tally;
 #[cfg(test)]
 mod tests;
 
+pub use domain_volume::volume_within;
 pub use insertion::{InsertionState, Limit, Pending};
-pub use plans::{DeletionPlan, Ingredient, InsertionPlan, Rate};
+pub use plans::{CountedRegion, DeletionPlan, Ingredient, InsertionPlan, Rate};
 pub use region::Region;
 pub use tally::Tally;
 

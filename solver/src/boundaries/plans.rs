@@ -1,4 +1,4 @@
-//! What a plan says about insertions and deletions.
+//! What a plan says about insertions, deletions and counted regions.
 
 use glam::DVec3;
 use mercury_common::scene::{Quantity, Total};
@@ -71,4 +71,15 @@ pub struct DeletionPlan {
     pub name: String,
     /// By particle centre.
     pub region: Region,
+}
+
+/// A region whose content is counted at every output time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CountedRegion {
+    /// Unique among counted regions.
+    pub name: String,
+    /// By centres.
+    pub region: Region,
+    /// Volume of its part within the domain, m^3; per metre of depth in two dimensions. Above 0.
+    pub volume: f64,
 }

@@ -8,7 +8,7 @@ use crate::forces::SavedSlot;
 use crate::neighbours::{Skin, Validity};
 use crate::particles::Particles;
 use crate::plan::Plan;
-use crate::walls::Pose;
+use crate::walls::{Pose, ServoState};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -30,6 +30,8 @@ pub struct Snapshot {
     pub validity: Validity,
     /// Poses of the walls when the list was built.
     pub listed_poses: Vec<Pose>,
+    /// How far the servos of the walls have come: one for each wall, or empty where no wall has one.
+    pub servos: Vec<ServoState>,
     /// The second half kick of the last step is still to be made.
     pub kick_due: bool,
     /// Rows were added or removed since the list was built.
@@ -55,6 +57,7 @@ impl Engine {
             skin: self.skin,
             validity: self.validity,
             listed_poses: self.listed_poses.clone(),
+            servos: self.servos.clone(),
             kick_due: self.kick_due,
             rows_changed: self.rows_changed,
             rebuilds: self.rebuilds,
@@ -79,6 +82,7 @@ impl Engine {
         engine.skin = snapshot.skin;
         engine.validity = snapshot.validity;
         engine.listed_poses = snapshot.listed_poses;
+        engine.servos = snapshot.servos;
         engine.kick_due = snapshot.kick_due;
         engine.rows_changed = snapshot.rows_changed;
         engine.rebuilds = snapshot.rebuilds;
@@ -89,7 +93,11 @@ impl Engine {
             .plan
             .walls
             .iter()
-            .map(|wall| wall.state(time, dt))
+            .enumerate()
+            .map(|(index, wall)| {
+                let driven = engine.servos.get(index).copied().unwrap_or_default();
+                wall.driven_state(time, dt, &driven)
+            })
             .collect();
         Ok(engine)
     }

@@ -131,3 +131,95 @@ fn a_periodic_domain_may_be_empty() {
     engine.steps_at_once(3, None).unwrap();
     assert_eq!(engine.steps(), 3);
 }
+
+/// A plate on springs: five spheres on a floor of lattice sites, pressed by a servo that also swings sideways.
+fn pressed(motion: &str) -> Arc<Plan> {
+    let text = format!(
+        r#"
+        time = {{ end = 0.4, step = 2e-5 }}
+        domain = {{ min = [0, 0, 0], max = [0.1, 0.1, 0.1] }}
+        output = {{ interval = 0.01 }}
+        [materials.m]
+        density = 2000.0
+        normal = {{ law = "linear", stiffness = 1000.0, restitution = 0.5 }}
+        [[walls]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0, 0]
+        normal = [0, 0, 1]
+        material = "m"
+        [[walls]]
+        name = "lid"
+        shape = "plane"
+        point = [0, 0, 0.0105]
+        normal = [0, 0, -1]
+        material = "m"
+        motion = [{motion}]
+        [[particles]]
+        material = "m"
+        radius = 5e-3
+        lattice = {{ min = [0.02, 0.02, 0.005], max = [0.06, 0.06, 0.005], spacing = 0.02 }}
+    "#
+    );
+    let scene = parse_scene(Path::new("press.toml"), &text, &[], Files::Unchecked).unwrap();
+    Arc::new(plan(&scene).unwrap())
+}
+
+const PRESS: &str = r#"{ kind = "servo", axis = [0, 0, 2], force = -0.9, max_speed = 0.05 }"#;
+
+#[test]
+fn a_servo_reaches_its_force_at_the_overlap_of_the_springs_and_stays() {
+    let mut engine = Engine::new(pressed(PRESS), 1).unwrap();
+    let force = |engine: &Engine| engine.observation().walls[1].0.force.z;
+    let mut largest = 0.0f64;
+    for step in 0..20_000 {
+        let before = engine.wall_states()[1].pose.translation.z;
+        engine.step(Some(Watch::default())).unwrap();
+        let state = &engine.wall_states()[1];
+        let moved = state.pose.translation.z - before;
+        // Never faster than it may, and the pose follows the velocity that contacts see.
+        assert!(state.velocity.velocity.z.abs() <= 0.05);
+        assert!((moved - state.velocity.velocity.z * 2e-5).abs() < 1e-16);
+        if step == 100 {
+            assert_eq!(state.velocity.velocity, dvec3(0.0, 0.0, -0.05));
+        }
+        largest = largest.max(force(&engine));
+        if step >= 10_000 {
+            assert!((force(&engine) - 0.9).abs() < 0.009, "{}", force(&engine));
+        }
+    }
+    // The spheres are free: on its arrival the plate sets them in motion, yet it swings over by less than a tenth.
+    assert!(largest < 0.99, "{largest}");
+    // Nine spheres, each between two springs of 1000 N/m: F/9 = k d at either end.
+    let overlap = 0.9 / 9.0 / 1000.0;
+    let depth = -engine.wall_states()[1].pose.translation.z - 0.0005;
+    assert!((depth - 2.0 * overlap).abs() < 1e-2 * overlap, "{depth}");
+}
+
+#[test]
+fn a_servo_is_part_of_the_state() {
+    let swing = r#", { kind = "oscillation", amplitude = [1e-3, 0, 1e-4], frequency = 30.0 }, { kind = "rotation", axis = [0, 0, 1], origin = [0.04, 0.04, 0], angular_velocity = 3.0 }"#;
+    let plan = pressed(&format!("{PRESS}{swing}"));
+    let mut one = Engine::new(Arc::clone(&plan), 1).unwrap();
+    one.steps_at_once(900, None).unwrap();
+    let mut back = Engine::restore(Arc::clone(&plan), one.snapshot(), 4).unwrap();
+    let poses = |engine: &Engine| {
+        let states = engine.wall_states();
+        (states[1].pose, states[1].velocity)
+    };
+    assert_eq!(poses(&one), poses(&back));
+    let mut others = [2, 4].map(|threads| Engine::new(Arc::clone(&plan), threads).unwrap());
+    for other in &mut others {
+        for _ in 0..9 {
+            other.steps_at_once(100, Some(Watch::default())).unwrap();
+        }
+    }
+    one.steps_at_once(1500, None).unwrap();
+    back.steps_at_once(1500, None).unwrap();
+    assert_eq!(one.snapshot(), back.snapshot());
+    for mut other in others {
+        other.steps_at_once(1500, None).unwrap();
+        assert_eq!(one.snapshot(), other.snapshot());
+    }
+    assert!(one.snapshot().servos[1].displacement < -4e-4);
+}

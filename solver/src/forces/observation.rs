@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::particles::Load;
+use crate::walls::WallGrip;
 
 /// What to see in a force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -81,6 +82,8 @@ pub struct Observation {
     pub wall_work: f64,
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
     pub walls: Vec<(Load, f64)>,
+    /// How the contacts of each wall answer to its motion, for servos.
+    pub grips: Vec<WallGrip>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
     /// Records, if asked for.
@@ -93,6 +96,7 @@ impl Observation {
     pub fn empty(walls: usize) -> Self {
         Self {
             walls: vec![(Load::default(), 0.0); walls],
+            grips: vec![WallGrip::default(); walls],
             ..Self::default()
         }
     }
@@ -110,6 +114,9 @@ impl Observation {
         for (mine, theirs) in self.walls.iter_mut().zip(&other.walls) {
             mine.0.add(theirs.0.force, theirs.0.torque);
             mine.1 += theirs.1;
+        }
+        for (mine, theirs) in self.grips.iter_mut().zip(&other.grips) {
+            mine.add(theirs);
         }
         self.records.extend_from_slice(&other.records);
     }

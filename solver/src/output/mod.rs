@@ -14,6 +14,7 @@ mod fstat_file;
 mod moment;
 mod particle_frames;
 pub mod progress_line;
+mod region_counts;
 mod schedule;
 mod state;
 mod stream;

@@ -5,6 +5,7 @@ use glam::DQuat;
 use crate::engine::Engine;
 use crate::forces::Observation;
 use crate::particles::{Bodies, Load, Particle};
+use crate::walls::Pose;
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +32,8 @@ pub struct Moment {
     pub orientations: Option<Vec<DQuat>>,
     /// Rigid bodies, in scenes with clumps.
     pub bodies: Option<Bodies>,
+    /// Whether each wall is there, and where it stands.
+    pub walls: Vec<(bool, Pose)>,
     /// What was seen of the contacts.
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
@@ -55,6 +58,9 @@ impl Moment {
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),
+            walls: (engine.wall_states().iter())
+                .map(|wall| (wall.present, wall.pose))
+                .collect(),
             observation: engine.observation(),
             dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
         }

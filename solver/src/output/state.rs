@@ -6,6 +6,7 @@ use super::Moment;
 use crate::forces::Observation;
 use crate::neighbours::Images;
 use crate::particles::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
+use crate::walls::Pose;
 
 /// A [`Moment`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +37,8 @@ pub struct State {
     pub body_of_rank: Vec<Option<u32>>,
     /// Place in this order of each of the engine's rows, which the observation speaks of.
     pub rank_of_row: Vec<u32>,
+    /// Whether each wall is there, and where it stands.
+    pub walls: Vec<(bool, Pose)>,
     /// What was seen of the contacts; its rows are the engine's.
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
@@ -82,6 +85,7 @@ impl State {
             bodies,
             body_of_rank,
             rank_of_row,
+            walls: moment.walls,
             observation: moment.observation,
             dissipated: moment.dissipated,
         }

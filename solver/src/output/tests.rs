@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
+use super::region_counts::{Content, contents};
 use super::{Moment, State, energies, folder};
+use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::particles::{FIXED, Load, Particle};
@@ -58,6 +60,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         masses: vec![2.0; 3],
         orientations: None,
         bodies: None,
+        walls: Vec::new(),
         observation: Observation {
             records,
             elastic_energy: 0.25,
@@ -240,4 +243,39 @@ fn a_file_is_no_folder() {
             "{error}"
         );
     }
+}
+
+#[test]
+fn a_region_counts_whole_spheres_by_their_centres() {
+    let state = state(0, Vec::new());
+    let region = CountedRegion {
+        name: "left".to_owned(),
+        region: Region::Box {
+            min: DVec3::new(0.0, -1.0, -1.0),
+            max: DVec3::new(5.0, 1.0, 1.0),
+        },
+        volume: 20.0,
+    };
+    let materials = [(0, "stone".to_owned()), (3, "steel".to_owned())];
+    let found = contents(&state, &region, &materials, 3);
+    // The centres x = 1 and x = 5; the one at 9.2 is out. A centre on the face counts.
+    let sphere = 4.0 / 3.0 * std::f64::consts::PI;
+    assert_eq!(found[0].number, 2);
+    assert_eq!(found[0].mass, 4.0);
+    assert_eq!(found[0].momentum, DVec3::new(0.0, 8.0, 0.0));
+    assert_eq!(found[0].kinetic, 8.0);
+    assert!((found[0].volume - sphere * (1.0 + 0.125)).abs() < 1e-14);
+    assert_eq!(found[1], Content::default());
+}
+
+#[test]
+fn fixed_particles_are_not_counted() {
+    let state = state(FIXED, Vec::new());
+    let everywhere = CountedRegion {
+        name: "all".to_owned(),
+        region: Region::Intersection(Vec::new()),
+        volume: 1.0,
+    };
+    let found = contents(&state, &everywhere, &[(0, "stone".to_owned())], 3);
+    assert_eq!(found[0].number, 2);
 }

@@ -12,7 +12,7 @@ use mercury_common::surfaces::Surface;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::ParticleTable;
 use super::stream::Stream;
-use super::wall_frames::StandingWalls;
+use super::wall_frames::{surfaces, wall_frame};
 use super::{OutputError, State, write_whole};
 use crate::contact::HistoryNumber;
 use crate::plan::Plan;
@@ -39,7 +39,6 @@ pub(super) struct VtkFiles {
 
 struct Walls {
     series: Series,
-    standing: StandingWalls,
     names: Vec<String>,
     surfaces: Vec<Surface>,
     domain: (DVec3, DVec3),
@@ -60,13 +59,11 @@ impl VtkFiles {
         let series = |kind: &str| -> Result<Series, VtuError> {
             Series::create(&folder, &format!("{}.{kind}", plan.prefix), OPTIONS)
         };
-        let standing = StandingWalls::new(plan);
         let walls = (!plan.walls.is_empty()).then(|| {
             Ok::<_, VtuError>(Walls {
                 series: series("walls")?,
                 names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
-                surfaces: standing.surfaces(),
-                standing,
+                surfaces: surfaces(plan),
                 domain: (plan.domain_min, plan.domain_max),
             })
         });
@@ -110,7 +107,7 @@ impl Stream for VtkFiles {
                 surfaces: &walls.surfaces,
                 domain: walls.domain,
             };
-            let grid = paraview::walls(&scene, &walls.standing.frame(state));
+            let grid = paraview::walls(&scene, &wall_frame(state));
             walls.series.write(number, &grid)?;
         }
         let centres: HashMap<u32, DVec3> = state

@@ -12,6 +12,7 @@ use super::data_file::DataFile;
 use super::ene_file::EneFile;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
+use super::region_counts::RegionCounts;
 use super::stream::Stream;
 use super::track_file::TrackFile;
 use super::vtk_files::VtkFiles;
@@ -122,6 +123,9 @@ fn streams(
     }
     if output.walls && !plan.walls.is_empty() {
         streams.push(Box::new(WallLoads::create(folder, plan)?));
+    }
+    if !plan.regions.is_empty() {
+        streams.push(Box::new(RegionCounts::create(folder, plan)?));
     }
     Ok(streams)
 }

@@ -11,6 +11,7 @@ use super::meshes;
 use super::mixing::{PairPlan, resolve_pair};
 use super::parameter::short;
 use super::particles::{StartingParticles, starting_particles};
+use super::regions::regions;
 use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
@@ -48,6 +49,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let has_clumps = clumps.is_some();
     let clumps = clumps.unwrap_or_default();
     let insertions = insertions(scene, has_clumps, dimensions, &mut errors);
+    let regions = regions(scene, &start, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(scene, &start, &clumps, &insertions, dimensions);
     let pairs = plan_pairs(scene, &uses, &mut errors);
@@ -146,6 +148,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         bodies: start.bodies,
         insertions,
         deletions: deletions(scene),
+        regions,
         smallest_radius: sizes.smallest,
         mean_radius: sizes.mean,
         largest_radius: sizes.largest,

@@ -167,7 +167,7 @@ pub fn expected_number(
 }
 
 /// The engine's form of a region; none where a mesh is in it, which `unsupported` reports.
-fn region(region: &SceneRegion) -> Option<Region> {
+pub(super) fn region(region: &SceneRegion) -> Option<Region> {
     let all = |parts: &[SceneRegion]| parts.iter().map(self::region).collect::<Option<Vec<_>>>();
     Some(match region {
         SceneRegion::Box { min, max } => Region::Box {

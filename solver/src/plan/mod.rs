@@ -12,6 +12,7 @@ mod parameter;
 mod particles;
 mod passes;
 mod refusal;
+mod regions;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -35,7 +36,7 @@ use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 
 use crate::bodies::Clump;
-use crate::boundaries::{DeletionPlan, InsertionPlan};
+use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::particles::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
 use crate::walls::Wall;
@@ -87,6 +88,8 @@ pub struct Plan {
     pub insertions: Vec<InsertionPlan>,
     /// Deletions.
     pub deletions: Vec<DeletionPlan>,
+    /// Regions whose content is counted.
+    pub regions: Vec<CountedRegion>,
     /// Smallest radius that can occur, m.
     pub smallest_radius: f64,
     /// Mean radius expected, m.
@@ -143,6 +146,7 @@ impl Plan {
             bodies: Vec::new(),
             insertions: Vec::new(),
             deletions: Vec::new(),
+            regions: Vec::new(),
             smallest_radius: 0.0,
             mean_radius: 0.0,
             largest_radius: 0.0,

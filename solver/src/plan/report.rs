@@ -193,6 +193,14 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     for deletion in &plan.deletions {
         line(text, "deletion", &format!("`{}`", deletion.name))?;
     }
+    for region in &plan.regions {
+        let words = format!(
+            "`{}`, {} m^3 within the domain",
+            region.name,
+            short(region.volume)
+        );
+        line(text, "counted region", &words)?;
+    }
     clumps(text, plan)?;
     if plan.largest_radius > 0.0 {
         let radii = format!(

@@ -1,7 +1,7 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
 use mercury_common::scene::{
-    Insertion, Method, MotionKind, ParticleSource, Place, Region, Scene, SceneError, SizeLaw, Start,
+    Insertion, Method, ParticleSource, Place, Region, Scene, SceneError, SizeLaw, Start,
 };
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
@@ -22,11 +22,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         if let Some(wear) = &wall.wear {
             found.add(&wear.place, "wear");
         }
-        for motion in &wall.motion {
-            if matches!(motion.kind, MotionKind::Servo { .. }) {
-                found.add(&motion.place, "servo motion");
-            }
-        }
     }
     for particles in &scene.particles {
         match &particles.source {
@@ -44,7 +39,7 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         found.insertion(insertion);
     }
     for region in &scene.regions {
-        found.add(&region.name.place, "counted regions");
+        found.region(&region.region.value);
     }
     for deletion in &scene.deletions {
         found.region(&deletion.region.value);
@@ -67,7 +62,7 @@ impl Found {
     fn add(&mut self, place: &Place, what: &str) {
         self.0
             .push(place.error(format!("{what} are not in this version of mercury-solve")));
-        if matches!(what, "wear" | "servo motion") {
+        if what == "wear" {
             let last = self.0.len() - 1;
             self.0[last].message = format!("{what} is not in this version of mercury-solve");
         }

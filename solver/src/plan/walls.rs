@@ -8,7 +8,7 @@ use mercury_common::scene::{
 
 use super::meshes;
 use crate::walls::{
-    Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Shape, Side,
+    Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo, Shape, Side,
     SphereShell, Wall, WallError,
 };
 
@@ -154,7 +154,7 @@ fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
     let mut components = Vec::new();
     for motion in &wall.motion {
         match component(wall, motion) {
-            Ok(component) => components.extend(component),
+            Ok(component) => components.push(component),
             Err(error) => errors.push(error),
         }
     }
@@ -170,11 +170,11 @@ fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
     }
 }
 
-/// The engine's form of a motion; none for servo motion, which [`super::unsupported`] reports.
-fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Option<Component>, SceneError> {
+/// The engine's form of a motion.
+fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneError> {
     let from = *motion.from;
     let until = motion.until.as_deref().copied().unwrap_or(f64::INFINITY);
-    Ok(Some(match &motion.kind {
+    Ok(match &motion.kind {
         MotionKind::Translation { velocity } => Component::Translation {
             velocity: **velocity,
             from,
@@ -206,6 +206,16 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Option<Component>
             table: MotionTable::read(file).map_err(|error| file.error(error.to_string()))?,
             origin: own_origin(wall),
         },
-        MotionKind::Servo { .. } => return Ok(None),
-    }))
+        MotionKind::Servo {
+            axis,
+            force,
+            max_speed,
+        } => Component::Servo(Servo {
+            axis: **axis,
+            force: **force,
+            max_speed: **max_speed,
+            from,
+            until,
+        }),
+    })
 }

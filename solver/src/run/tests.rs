@@ -14,6 +14,7 @@ use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
 use crate::bodies::Clump;
+use crate::boundaries::{CountedRegion, Region};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
@@ -504,4 +505,41 @@ fn files_for_paraview_have_their_own_interval_and_lists_with_times() {
     }
     // 3 kinds of 3 frames and a list each, the script, and the stranger.
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 3 * 4 + 2);
+}
+
+#[test]
+fn regions_are_counted_at_every_output_time() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = collision(30, 1e-3);
+    plan.regions = vec![CountedRegion {
+        name: "right, half".to_owned(),
+        region: Region::HalfSpace {
+            point: DVec3::splat(0.2),
+            normal: DVec3::X,
+        },
+        volume: 0.5,
+    }];
+    let mass = DENSITY * crate::particles::volume(RADIUS, 3);
+    let report = go(plan, place.path());
+    assert!(report.files.contains(&"test.regions.csv".to_owned()));
+    let text = fs::read_to_string(place.path().join("test.regions.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next().unwrap(),
+        "time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction"
+    );
+    // Also the first time and the last.
+    assert_eq!(text.lines().count(), 1 + 4);
+    let first = lines.next().unwrap();
+    let rest = first.strip_prefix("0,\"right, half\",material,1,").unwrap();
+    let found: Vec<f64> = rest.split(',').map(|cell| cell.parse().unwrap()).collect();
+    let kinetic = 0.5 * mass * 0.1 * 0.1;
+    let expected = [mass, -0.1, 0.0, 0.0, kinetic, mass / DENSITY / 0.5];
+    for (found, expected) in found.iter().zip(expected) {
+        // Products of at most four roundings.
+        assert!(
+            (found - expected).abs() <= 1e-15 * expected.abs(),
+            "{first}"
+        );
+    }
 }

@@ -47,6 +47,11 @@ pub enum WallError {
         /// End of the interval.
         to: f64,
     },
+    /// More than one motion that follows a force.
+    #[error(
+        "motion: a wall can have one servo; drive it by the sum of the forces, or split the wall"
+    )]
+    ManyServos,
     /// A profile that is no line.
     #[error("profile: must have at least 2 points, got {count}")]
     TooFewPoints {

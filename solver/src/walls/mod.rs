@@ -2,7 +2,7 @@
 //!
 //! [`Shape::touches`] is the one query: given a sphere's centre in the wall's own frame it lists the
 //! faces and edges within reach. The frame moves with the wall: [`Motion`] gives its [`Pose`] and its
-//! [`RigidVelocity`] at any time, in closed form. This room knows nothing of particles, contact laws or
+//! [`RigidVelocity`] at any time, in closed form but for a [`Servo`], whose state the engine keeps. This room knows nothing of particles, contact laws or
 //! neighbour lists.
 //!
 //! ```
@@ -48,6 +48,7 @@ mod pose;
 mod profile;
 mod revolution;
 mod revolved;
+mod servo;
 mod shape;
 mod side;
 mod sphere;
@@ -68,6 +69,7 @@ pub use outline::Outline;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use revolution::Revolution;
+pub use servo::{Servo, ServoState, WallGrip};
 pub use shape::Shape;
 pub use side::Side;
 pub use sphere::SphereShell;

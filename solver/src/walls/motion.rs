@@ -1,8 +1,9 @@
-//! Prescribed motion of rigid walls, in closed form in time.
+//! Motion of rigid walls: prescribed, in closed form in time, or driven to a force.
 
 use super::error::{WallError, direction, finite, finite_vector, not_negative};
 use super::motion_table::MotionTable;
 use super::pose::{Pose, RigidVelocity};
+use super::servo::{Servo, ServoState};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 
@@ -54,6 +55,8 @@ pub enum Component {
         /// The point about which the rotation vectors turn, in m.
         origin: DVec3,
     },
+    /// A shift that follows a force.
+    Servo(Servo),
 }
 
 impl Component {
@@ -96,6 +99,12 @@ impl Component {
             Self::Table { origin, .. } => {
                 finite_vector("origin", *origin)?;
             }
+            Self::Servo(servo) => {
+                servo.axis = direction("axis", servo.axis)?;
+                finite("force", servo.force)?;
+                not_negative("max_speed", servo.max_speed)?;
+                period = Some((servo.from, servo.until));
+            }
         }
         if let Some((from, until)) = period {
             finite("from", from)?;
@@ -131,10 +140,11 @@ impl Component {
                 ..
             } => *amplitude == DVec3::ZERO || *frequency == 0.0 || from == until,
             Self::Table { table, .. } => table.is_zero(),
+            Self::Servo(servo) => servo.max_speed == 0.0 || servo.from == servo.until,
         }
     }
 
-    fn pose(&self, time: f64) -> Pose {
+    fn pose(&self, time: f64, driven: &ServoState) -> Pose {
         match self {
             Self::Translation {
                 velocity,
@@ -169,11 +179,12 @@ impl Component {
                     displacement,
                 )
             }
+            Self::Servo(servo) => servo.pose(driven),
         }
     }
 
     /// Velocity field of the moved body due to this motion alone. At kinks: the one of the time after.
-    fn velocity(&self, time: f64) -> RigidVelocity {
+    fn velocity(&self, time: f64, driven: &ServoState) -> RigidVelocity {
         match self {
             Self::Translation {
                 velocity,
@@ -217,6 +228,7 @@ impl Component {
                     origin: *origin + displacement,
                 }
             }
+            Self::Servo(servo) => servo.velocity(driven),
         }
     }
 
@@ -278,6 +290,13 @@ impl Component {
                 let speed = limits.speed + limits.angular_speed * turned.radius;
                 (speed, turned.grown(limits.displacement))
             }
+            Self::Servo(servo) => {
+                let duration = elapsed(end, servo.from, servo.until);
+                if duration == 0.0 {
+                    return (0.0, ball);
+                }
+                (servo.max_speed, ball.grown(servo.max_speed * duration))
+            }
         }
     }
 }
@@ -331,8 +350,12 @@ impl Motion {
     ///
     /// # Errors
     /// If a number is not finite (only `until` may be infinite), an axis is no direction, a frequency
-    /// is negative, or `until` lies before `from`.
+    /// is negative, `until` lies before `from`, or there is more than one servo.
     pub fn new(components: Vec<Component>) -> Result<Self, WallError> {
+        let is_servo = |component: &&Component| matches!(component, Component::Servo(_));
+        if components.iter().filter(is_servo).count() > 1 {
+            return Err(WallError::ManyServos);
+        }
         let components = components
             .into_iter()
             .map(Component::checked)
@@ -346,23 +369,35 @@ impl Motion {
         self.components.iter().all(Component::is_static)
     }
 
-    /// Where the wall is at `time` (s): a function of time alone, not of earlier steps.
+    /// Where the wall is at `time` (s), its servo where it stands at the start: a function of time alone.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {
-        self.components
-            .iter()
-            .fold(Pose::IDENTITY, |pose, next| pose.then(&next.pose(time)))
+        self.driven_pose(time, &ServoState::default())
+    }
+
+    /// Where the wall is at `time` (s), its servo as `driven` says.
+    #[must_use]
+    pub fn driven_pose(&self, time: f64, driven: &ServoState) -> Pose {
+        self.components.iter().fold(Pose::IDENTITY, |pose, next| {
+            pose.then(&next.pose(time, driven))
+        })
     }
 
     /// The time derivative of [`Motion::pose`] at `time` (s); where a motion begins, ends or has a kink,
     /// the derivative of what follows.
     #[must_use]
     pub fn velocity(&self, time: f64) -> RigidVelocity {
+        self.driven_velocity(time, &ServoState::default())
+    }
+
+    /// The time derivative of [`Motion::driven_pose`] at `time` (s).
+    #[must_use]
+    pub fn driven_velocity(&self, time: f64, driven: &ServoState) -> RigidVelocity {
         self.components
             .iter()
             .fold(RigidVelocity::REST, |inner, next| {
-                let pose = next.pose(time);
-                let outer = next.velocity(time);
+                let pose = next.pose(time, driven);
+                let outer = next.velocity(time, driven);
                 let origin = pose.to_global(inner.origin);
                 RigidVelocity {
                     velocity: pose.rotation * inner.velocity + outer.at(origin),
@@ -371,6 +406,23 @@ impl Motion {
                     origin,
                 }
             })
+    }
+
+    /// The servo, if it has one, and its axis as the later motions have turned it at `time` (s).
+    #[must_use]
+    pub fn servo(&self, time: f64) -> Option<(&Servo, DVec3)> {
+        let mut found = None;
+        for component in &self.components {
+            found = match (component, found) {
+                (Component::Servo(servo), _) => Some((servo, servo.axis)),
+                (turning, Some((servo, axis))) => {
+                    let pose = turning.pose(time, &ServoState::default());
+                    Some((servo, pose.rotation * axis))
+                }
+                (_, None) => None,
+            };
+        }
+        found
     }
 
     /// Upper bound, over all times before `end` (s), of the speed in m/s of the material points of the

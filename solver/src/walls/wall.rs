@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{Motion, Pose, RigidVelocity, Shape};
+use super::{Motion, Pose, RigidVelocity, ServoState, Shape};
 
 /// A wall: a surface with a material, perhaps in motion, perhaps there only for a while.
 #[derive(Debug, Clone)]
@@ -48,17 +48,24 @@ impl Wall {
         time >= self.from - slack && time < self.until - slack
     }
 
-    /// The state at `time` (s) for steps of `dt` (s).
+    /// The state at `time` (s) for steps of `dt` (s), its servo where it stands at the start.
     #[must_use]
     pub fn state(&self, time: f64, dt: f64) -> WallState {
+        self.driven_state(time, dt, &ServoState::default())
+    }
+
+    /// The same with its servo as `driven` says.
+    #[must_use]
+    pub fn driven_state(&self, time: f64, dt: f64, driven: &ServoState) -> WallState {
         let moves = !self.motion.is_static();
         let pose = if moves {
-            self.motion.pose(time)
+            self.motion.driven_pose(time, driven)
         } else {
             Pose::IDENTITY
         };
         let velocity = if moves {
-            self.motion.velocity((time - 0.5 * dt).max(0.0))
+            let middle = (time - 0.5 * dt).max(0.0);
+            self.motion.driven_velocity(middle, driven)
         } else {
             RigidVelocity::REST
         };

@@ -178,6 +178,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let watts = action.force.dot(state.velocity.at(point))
                 + action.couple.dot(state.velocity.angular_velocity);
             *power += watts;
+            observation.grips[side.near.wall as usize].add_contact(
+                contact.effective_mass,
+                (action.normal.elastic, overlap),
+                (action.normal.viscous, normal_velocity),
+            );
             if let Some(Watch {
                 audit: Some(dt), ..
             }) = context.watch

@@ -247,3 +247,55 @@ fn lattices_have_both_ends_and_frozen_jitter() {
     let other = planned_with(&scene(0.01), &["seed=6"]).expect("plans");
     assert_ne!(a.particles, other.particles);
 }
+
+#[test]
+fn a_region_in_which_nothing_can_be_is_an_error() {
+    let region = |z: f64| {
+        format!(
+            "{BALL}[[regions]]\nname = \"top\"\nregion = {{ shape = \"sphere\", origin = [0, 0, {z:?}], radius = 0.5 }}\n"
+        ) + &two("ball", 0.5)
+    };
+    assert_eq!(
+        complaints(&region(5.0)),
+        [
+            "regions.top.region: the region \"top\" has no volume within the domain, so that nothing can ever be counted in it | \
+          move it into the box of domain.min and domain.max; lengths are in metres"
+        ]
+    );
+    let plan = planned(&region(0.0));
+    assert_eq!(plan.regions[0].name, "top");
+    assert!((plan.regions[0].volume - std::f64::consts::PI / 6.0).abs() < 1e-15);
+    // Centred on the top face: half of it.
+    let half = planned(&region(1.0)).regions[0].volume;
+    assert!((half - std::f64::consts::PI / 12.0).abs() < 1e-3 * half);
+}
+
+#[test]
+fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
+    let body = format!(
+        "{BALL}[[regions]]\nname = \"round\"\nregion = {{ shape = \"sphere\", origin = [0, 0, 0.3], radius = 0.5 }}\n"
+    ) + &two("ball", 0.5);
+    let plan = planned_with(&format!("{HEAD}{body}"), &["domain.dimensions=2"])
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    // The circle in which the plane z = 0 of the discs cuts the sphere has the radius 0.4 m.
+    let area = std::f64::consts::PI * 0.16;
+    assert!(
+        (plan.regions[0].volume / area - 1.0).abs() < 1e-3,
+        "{}",
+        plan.regions[0].volume
+    );
+}
+
+#[test]
+fn a_wall_has_one_servo() {
+    let servo = "{ kind = \"servo\", axis = [0, 0, 1], force = 1.0, max_speed = 0.1 }";
+    let body = format!(
+        "{BALL}[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]\nmaterial = \"ball\"\nmotion = [{servo}, {servo}]\n"
+    ) + &two("ball", 0.5);
+    assert_eq!(
+        complaints(&body),
+        [
+            "walls.lid: motion: a wall can have one servo; drive it by the sum of the forces, or split the wall"
+        ]
+    );
+}

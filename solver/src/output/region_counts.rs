@@ -1,0 +1,149 @@
+//! `<prefix>.regions.csv`: what is in each counted region, material by material.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+
+use super::stream::{Stream, TextFile, push_csv_name};
+use super::{OutputError, State};
+use crate::boundaries::CountedRegion;
+use crate::particles::volume;
+use crate::plan::Plan;
+
+pub(super) struct RegionCounts {
+    file: TextFile,
+    regions: Vec<CountedRegion>,
+    /// Index and name of every material that particles have or come with, ascending.
+    materials: Vec<(u32, String)>,
+    dimensions: u8,
+}
+
+impl RegionCounts {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let mut file = TextFile::create(folder, &format!("{}.regions.csv", plan.prefix))?;
+        file.buffer
+            .extend_from_slice(b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n");
+        file.flush()?;
+        Ok(Self {
+            file,
+            regions: plan.regions.clone(),
+            materials: materials(plan),
+            dimensions: plan.dimensions,
+        })
+    }
+}
+
+/// The materials of particles and bodies of the start and of insertions.
+fn materials(plan: &Plan) -> Vec<(u32, String)> {
+    let particles = plan.particles.iter().map(|particle| particle.material);
+    let bodies = plan.bodies.iter().map(|body| body.clump(plan).material);
+    let mixtures = plan
+        .insertions
+        .iter()
+        .flat_map(|insertion| &insertion.mixture);
+    let mut used: Vec<u32> = particles
+        .chain(bodies)
+        .chain(mixtures.map(|part| part.material))
+        .collect();
+    used.sort_unstable();
+    used.dedup();
+    used.into_iter()
+        .map(|index| (index, plan.materials[index as usize].name.clone()))
+        .collect()
+}
+
+/// What of one material is in one region.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Content {
+    /// Particles and bodies.
+    pub(super) number: u64,
+    /// kg
+    pub(super) mass: f64,
+    /// kg m/s
+    pub(super) momentum: DVec3,
+    /// Of translation, J.
+    pub(super) kinetic: f64,
+    /// Of the solid, m^3.
+    pub(super) volume: f64,
+}
+
+impl Content {
+    fn add(&mut self, mass: f64, velocity: DVec3, volume: f64) {
+        self.number += 1;
+        self.mass += mass;
+        self.momentum += mass * velocity;
+        self.kinetic += 0.5 * mass * velocity.length_squared();
+        self.volume += volume;
+    }
+}
+
+/// The content of a region, material by material; summed over spheres in the order of their ids, then over bodies in that of
+/// theirs. Each counts as a whole where its centre is; fixed ones do not count.
+pub(super) fn contents(
+    state: &State,
+    region: &CountedRegion,
+    materials: &[(u32, String)],
+    dimensions: u8,
+) -> Vec<Content> {
+    let mut contents = vec![Content::default(); materials.len()];
+    let place = |material: u32| materials.binary_search_by_key(&material, |known| known.0);
+    for (rank, particle) in state.particles.iter().enumerate() {
+        if state.is_fixed(rank)
+            || state.is_pebble(rank)
+            || !region.region.contains(particle.position)
+        {
+            continue;
+        }
+        if let Ok(place) = place(particle.material) {
+            let volume = volume(particle.radius, dimensions);
+            contents[place].add(state.masses[rank], particle.velocity, volume);
+        }
+    }
+    for body in state.bodies.iter().filter(|body| !body.is_fixed()) {
+        if let (true, Ok(place)) = (region.region.contains(body.position), place(body.material)) {
+            contents[place].add(body.mass, body.velocity, body.volume);
+        }
+    }
+    contents
+}
+
+impl Stream for RegionCounts {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.frame {
+            return Ok(());
+        }
+        let out = &mut self.file.buffer;
+        for region in &self.regions {
+            let contents = contents(state, region, &self.materials, self.dimensions);
+            for ((_, material), content) in self.materials.iter().zip(contents) {
+                push_number(out, state.time, NumberStyle::Shortest);
+                out.push(b',');
+                push_csv_name(out, &region.name);
+                out.push(b',');
+                push_csv_name(out, material);
+                out.push(b',');
+                push_integer(out, content.number as i64);
+                // Nothing moves at no speed: a reader need not know what is not a number.
+                let velocity = if content.mass > 0.0 {
+                    content.momentum / content.mass
+                } else {
+                    DVec3::ZERO
+                };
+                for value in [
+                    content.mass,
+                    velocity.x,
+                    velocity.y,
+                    velocity.z,
+                    content.kinetic,
+                    content.volume / region.volume,
+                ] {
+                    out.push(b',');
+                    push_number(out, value, NumberStyle::Shortest);
+                }
+                out.push(b'\n');
+            }
+        }
+        self.file.flush()
+    }
+}
