@@ -4,9 +4,11 @@
 //! found and evaluated between pebbles, which are rows of [`Particles`](crate::particles::Particles) like any sphere, with one
 //! over the *body's* mass as their inverse mass. The equation of motion is solved for the body alone, once per step:
 //!
-//!     gather      force and torque of the body from the loads on its pebbles
-//!     advance     kicks, drift, free rotation of the body
-//!     place       positions and velocities of the pebbles from those of the body
+//! ```text
+//! gather      force and torque of the body from the loads on its pebbles
+//! advance     kicks, drift, free rotation of the body
+//! place       positions and velocities of the pebbles from those of the body
+//! ```
 //!
 //! Their columns are [`Bodies`](crate::particles::Bodies). Why columns of their own? A scene without clumps has none of them ([`Particles::bodies`](crate::particles::Particles) is
 //! `None`), and its passes over particles know nothing of bodies.

@@ -428,7 +428,10 @@ mod tests {
     fn wide_sizes_are_searched_level_by_level() {
         let particles = cloud(1, 400, DVec3::new(0.5, 0.7, 1.3), 300.0, 0);
         let levels = Levels::choose(&particles.records, 1e-3);
-        assert!(levels.largest.len() > 1, "else the property below says little");
+        assert!(
+            levels.largest.len() > 1,
+            "else the property below says little"
+        );
     }
 
     proptest! {
