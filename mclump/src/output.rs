@@ -1,4 +1,4 @@
-//! The clump file and what goes beside it: pebbles as a table, surface and pebbles for ParaView, the surface as STL; all in the frame of
+//! The clump file and what goes beside it: pebbles as a table, surface and pebbles for ParaView, the surface as STL, a picture; all in the frame of
 //! the clump.
 
 use std::fs;
@@ -13,9 +13,13 @@ use mercury_common::formats::pebble_list::push_pebble_list;
 use mercury_common::formats::vtu::{
     VtuArray, VtuCells, VtuCompression, VtuGrid, VtuOptions, encode_vtu,
 };
+use mercury_pictures::{ClumpScene, Options as PictureOptions, draw_clump};
 use thiserror::Error;
 
 use crate::clump::Built;
+
+/// Surfaces of more triangles are left out of the picture.
+const MOST_DRAWN: usize = 200_000;
 
 /// A file that is to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,10 +54,10 @@ pub enum OutputError {
     },
 }
 
-/// The paths of all files of a clump whose clump file is `path`: `rod.clump.toml` goes with `rod.pebbles.csv`, `rod.pebbles.vtu` and,
-/// where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
+/// The paths of all files of a clump whose clump file is `path`: `rod.clump.toml` goes with `rod.pebbles.csv`, `rod.pebbles.vtu`,
+/// if wished `rod.png`, and, where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
 #[must_use]
-pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
+pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> {
     let name = path
         .file_name()
         .map_or(String::new(), |name| name.to_string_lossy().into_owned());
@@ -67,6 +71,9 @@ pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
         beside("pebbles.csv"),
         beside("pebbles.vtu"),
     ];
+    if has_picture {
+        all.push(beside("png"));
+    }
     if has_surface {
         all.extend([beside("surface.stl"), beside("surface.vtu")]);
     }
@@ -77,8 +84,12 @@ pub fn paths(path: &Path, has_surface: bool) -> Vec<PathBuf> {
 ///
 /// # Errors
 /// If a coordinate does not fit the format of a file.
-pub fn contents(built: &Built, path: &Path) -> Result<Vec<OutputFile>, OutputError> {
-    let mut paths = paths(path, built.surface.is_some()).into_iter();
+pub fn contents(
+    built: &Built,
+    path: &Path,
+    has_picture: bool,
+) -> Result<Vec<OutputFile>, OutputError> {
+    let mut paths = paths(path, built.surface.is_some(), has_picture).into_iter();
     let mut files = Vec::new();
     let mut add = |make: &dyn Fn() -> Result<Vec<u8>, String>| {
         let path = paths.next().unwrap_or_default();
@@ -101,6 +112,9 @@ pub fn contents(built: &Built, path: &Path) -> Result<Vec<OutputFile>, OutputErr
         Ok(out)
     })?;
     add(&|| pebbles_vtu(&built.file))?;
+    if has_picture {
+        add(&|| picture(built))?;
+    }
     if let Some(mesh) = &built.surface {
         add(&|| {
             let mut out = Vec::new();
@@ -131,6 +145,31 @@ fn pebbles_vtu(clump: &ClumpFile) -> Result<Vec<u8>, String> {
         ..VtuOptions::DEFAULT
     };
     Ok(encode_vtu(&grid, options)?.concat())
+}
+
+/// Three views of pebbles and surface.
+fn picture(built: &Built) -> Result<Vec<u8>, String> {
+    let pebbles: Vec<(DVec3, f64)> = built
+        .file
+        .pebbles
+        .iter()
+        .map(|pebble| (pebble.position, pebble.radius))
+        .collect();
+    // A very fine surface would take long and show no more than its pebbles.
+    let mesh = (built.surface.as_ref()).filter(|mesh| mesh.triangles.len() <= MOST_DRAWN);
+    let triangles: Vec<[DVec3; 3]> = mesh.map_or(Vec::new(), |mesh| {
+        (0..mesh.triangles.len())
+            .map(|index| mesh.corners(index))
+            .collect()
+    });
+    let scene = ClumpScene {
+        title: &built.file.name,
+        pebbles: &pebbles,
+        surface: &triangles,
+    };
+    let image =
+        draw_clump(&scene, &PictureOptions::default()).map_err(|error| error.to_string())?;
+    image.png().map_err(|error| error.to_string())
 }
 
 fn surface_vtu(mesh: &TriangleMesh) -> Result<Vec<u8>, String> {

@@ -251,6 +251,34 @@ proptest! {
         }
     }
 
+    /// The same with the inertia of a surface, whose vertices are kept in double precision.
+    #[test]
+    fn poses_of_a_surface_do_not_matter(
+        numbers in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0, 0.1..1.0],
+        shift in [-1.0..1.0f64, -1.0..1.0, -1.0..1.0],
+    ) {
+        let pear = mapped(&sphere(2), |v| {
+            DVec3::new(v.x * (1.0 + 0.3 * v.z), 1.5 * v.y + 0.2 * v.x * v.x, 2.0 * v.z)
+        });
+        let list = odd_pebbles();
+        let size = 4.0;
+        let aligned = |rotation: DMat3, shift: DVec3| {
+            let mesh = mapped(&pear, |v| rotation * v + shift);
+            let list: Vec<Pebble> = list
+                .iter()
+                .map(|p| Pebble { position: rotation * p.position + shift, radius: p.radius })
+                .collect();
+            let alignment = align(&surface::integrate(&mesh).unwrap(), 0.0, Some(&mesh), &list);
+            (alignment.moments, alignment.frame.align_pebbles(&list))
+        };
+        let (moments, expected) = aligned(DMat3::IDENTITY, DVec3::ZERO);
+        let (found_moments, found) = aligned(turn(numbers), 100.0 * size * DVec3::from_array(shift));
+        prop_assert!((found_moments / moments).abs_diff_eq(DVec3::ONE, 1e-10));
+        for (a, b) in found.iter().zip(&expected) {
+            prop_assert!(a.position.abs_diff_eq(b.position, 1e-9 * size), "{} {}", a.position, b.position);
+        }
+    }
+
     /// The decomposition rebuilds the matrix to round-off, agrees with nalgebra's, and is right-handed.
     #[test]
     fn eigenvectors_are_accurate(

@@ -15,7 +15,17 @@ use mercury_common::formats::pebble_list::read_pebble_list;
 
 const ROD: &str = "x,y,z,r\n0,-1,0,0.5\n0,0,0,0.5\n0,1,0,0.5\n";
 
+/// Runs without pictures, which take a while.
 fn mclump(folder: &Path, arguments: &[&str]) -> Output {
+    let quick: &[&str] = if arguments.is_empty() {
+        &[]
+    } else {
+        &["--no-picture"]
+    };
+    run(folder, &[arguments, quick].concat())
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mclump"))
         .current_dir(folder)
         .args(arguments)
@@ -59,7 +69,9 @@ fn write_stl(path: &Path, mesh: &TriangleMesh) {
 #[test]
 fn pebbles_become_a_clump() {
     let folder = with_rod();
-    let text = succeeds(folder.path(), &["rod.csv", "--density", "2"]);
+    let output = run(folder.path(), &["rod.csv", "--density", "2"]);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    let text = said(&output);
     assert!(text.contains("* pebbles"), "{text}");
     let clump = read_clump(folder.path().join("rod.clump.toml")).unwrap();
     assert_eq!(
@@ -78,7 +90,9 @@ fn pebbles_become_a_clump() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    assert_eq!(names.len(), 4, "no temporary files: {names:?}");
+    assert_eq!(names.len(), 5, "no temporary files: {names:?}");
+    let picture = fs::read(folder.path().join("rod.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 5000);
     let Some((_, Remark::Table(source))) = clump.source.iter().find(|(key, _)| key == "pebbles")
     else {
         panic!("{:?}", clump.source);

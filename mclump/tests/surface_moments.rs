@@ -88,6 +88,8 @@ fn products_of_inertia_are_not_swapped() {
 
 /// Volume, and second moments along the axes about the centre.
 type Exact = (f64, DVec3);
+/// A body at a level of refinement.
+type Family = Box<dyn Fn(u32) -> TriangleMesh>;
 
 #[test]
 fn smooth_bodies_converge_with_second_order() {
@@ -103,7 +105,7 @@ fn smooth_bodies_converge_with_second_order() {
     let cone_volume = PI * r * r * h / 3.0;
     // Cone: I_z = 3/10 m r², ∫ z² about the centre = 3/80 m h².
     let cone_x = cone_volume * 0.15 * r * r;
-    let bodies: [(&str, Box<dyn Fn(u32) -> TriangleMesh>, Exact); 4] = [
+    let bodies: [(&str, Family, Exact); 4] = [
         (
             "sphere",
             Box::new(sphere),

@@ -1,6 +1,7 @@
 //! The engine: it owns the state and makes time steps.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 mod snapshot;
 #[cfg(test)]
@@ -11,6 +12,7 @@ pub use snapshot::Snapshot;
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
+use crate::bodies::BodyStep;
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
 use crate::contact::registry::contact_loop;
@@ -18,7 +20,9 @@ use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
 };
 use crate::neighbours::{Images, Skin, Validity, build};
-use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
+use crate::particles::{
+    FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, inverse_inertia_factor,
+};
 use crate::plan::Plan;
 use crate::walls::{Pose, WallState};
 
@@ -137,6 +141,9 @@ impl Engine {
             let (record, mass, prescribed) = new.build(&plan);
             particles.push(record, mass, prescribed);
         }
+        for new in &plan.bodies {
+            new.add_to(&mut particles, &plan);
+        }
         let pool = match threads {
             0 | 1 => None,
             _ => {
@@ -206,8 +213,6 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
-        // All steps are made from within the pool, so that each phase goes on without waking anybody, and mostly with the
-        // rows that the same thread had in the phase before.
         let pool = self.pool.clone();
         let mut run = || {
             (1..=count).try_for_each(|k| {
@@ -216,7 +221,7 @@ impl Engine {
             })
         };
         match pool {
-            Some(pool) => pool.install(run),
+            Some(pool) => pool.install(|| awake(run)),
             None => run(),
         }
     }
@@ -279,9 +284,35 @@ impl Engine {
             _ => pass.run(records, loads),
         };
         let prescribed = self.release_prescribed(special, drift);
-        Fastest {
+        let fastest = Fastest {
             squared_speed: fastest.squared_speed.max(prescribed),
             ..fastest
+        };
+        fastest.merge(self.advance_bodies(kicks, drift))
+    }
+
+    /// The same for bodies, whose pebbles the pass over the particles leaves alone.
+    fn advance_bodies(&mut self, kicks: u32, drift: f64) -> Fastest {
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        let Some(bodies) = bodies else {
+            return Fastest::default();
+        };
+        let step = BodyStep {
+            half: 0.5 * self.plan.time_step,
+            drift,
+            kicks,
+            gravity: self.plan.gravity,
+        };
+        bodies.advance(records, &step, self.pool.as_deref())
+    }
+
+    /// Adds up what the contacts did to the pebbles of each body.
+    fn gather_loads(&mut self) {
+        let Particles { loads, bodies, .. } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.gather(loads, self.pool.as_deref());
         }
     }
 
@@ -329,6 +360,10 @@ impl Engine {
             return;
         };
         for (orientation, record) in orientations.iter_mut().zip(&self.particles.records) {
+            // A pebble's orientation is its body's.
+            if record.flags & PEBBLE != 0 {
+                continue;
+            }
             let half_turn = record.angular_velocity * (0.5 * drift);
             *orientation = (turn(half_turn) * *orientation).normalize();
         }
@@ -402,7 +437,16 @@ impl Engine {
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
         let skin = self.skin.thickness;
+        if let Some(bodies) = &mut self.particles.bodies {
+            bodies.wrap(&self.images);
+        }
         let (list, sorted) = build(&mut self.particles, skin, &self.images, parallel);
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.note_shifts(records, &self.images);
+        }
         let near_walls = find_near_walls(
             &self.particles,
             &self.plan.walls,
@@ -448,6 +492,7 @@ impl Engine {
             walls: &self.plan.walls,
             wall_states: &self.wall_states,
             wall_curvature: self.plan.wall_curvature,
+            contact_point_mass: self.plan.contact_point_mass,
             watch,
         };
         // Prescribed motion is put right between kick and drift of all particles, not block by block.
@@ -459,11 +504,14 @@ impl Engine {
             let fastest = self
                 .forces
                 .compute(&mut self.particles, &context, pool, &finish);
-            self.drifted = Some(fastest);
+            self.gather_loads();
+            let of_bodies = self.advance_bodies(2, self.plan.time_step);
+            self.drifted = Some(fastest.merge(of_bodies));
         } else {
             let finish = |_: &mut [Particle], _: &[Load]| Fastest::default();
             self.forces
                 .compute(&mut self.particles, &context, pool, &finish);
+            self.gather_loads();
             self.kick_due = true;
         }
         if self.plan.energy_budget {
@@ -562,6 +610,37 @@ impl Engine {
     }
 }
 
+/// Runs `work` on this thread of a pool and keeps the others from falling asleep meanwhile: waking them in every step would take
+/// as long as a tenth of it. They still take whatever `work` shares out.
+fn awake<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    /// Ends the vigil, whatever way `work` ends.
+    struct End<'a>(&'a AtomicBool);
+    impl Drop for End<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let over = AtomicBool::new(false);
+    let this = rayon::current_thread_index();
+    rayon::in_place_scope(|scope| {
+        scope.spawn_broadcast(|_, thread| {
+            let mut idle = 0u32;
+            while Some(thread.index()) != this && !over.load(Ordering::Relaxed) {
+                if rayon::yield_now() == Some(rayon::Yield::Executed) {
+                    idle = 0;
+                } else if idle < 1000 {
+                    idle += 1;
+                    std::hint::spin_loop();
+                } else {
+                    std::thread::yield_now();
+                }
+            }
+        });
+        let _end = End(&over);
+        work()
+    })
+}
+
 /// Half kicks and a drift of a block of particles.
 struct KickDrift {
     /// Half the time step, s.
@@ -578,7 +657,7 @@ impl KickDrift {
     fn run(&self, records: &mut [Particle], loads: &[Load]) -> Fastest {
         let (mut largest, mut sum) = (0.0f64, 0.0);
         for (record, load) in records.iter_mut().zip(loads) {
-            if record.flags & FIXED != 0 {
+            if record.flags & (FIXED | PEBBLE) != 0 {
                 continue;
             }
             let kick = (load.force * record.inverse_mass + self.gravity) * self.half;

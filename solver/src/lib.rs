@@ -1,8 +1,9 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`output`], [`engine`], [`plan`], [`boundaries`],
-//! [`forces`], [`walls`], [`neighbours`], [`contact`], [`particles`].
+//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`particles`].
 
+pub mod bodies;
 pub mod boundaries;
 pub mod contact;
 pub mod engine;

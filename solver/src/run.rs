@@ -11,6 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
+
 pub use budget::Budget;
 pub use report::Report;
 
@@ -20,12 +22,11 @@ use rest::Rest;
 use crate::boundaries::Tally;
 use crate::engine::{Engine, RunError};
 use crate::forces::{Watch, block_size};
-use crate::output::pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 use crate::output::summary::{Status, Summary};
 use crate::output::{
     Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,
 };
-use crate::particles::inverse_inertia_factor;
+use crate::particles::{FIXED, PEBBLE, inverse_inertia_factor};
 use crate::plan::Plan;
 
 /// What a run needs beside its plan.
@@ -70,15 +71,20 @@ impl Progress<'_> {
         self.engine.steps() as f64 / steps as f64
     }
 
-    /// Translational kinetic energy of the particles that are not fixed, J.
+    /// Translational kinetic energy of the particles and bodies that are not fixed, J.
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
         let particles = &self.engine.particles;
-        let rows = (0..particles.len()).filter(|&row| !particles.is_fixed(row));
-        rows.map(|row| {
-            0.5 * particles.masses[row] * particles.records[row].velocity.length_squared()
-        })
-        .sum()
+        let is_counted = |&row: &usize| particles.records[row].flags & (FIXED | PEBBLE) == 0;
+        let rows = (0..particles.len()).filter(is_counted);
+        let of_particles: f64 = rows
+            .map(|row| {
+                0.5 * particles.masses[row] * particles.records[row].velocity.length_squared()
+            })
+            .sum();
+        let bodies = particles.bodies().iter().filter(|body| !body.is_fixed());
+        let of_bodies = bodies.map(|body| 0.5 * body.mass * body.velocity.length_squared());
+        of_particles + of_bodies.sum::<f64>()
     }
 }
 
@@ -88,7 +94,9 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
     if !plan.insertions.is_empty() {
         return available.max(1);
     }
-    let particles = plan.particles.len();
+    let pebbles = plan.bodies.iter();
+    let pebbles: usize = pebbles.map(|body| body.clump(plan).pebbles.len()).sum();
+    let particles = plan.particles.len() + pebbles;
     particles
         .div_ceil(block_size(particles))
         .clamp(1, available.max(1))
@@ -124,7 +132,7 @@ fn run_and_report(
     if let Some(document) = &options.plan_document {
         write_whole(&folder.join("plan.toml"), document.as_bytes())?;
     }
-    let starting = plan.particles.len() as u64;
+    let starting = (plan.particles.len() + plan.bodies.len()) as u64;
     let plan = Arc::new(plan);
     let mut engine = Engine::new(Arc::clone(&plan), options.threads)?;
     let writer = Writer::start(folder, &plan, &engine.history_columns())?;
@@ -221,7 +229,7 @@ fn time_loop(
             audit: None,
         });
         engine.steps_at_once(count, watch)?;
-        looped.particle_steps += count * engine.particles.len() as u64;
+        looped.particle_steps += count * engine.particles.grains() as u64;
         looped.at_rest = rest.as_mut().is_some_and(|rest| {
             rest.is_reached(&engine.particles, engine.boundaries().expects_more())
         });
@@ -265,10 +273,10 @@ fn report(
     written: &Written,
 ) -> Report {
     let plan = engine.plan();
-    let particles = engine.particles.len();
+    let particles = engine.particles.grains();
     let seen = written.last.as_ref().map(|state| &state.observation);
     let contacts = seen.map_or(0, |seen| seen.particle_contacts);
-    let created = u64::from(engine.particles.next_id);
+    let created = engine.particles.grains_created();
     let mut warnings = plan.warnings.clone();
     if written.deep_frames > 0 {
         warnings.push(format!(

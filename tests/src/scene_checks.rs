@@ -1,5 +1,7 @@
 //! Scenes of the project, read and run through the library, against what theory says of them.
 
+mod clumps;
+
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
@@ -33,6 +35,7 @@ fn with_step(scene: &str, step: f64) -> Plan {
 pub fn all() -> Vec<Case> {
     let mut cases = two_spheres();
     cases.extend(hertz_wall());
+    cases.extend(clumps::all());
     cases
 }
 

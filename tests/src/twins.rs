@@ -1,6 +1,6 @@
 //! The same scene twice: for the engine and for the reference path.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
@@ -8,6 +8,7 @@ use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewParticle, Plan};
 use mercury_solver::walls as fast;
 
+use crate::reference::bodies::Body;
 use crate::reference::laws::{
     ContactLaw, Conventions, CoulombLimits, LinearDamping, LoadHistory, Normal, Resistance,
     ResistanceStiffness, RollingLever, Tangential, TangentialHistory,
@@ -135,6 +136,49 @@ fn reference_particle(new: &NewParticle, plan: &Plan) -> Particle {
     particle
 }
 
+/// The bodies of a plan, whose pebbles follow its particles in the order of their ids.
+fn add_bodies(simulation: &mut Simulation, plan: &Plan) {
+    for new in &plan.bodies {
+        let clump = new.clump(plan);
+        let mass = new.mass(plan);
+        let rotation = DMat3::from_quat(new.orientation);
+        let moments = clump.moments * new.scale.powi(5);
+        let index = simulation.bodies.len();
+        let mut body = Body {
+            position: new.position,
+            velocity: new.velocity,
+            rotation,
+            angular_momentum: rotation * (moments * (rotation.transpose() * new.angular_velocity)),
+            moments,
+            mass,
+            pebbles: Vec::new(),
+            fixed: new.fixed,
+            velocity_held: new.prescribed_velocity.map(|value| value.is_some()),
+            angular_velocity_held: new.prescribed_angular_velocity,
+            force: DVec3::ZERO,
+            torque: DVec3::ZERO,
+        };
+        for (k, pebble) in clump.pebbles.iter().enumerate() {
+            let offset = pebble.position * new.scale;
+            let lever = rotation * offset;
+            let velocity = new.velocity + new.angular_velocity.cross(lever);
+            let sphere = Particle::sphere(pebble.radius * new.scale, 1.0);
+            let mut particle = sphere.placed(
+                simulation.periodic_box.wrap(new.position + lever),
+                velocity,
+                new.angular_velocity,
+            );
+            particle.mass = mass;
+            particle.material = clump.material as usize;
+            particle.fixed = new.fixed;
+            particle.body = Some((index, k));
+            body.pebbles.push((simulation.particles.len(), offset));
+            simulation.particles.push(particle);
+        }
+        simulation.bodies.push(body);
+    }
+}
+
 /// The reference path on a plan's scene. The walls of the plan are replaced by `walls`; all laws must share their conventions.
 pub fn reference_of(plan: &mut Plan, walls: &[TwinWall]) -> Simulation {
     plan.walls = walls.iter().map(|wall| wall.fast.clone()).collect();
@@ -163,10 +207,13 @@ pub fn reference_of(plan: &mut Plan, walls: &[TwinWall]) -> Simulation {
         .iter()
         .map(|new| reference_particle(new, plan))
         .collect();
+    simulation.contact_point_mass = plan.contact_point_mass;
+    add_bodies(&mut simulation, plan);
     simulation
 }
 
-/// Largest difference of the forces (and of the torques over the radii) in the last evaluation, over the largest force.
+/// Largest difference of the forces (and of the torques over the radii) in the last evaluation, over the largest force; on pebbles and
+/// on whole bodies.
 pub fn force_difference(engine: &Engine, simulation: &Simulation) -> f64 {
     let (mut largest, mut difference) = (0.0f64, 0.0f64);
     for (id, particle) in simulation.particles.iter().enumerate() {
@@ -174,6 +221,11 @@ pub fn force_difference(engine: &Engine, simulation: &Simulation) -> f64 {
         largest = largest.max(particle.force.length());
         difference = difference.max((load.force - particle.force).length());
         difference = difference.max((load.torque - particle.torque).length() / particle.radius);
+    }
+    for (index, body) in simulation.bodies.iter().enumerate() {
+        let found = &engine.particles.bodies()[index];
+        difference = difference.max((found.load.force - body.force).length());
+        difference = difference.max((found.load.torque - body.torque).length() / found.radius);
     }
     difference / largest
 }
@@ -186,5 +238,13 @@ pub fn position_difference(engine: &Engine, simulation: &Simulation) -> f64 {
         simulation.periodic_box.minimum_image(apart).length() / particle.radius
     };
     let particles = simulation.particles.iter().enumerate();
-    particles.map(difference).fold(0.0, f64::max)
+    let of_particles = particles.map(difference).fold(0.0, f64::max);
+    let bodies = simulation.bodies.iter().zip(engine.particles.bodies());
+    let of_bodies = bodies.map(|(body, found)| {
+        let apart = simulation
+            .periodic_box
+            .minimum_image(found.position - body.position);
+        apart.length() / found.radius
+    });
+    of_bodies.fold(of_particles, f64::max)
 }

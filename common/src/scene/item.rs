@@ -280,18 +280,24 @@ impl<'a> Item<'a> {
 
     /// A file, relative to the folder of the scene.
     pub(super) fn file(&self) -> Option<Located<PathBuf>> {
-        self.path("file", "is a folder, not a file", Path::is_file)
+        self.path("file", "is a folder, not a file", None, Path::is_file)
+    }
+
+    /// A file; `help` says how to make it where there is none.
+    pub(super) fn file_or(&self, help: &str) -> Option<Located<PathBuf>> {
+        self.path("file", "is a folder, not a file", Some(help), Path::is_file)
     }
 
     /// A folder, relative to the folder of the scene.
     pub(super) fn folder(&self) -> Option<Located<PathBuf>> {
-        self.path("folder", "is not a folder", Path::is_dir)
+        self.path("folder", "is not a folder", None, Path::is_dir)
     }
 
     fn path(
         &self,
         what: &str,
         otherwise: &str,
+        help: Option<&str>,
         is_right: impl Fn(&Path) -> bool,
     ) -> Option<Located<PathBuf>> {
         let name = self.name()?;
@@ -301,7 +307,12 @@ impl<'a> Item<'a> {
             if path.exists() {
                 self.report(format!("{otherwise}: {}", full.display()));
             } else {
-                self.report(format!("the {what} does not exist: {}", full.display()));
+                let message = format!("the {what} does not exist: {}", full.display());
+                let error = self.place.error(message);
+                self.context.report(match help {
+                    Some(help) => error.with_help(help),
+                    None => error,
+                });
             }
             return None;
         }

@@ -58,12 +58,15 @@ pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
 pub use motion::{Motion, MotionKind};
 pub use output::{ClumpsAs, Output};
-pub use particles::{Clump, Lattice, ParticleSource, ParticleValues, Particles, Prescribed, Start};
+pub use particles::{
+    Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
+    Start,
+};
 pub use psd::{Psd, SizeLaw, Weighting};
 pub use region::Region;
 pub use settings::{
-    Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, TangentialHistory, Time,
-    TimeStep,
+    ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever,
+    TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};

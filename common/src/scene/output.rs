@@ -1,7 +1,7 @@
 //! `[output]`: what is written, and when.
 
 use super::cursor::Fields;
-use super::particles::{ParticleSource, Particles};
+use super::particles::{ClumpPlace, ParticleSource, Particles};
 use super::settings::flag;
 use super::source::Located;
 
@@ -140,6 +140,10 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
 pub(super) fn is_single(particles: &Particles) -> bool {
     matches!(
         particles.source,
-        ParticleSource::One { .. } | ParticleSource::Clump { .. }
+        ParticleSource::One { .. }
+            | ParticleSource::Clump {
+                at: ClumpPlace::Position(_),
+                ..
+            }
     )
 }

@@ -64,19 +64,37 @@ pub enum ParticleSource {
         /// The folder of that run, resolved against the folder of the scene.
         folder: Located<PathBuf>,
     },
-    /// One clump.
+    /// One clump, or equal ones on a lattice.
     Clump {
         /// The template.
         clump: Located<ClumpIndex>,
-        /// Centre of mass, m.
-        position: Located<DVec3>,
-        /// From the principal frame to the global one, of length 1; default the identity.
-        orientation: Located<DQuat>,
+        /// Where the centre of mass is.
+        at: ClumpPlace,
+        /// Default the identity.
+        orientation: Located<Orientation>,
         /// Factor on all lengths; default 1.
         scale: Located<f64>,
         /// How it starts and what of it is prescribed.
         start: Start,
     },
+}
+
+/// Where clumps are put.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ClumpPlace {
+    /// One, its centre of mass here, m.
+    Position(Located<DVec3>),
+    /// One on each site.
+    Lattice(Lattice),
+}
+
+/// How a clump is turned at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Orientation {
+    /// From the principal frame to the global one, of length 1.
+    Given(DQuat),
+    /// Uniform over all orientations, for each clump by itself.
+    Random,
 }
 
 /// Material, size and start of a particle.
@@ -154,7 +172,11 @@ impl Lattice {
 /// Reads `[clumps.NAME]`.
 pub(super) fn read_clump(name: Located<String>, item: &Item<'_>) -> Option<Clump> {
     let fields = item.table()?;
-    let file = fields.need("file").and_then(|item| item.file());
+    let file = fields.need("file").and_then(|item| {
+        item.file_or(
+            "make it with mclump, for example: mclump SHAPE.stl PEBBLES.csv -o NAME.clump.toml",
+        )
+    });
     let material = fields.need("material").and_then(|item| item.material());
     fields.finish();
     Some(Clump {
@@ -169,13 +191,13 @@ pub(super) fn read(item: &Item<'_>) -> Option<Particles> {
     let fields = item.table()?;
     let name = fields.get("name").and_then(|item| item.name());
     let kinds = ["run", "file", "clump", "lattice", "position"];
-    // A clump has a position; everything else here excludes everything else.
-    let kinds = if fields.has("clump") {
-        &kinds[..4]
+    // A clump has a position or a lattice; everything else here excludes everything else.
+    let is_one = if fields.has("clump") {
+        fields.exactly_one(&kinds[..3], true) && fields.exactly_one(&kinds[3..], true)
     } else {
-        &kinds[..]
+        fields.exactly_one(&kinds, true)
     };
-    if !fields.exactly_one(kinds, true) {
+    if !is_one {
         return None;
     }
     let source = if fields.has("run") {
@@ -215,10 +237,16 @@ pub(super) fn read(item: &Item<'_>) -> Option<Particles> {
 
 fn read_placed_clump(fields: &Fields<'_>) -> Option<ParticleSource> {
     let clump = fields.need("clump").and_then(|item| item.clump());
-    let position = fields.need("position").and_then(|item| item.vector());
+    let at = if fields.has("lattice") {
+        let lattice = fields.need("lattice").and_then(|item| read_lattice(&item));
+        lattice.map(ClumpPlace::Lattice)
+    } else {
+        let position = fields.need("position").and_then(|item| item.vector());
+        position.map(ClumpPlace::Position)
+    };
     let orientation = match fields.get("orientation") {
         Some(item) => read_orientation(&item),
-        None => Some(fields.default("orientation", DQuat::IDENTITY)),
+        None => Some(fields.default("orientation", Orientation::Given(DQuat::IDENTITY))),
     };
     let scale = match fields.get("scale") {
         Some(item) => item.positive(),
@@ -227,15 +255,22 @@ fn read_placed_clump(fields: &Fields<'_>) -> Option<ParticleSource> {
     let start = read_start(fields);
     Some(ParticleSource::Clump {
         clump: clump?,
-        position: position?,
+        at: at?,
         orientation: orientation?,
         scale: scale?,
         start: start?,
     })
 }
 
-/// [w, x, y, z], scaled to length 1.
-fn read_orientation(item: &Item<'_>) -> Option<Located<DQuat>> {
+/// [w, x, y, z], scaled to length 1, or "random".
+fn read_orientation(item: &Item<'_>) -> Option<Located<Orientation>> {
+    if item.is_text() {
+        item.keyword("random")?;
+        return Some(Located {
+            value: Orientation::Random,
+            place: item.place.clone(),
+        });
+    }
     let numbers = item.numbers::<4>()?;
     let largest = numbers
         .iter()
@@ -246,7 +281,7 @@ fn read_orientation(item: &Item<'_>) -> Option<Located<DQuat>> {
     }
     Some(numbers.map(|n| {
         let [w, x, y, z] = n.map(|number| number / largest);
-        DQuat::from_xyzw(x, y, z, w).normalize()
+        Orientation::Given(DQuat::from_xyzw(x, y, z, w).normalize())
     }))
 }
 

@@ -122,6 +122,17 @@ pub struct Conventions {
     pub overlap_warning: Located<f64>,
     /// Whether springs advance in the evaluation before the first step; default false.
     pub startup_increment: bool,
+    /// The effective mass of contacts of clumps; default body.
+    pub clump_mass: ClumpMass,
+}
+
+/// What mass a clump brings into the effective mass of its contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ClumpMass {
+    /// That of the whole body.
+    Body,
+    /// The mass that resists a push along the normal at the contact point: less than the body's where the push also turns it.
+    ContactPoint,
 }
 
 /// How tangential springs follow the contact plane.
@@ -289,6 +300,18 @@ pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
         overlap_error: overlap_error?,
         overlap_warning: overlap_warning?,
         startup_increment: flag(fields, "startup_increment", false),
+        clump_mass: fields
+            .get("clump_mass")
+            .and_then(|item| {
+                item.word(
+                    "mass of clumps",
+                    &[
+                        ("body", ClumpMass::Body),
+                        ("contact-point", ClumpMass::ContactPoint),
+                    ],
+                )
+            })
+            .unwrap_or(ClumpMass::Body),
     };
     fields.finish();
     Some(conventions)

@@ -19,12 +19,8 @@ pub struct Decomposition {
 /// a diagonal matrix as it is, axes included. Of `matrix` the upper triangle is used.
 #[must_use]
 pub fn symmetric(matrix: DMat3) -> Decomposition {
-    let mut a = [[0.0; 3]; 3];
-    for row in 0..3 {
-        for column in 0..3 {
-            a[row][column] = matrix.col(row.max(column))[row.min(column)];
-        }
-    }
+    let upper = |row: usize, column: usize| matrix.col(row.max(column))[row.min(column)];
+    let mut a = [0, 1, 2].map(|row| [0, 1, 2].map(|column| upper(row, column)));
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for _ in 0..MOST_SWEEPS {
         let mut turned = false;

@@ -166,7 +166,9 @@ pub(super) fn turn_outward(
     cavities: bool,
 ) -> Option<String> {
     let is_wrong = |shell: &Shell| {
-        !shell.is_turned_right() && shell.volume != 0.0 && (shell.depth % 2 == 0 || cavities)
+        !shell.is_turned_right()
+            && shell.volume != 0.0
+            && (shell.depth.is_multiple_of(2) || cavities)
     };
     let wrong: Vec<bool> = report.shells.iter().map(is_wrong).collect();
     let count = wrong.iter().filter(|wrong| **wrong).count();
@@ -181,7 +183,7 @@ pub(super) fn turn_outward(
     }
     let mut inward = 0;
     for (shell, _) in report.shells.iter_mut().zip(&wrong).filter(|(_, w)| **w) {
-        inward += usize::from(shell.depth % 2 == 0);
+        inward += usize::from(shell.depth.is_multiple_of(2));
         shell.volume = -shell.volume;
     }
     Some(if count == report.shells.len() {

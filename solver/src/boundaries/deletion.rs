@@ -1,8 +1,10 @@
 //! What takes particles out: deletion regions, and the faces of the domain.
 
+use glam::DVec3;
+
 use super::{DeletionPlan, Region};
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::particles::Particles;
+use crate::particles::{FIXED, PEBBLE, Particles};
 use crate::plan::Plan;
 
 /// Where a particle went.
@@ -14,9 +16,18 @@ pub(super) enum Exit {
     Face(usize),
 }
 
+/// What leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Leaver {
+    /// The particle in this row.
+    Row(u32),
+    /// The body of this index, with all its pebbles.
+    Body(u32),
+}
+
 /// Deletion regions and faces, and which particles may reach them soon.
 ///
-/// Fixed particles are part of the geometry, like walls: nothing removes them.
+/// Bodies leave as wholes, by their centre of mass; they are few beside particles, and each is looked at in every step. Fixed particles are part of the geometry, like walls: nothing removes them.
 #[derive(Debug, Clone)]
 pub(super) struct Deletion {
     regions: Vec<Region>,
@@ -56,7 +67,7 @@ impl Deletion {
         let mut near = self.near.take().unwrap_or_default();
         near.clear();
         for (row, record) in particles.records.iter().enumerate() {
-            if particles.is_fixed(row) {
+            if particles.is_fixed(row) || particles.is_pebble(row) {
                 continue;
             }
             let at_face = (0..3).any(|axis| {
@@ -88,22 +99,31 @@ impl Deletion {
         self.near = Some(near);
     }
 
-    /// The rows that have left, ascending, and where.
-    pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(u32, Exit)> {
-        let exit = |row: u32| Some((row, self.exit(particles, images, row as usize)?));
-        match &self.near {
+    /// What has left and where: particles by ascending rows, then bodies.
+    pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(Leaver, Exit)> {
+        let exit = |row: u32| {
+            let record = &particles.records[row as usize];
+            if record.flags & (FIXED | PEBBLE) != 0 {
+                return None;
+            }
+            Some((Leaver::Row(row), self.exit(record.position, images)?))
+        };
+        let mut gone: Vec<_> = match &self.near {
             Some(near) => near.iter().filter_map(|&row| exit(row)).collect(),
             None => (0..particles.len() as u32).filter_map(exit).collect(),
+        };
+        for (index, body) in particles.bodies().iter().enumerate() {
+            if !body.is_fixed()
+                && let Some(exit) = self.exit(body.position, images)
+            {
+                gone.push((Leaver::Body(index as u32), exit));
+            }
         }
+        gone
     }
 
-    /// The way out that the particle has taken, if any: the first region that holds its centre, else the first face that its
-    /// centre is beyond.
-    fn exit(&self, particles: &Particles, images: &Images, row: usize) -> Option<Exit> {
-        if particles.is_fixed(row) {
-            return None;
-        }
-        let position = particles.records[row].position;
+    /// The way out that a centre has taken, if any: the first region that holds it, else the first face that it is beyond.
+    fn exit(&self, position: DVec3, images: &Images) -> Option<Exit> {
         if !self.regions.is_empty() {
             let inside = images.wrap(position);
             if let Some(index) = self
@@ -126,12 +146,23 @@ impl Deletion {
     }
 }
 
-/// Removes rows, given in ascending order. Returns the rows that stay, in order.
-pub(super) fn remove(particles: &mut Particles, gone: &[(u32, Exit)]) -> Vec<u32> {
-    let mut leaving = gone.iter().map(|&(row, _)| row).peekable();
+/// Removes what leaves. Returns the rows that stay, in order.
+pub(super) fn remove(particles: &mut Particles, gone: &[(Leaver, Exit)]) -> Vec<u32> {
+    let mut leaves = vec![false; particles.len()];
+    for &(leaver, _) in gone {
+        match (leaver, &particles.bodies) {
+            (Leaver::Row(row), _) => leaves[row as usize] = true,
+            (Leaver::Body(index), Some(bodies)) => {
+                for pebble in &bodies.pebbles[bodies.all[index as usize].pebbles()] {
+                    leaves[pebble.row as usize] = true;
+                }
+            }
+            (Leaver::Body(_), None) => {}
+        }
+    }
     let stay: Vec<u32> = (0..particles.len() as u32)
-        .filter(|row| leaving.next_if_eq(row).is_none())
+        .filter(|&row| !leaves[row as usize])
         .collect();
-    particles.reorder(&stay);
+    particles.keep(&stay);
     stay
 }

@@ -4,11 +4,12 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::crowd::Crowd;
-use super::placement::{Room, overlaps_wall};
-use super::{InsertionPlan, Tally, Total};
+use super::placement::{Extent, Room, of_sphere, overlaps_wall};
+use super::{Ingredient, InsertionPlan, Tally, Total};
+use crate::bodies::Clump;
 use crate::neighbours::Images;
 use crate::particles::Particles;
-use crate::plan::{NewParticle, Plan};
+use crate::plan::{NewBody, NewParticle, Plan};
 use crate::walls::WallState;
 
 /// Why an insertion did not insert more in the last step.
@@ -27,13 +28,21 @@ pub enum Limit {
     Time,
 }
 
-/// A particle that was drawn and waits for its place.
+/// A particle or body that was drawn and waits for its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pending {
     /// Index of the material.
     pub material: u32,
-    /// m
+    /// Index of the clump; `None`: a sphere.
+    pub clump: Option<u32>,
+    /// Radius of the sphere, or of the sphere of the body's volume, m.
     pub radius: f64,
+}
+
+/// A particle or body that is tried at a place.
+enum New {
+    Particle(NewParticle),
+    Body(NewBody),
 }
 
 /// What an insertion has done: all of it that must be kept to go on later.
@@ -48,8 +57,8 @@ pub struct InsertionState {
     /// The particle that comes next, if it has been drawn. It is never rejected, however long it waits for a place: rejecting
     /// what does not fit would favour small particles.
     pub pending: Option<Pending>,
-    /// Positions of the random streams of sizes, places and velocities.
-    pub drawn: [u64; 3],
+    /// Positions of the random streams of sizes, places, velocities and orientations.
+    pub drawn: [u64; 4],
 }
 
 impl InsertionState {
@@ -69,9 +78,12 @@ pub(super) struct Insertion {
     smallest_radius: f64,
     largest_radius: f64,
     mean_radius: f64,
+    /// Largest distance of a pebble from the centre of its body, m; 0 without clumps.
+    reach: f64,
     sizes: Stream,
     places: Stream,
     velocities: Stream,
+    orientations: Stream,
     /// Who stands about the region, while that is known.
     crowd: Option<Crowd>,
 }
@@ -90,14 +102,30 @@ pub(super) struct Surroundings<'a> {
 
 impl Insertion {
     pub(super) fn new(insertion: &InsertionPlan, plan: &Plan) -> Self {
-        let used = || {
-            let positive = insertion.mixture.iter().filter(|part| part.share > 0.0);
-            positive.map(|part| (&part.sizes, part.share))
+        let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
+        let shares = used().map(|part| part.share).sum::<f64>();
+        // Radii of the spheres, and of the pebbles, that come.
+        let radii = |part: &Ingredient| match part.clump {
+            None => {
+                let [least, mean, most] = [
+                    part.sizes.smallest(),
+                    part.sizes.mean_diameter(),
+                    part.sizes.largest(),
+                ];
+                (0.5 * least, 0.5 * mean, 0.5 * most, 0.0)
+            }
+            Some(index) => {
+                let clump = &plan.clumps[index as usize];
+                let scale = |diameter: f64| diameter / clump.equal_volume_diameter();
+                let (least, most) = clump.pebble_radii();
+                (
+                    least * scale(part.sizes.smallest()),
+                    clump.mean_pebble_radius() * scale(part.sizes.mean_diameter()),
+                    most * scale(part.sizes.largest()),
+                    clump.radius * scale(part.sizes.largest()),
+                )
+            }
         };
-        let shares = used().map(|(_, share)| share).sum::<f64>();
-        let mean = used()
-            .map(|(sizes, share)| share * sizes.mean_diameter())
-            .sum::<f64>();
         let stream = |what: &str| {
             Stream::new(
                 plan.seed,
@@ -110,15 +138,15 @@ impl Insertion {
             room: Room::new(&insertion.region, plan),
             shares,
             smallest_radius: used()
-                .map(|(sizes, _)| 0.5 * sizes.smallest())
+                .map(|part| radii(part).0)
                 .fold(f64::INFINITY, f64::min),
-            largest_radius: used()
-                .map(|(sizes, _)| 0.5 * sizes.largest())
-                .fold(0.0, f64::max),
-            mean_radius: 0.5 * mean / shares,
+            largest_radius: used().map(|part| radii(part).2).fold(0.0, f64::max),
+            mean_radius: used().map(|part| part.share * radii(part).1).sum::<f64>() / shares,
+            reach: used().map(|part| radii(part).3).fold(0.0, f64::max),
             sizes: stream("sizes"),
             places: stream("positions"),
             velocities: stream("velocities"),
+            orientations: stream("orientations"),
             crowd: None,
         }
     }
@@ -130,6 +158,7 @@ impl Insertion {
                 self.sizes.position(),
                 self.places.position(),
                 self.velocities.position(),
+                self.orientations.position(),
             ],
             ..self.state
         }
@@ -137,10 +166,11 @@ impl Insertion {
 
     /// Goes on from a state.
     pub(super) fn restore(&mut self, state: InsertionState) {
-        let [sizes, places, velocities] = state.drawn;
+        let [sizes, places, velocities, orientations] = state.drawn;
         self.sizes = self.sizes.clone().at(sizes);
         self.places = self.places.clone().at(places);
         self.velocities = self.velocities.clone().at(velocities);
+        self.orientations = self.orientations.clone().at(orientations);
         self.state = state;
         self.crowd = None;
     }
@@ -186,7 +216,7 @@ impl Insertion {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
                 failed += 1;
-                if failed >= insertion.attempts || !self.room.has_space(pending.radius) {
+                if failed >= insertion.attempts || !self.may_fit(pending, around.plan) {
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
                         _ => Limit::Space,
@@ -211,11 +241,24 @@ impl Insertion {
         }
         chosen.map(|chosen| Pending {
             material: chosen.material,
+            clump: chosen.clump,
             radius: 0.5 * chosen.sizes.sample_diameter(u),
         })
     }
 
-    /// Tries one place; on success the particle is there.
+    /// Whether there is room at all between the bounds of the region: of a body, for its largest pebble.
+    fn may_fit(&self, pending: Pending, plan: &Plan) -> bool {
+        let radius = match pending.clump {
+            None => pending.radius,
+            Some(index) => {
+                let clump = &plan.clumps[index as usize];
+                clump.pebble_radii().1 * scale(&pending, clump)
+            }
+        };
+        self.room.has_space(of_sphere(radius))
+    }
+
+    /// Tries one place, and for a body one orientation; on success it is there.
     fn place(
         &mut self,
         pending: Pending,
@@ -223,32 +266,10 @@ impl Insertion {
         particles: &mut Particles,
         around: &Surroundings<'_>,
     ) -> bool {
-        let (plan, images) = (around.plan, around.images);
-        let radius = pending.radius;
-        if !self.room.has_space(radius) {
-            return false;
-        }
-        let Some(position) = self.room.draw(radius, &mut self.places, images) else {
+        let plan = around.plan;
+        let Some(new) = self.find_place(pending, particles, around) else {
             return false;
         };
-        let crowd = self.crowd.get_or_insert_with(|| {
-            let (low, high) = self.room.extent(self.smallest_radius);
-            let edge = 2.0 * self.mean_radius;
-            Crowd::new(low, high, self.largest_radius, edge, around.margin)
-        });
-        crowd.take_in(particles, images);
-        if crowd.overlaps(particles, images, position, radius)
-            || overlaps_wall(
-                &plan.walls,
-                around.walls,
-                around.wall_images,
-                images,
-                position,
-                radius,
-            )
-        {
-            return false;
-        }
         let deviation = DVec3::new(
             self.velocities.uniform_in(-1.0, 1.0),
             self.velocities.uniform_in(-1.0, 1.0),
@@ -258,13 +279,86 @@ impl Insertion {
         if plan.dimensions == 2 {
             velocity.z = 0.0;
         }
-        let new = NewParticle {
-            velocity,
-            ..NewParticle::at(position, radius, pending.material)
-        };
-        let (record, mass, prescribed) = new.build(plan);
-        particles.push(record, mass, prescribed);
-        self.state.inserted.count(&record, mass, plan.dimensions);
+        let inserted = &mut self.state.inserted;
+        match new {
+            New::Particle(new) => {
+                let new = NewParticle { velocity, ..new };
+                let (record, mass, prescribed) = new.build(plan);
+                particles.push(record, mass, prescribed);
+                inserted.count(&record, mass, plan.dimensions);
+            }
+            New::Body(new) => {
+                let new = NewBody { velocity, ..new };
+                new.add_to(particles, plan);
+                inserted.count_body(&new.body(plan));
+            }
+        }
         true
     }
+
+    /// A place where what is pending lies in the region and overlaps nothing, found with one draw; at rest there.
+    fn find_place(
+        &mut self,
+        pending: Pending,
+        particles: &Particles,
+        around: &Surroundings<'_>,
+    ) -> Option<New> {
+        let plan = around.plan;
+        let sphere = [(DVec3::ZERO, pending.radius)];
+        let Some(index) = pending.clump else {
+            let extent = of_sphere(pending.radius);
+            let position = self.find_centre(&sphere, extent, particles, around)?;
+            let new = NewParticle::at(position, pending.radius, pending.material);
+            return Some(New::Particle(new));
+        };
+        let clump = &plan.clumps[index as usize];
+        let mut body = NewBody {
+            scale: scale(&pending, clump),
+            orientation: self.orientations.unit_quaternion(),
+            ..NewBody::at(DVec3::ZERO, index)
+        };
+        let spheres: Vec<(DVec3, f64)> = body.spheres(clump).collect();
+        let extent = clump.extent(body.scale, body.orientation);
+        body.position = self.find_centre(&spheres, extent, particles, around)?;
+        Some(New::Body(body))
+    }
+
+    /// A centre for spheres at these offsets (m) and of these radii (m), of the given extent.
+    fn find_centre(
+        &mut self,
+        spheres: &[(DVec3, f64)],
+        extent: Extent,
+        particles: &Particles,
+        around: &Surroundings<'_>,
+    ) -> Option<DVec3> {
+        let (plan, images) = (around.plan, around.images);
+        if !self.room.has_space(extent) {
+            return None;
+        }
+        let centre = self.room.draw(spheres, extent, &mut self.places, images)?;
+        let crowd = self.crowd.get_or_insert_with(|| {
+            let (low, high) = self.room.extent(self.smallest_radius, self.reach);
+            let edge = 2.0 * self.mean_radius;
+            Crowd::new(low, high, self.largest_radius, edge, around.margin)
+        });
+        crowd.take_in(particles, images);
+        let is_free = |&(offset, radius): &(DVec3, f64)| {
+            let centre = images.wrap(centre + offset);
+            !crowd.overlaps(particles, images, centre, radius)
+                && !overlaps_wall(
+                    &plan.walls,
+                    around.walls,
+                    around.wall_images,
+                    images,
+                    centre,
+                    radius,
+                )
+        };
+        spheres.iter().all(is_free).then_some(centre)
+    }
+}
+
+/// The factor on the lengths of a clump that gives it the pending size.
+fn scale(pending: &Pending, clump: &Clump) -> f64 {
+    2.0 * pending.radius / clump.equal_volume_diameter()
 }

@@ -1,7 +1,7 @@
 //! Boundaries: what adds particles and what takes them out.
 //!
-//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] removes the particles whose centre
-//! is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
+//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] removes the particles and bodies whose
+//! centre is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
 //! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
 //! ([`Boundaries::listed`]): that misses nobody as long as no particle comes to move, in a single step, more than half a skin
 //! and more than twice as far as any particle did when the list was built.
@@ -29,7 +29,7 @@ pub use tally::Tally;
 
 pub use mercury_common::scene::{Quantity, Total};
 
-use deletion::{Deletion, Exit};
+use deletion::{Deletion, Exit, Leaver};
 use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
@@ -121,17 +121,22 @@ impl Boundaries {
         if gone.is_empty() {
             return false;
         }
-        for &(row, exit) in &gone {
-            let row = row as usize;
+        for &(leaver, exit) in &gone {
             let tally = match exit {
                 Exit::Region(index) => &mut self.deleted[index],
                 Exit::Face(face) => &mut self.faces[face],
             };
-            tally.count(
-                &particles.records[row],
-                particles.masses[row],
-                plan.dimensions,
-            );
+            match leaver {
+                Leaver::Row(row) => {
+                    let row = row as usize;
+                    tally.count(
+                        &particles.records[row],
+                        particles.masses[row],
+                        plan.dimensions,
+                    );
+                }
+                Leaver::Body(index) => tally.count_body(&particles.bodies()[index as usize]),
+            }
         }
         let rows = particles.len();
         let stay = deletion::remove(particles, &gone);

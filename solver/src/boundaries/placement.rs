@@ -12,6 +12,14 @@ use crate::walls::{Touches, Wall, WallState};
 /// is missed by all with a probability of 0.1 %.
 const DRAWS: u32 = 64;
 
+/// How far something reaches below and above its centre along x, y, z, m.
+pub(super) type Extent = (DVec3, DVec3);
+
+/// The extent of a sphere of this radius (m).
+pub(super) fn of_sphere(radius: f64) -> Extent {
+    (DVec3::splat(radius), DVec3::splat(radius))
+}
+
 /// The places that a region offers inside the domain.
 #[derive(Debug, Clone)]
 pub(super) struct Room {
@@ -41,14 +49,12 @@ impl Room {
         }
     }
 
-    /// Lowest and highest centre of a sphere of this radius (m), not yet wrapped into periodic domains.
+    /// Lowest and highest centre of something that reaches so far (m) below and above its centre, not yet wrapped into periodic
+    /// domains.
     ///
-    /// Where the region ends, the sphere ends inside; where the domain ends first, only the centre must be inside.
-    fn centres(&self, radius: f64) -> (DVec3, DVec3) {
-        let (mut low, mut high) = (
-            self.bounds.0 + DVec3::splat(radius),
-            self.bounds.1 - DVec3::splat(radius),
-        );
+    /// Where the region ends, it ends inside; where the domain ends first, only the centre must be inside.
+    fn centres(&self, (below, above): Extent) -> (DVec3, DVec3) {
+        let (mut low, mut high) = (self.bounds.0 + below, self.bounds.1 - above);
         for axis in 0..3 {
             if !self.periodic[axis] || low[axis] == f64::NEG_INFINITY {
                 low[axis] = low[axis].max(self.domain.0[axis]);
@@ -63,9 +69,11 @@ impl Room {
         (low, high)
     }
 
-    /// Lowest and highest wrapped centre of spheres of at least this radius, m.
-    pub(super) fn extent(&self, smallest_radius: f64) -> (DVec3, DVec3) {
-        let (mut low, mut high) = self.centres(smallest_radius);
+    /// Lowest and highest wrapped centre of spheres of at least this radius, or of pebbles whose bodies' centres are not farther
+    /// than `reach` from them, m.
+    pub(super) fn extent(&self, smallest_radius: f64, reach: f64) -> (DVec3, DVec3) {
+        let (low, high) = self.centres(of_sphere(smallest_radius));
+        let (mut low, mut high) = (low - DVec3::splat(reach), high + DVec3::splat(reach));
         for axis in 0..3 {
             let sticks_out = low[axis] < self.domain.0[axis] || high[axis] > self.domain.1[axis];
             if self.periodic[axis] && sticks_out {
@@ -75,16 +83,22 @@ impl Room {
         (low, high)
     }
 
-    /// Whether a sphere of this radius fits between the bounds at all, which must be finite.
-    pub(super) fn has_space(&self, radius: f64) -> bool {
-        let (low, high) = self.centres(radius);
+    /// Whether something of this extent fits between the bounds at all, which must be finite.
+    pub(super) fn has_space(&self, extent: Extent) -> bool {
+        let (low, high) = self.centres(extent);
         low.is_finite() && high.is_finite() && low.cmple(high).all()
     }
 
-    /// A centre uniform among those whose sphere lies wholly inside the region, wrapped into the domain; `None` if the trials
-    /// missed. Two words per trial in two dimensions, three in three.
-    pub(super) fn draw(&self, radius: f64, stream: &mut Stream, images: &Images) -> Option<DVec3> {
-        let (low, high) = self.centres(radius);
+    /// A centre uniform among those whose spheres, `offset` (m) from it, lie wholly inside the region, wrapped into the domain;
+    /// `None` if the trials missed. Two words per trial in two dimensions, three in three.
+    pub(super) fn draw(
+        &self,
+        spheres: &[(DVec3, f64)],
+        extent: Extent,
+        stream: &mut Stream,
+        images: &Images,
+    ) -> Option<DVec3> {
+        let (low, high) = self.centres(extent);
         for _ in 0..DRAWS {
             let x = stream.uniform_in(low.x, high.x);
             let y = stream.uniform_in(low.y, high.y);
@@ -93,7 +107,10 @@ impl Room {
                 None => stream.uniform_in(low.z, high.z),
             };
             let centre = DVec3::new(x, y, z);
-            if self.region.holds_sphere(centre, radius) {
+            let holds = |&(offset, radius): &(DVec3, f64)| {
+                self.region.holds_sphere(centre + offset, radius)
+            };
+            if spheres.iter().all(holds) {
                 return Some(images.wrap(centre));
             }
         }

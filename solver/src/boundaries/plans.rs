@@ -31,12 +31,14 @@ pub struct InsertionPlan {
     pub attempts: u64,
 }
 
-/// One ingredient of a mixture: spheres of a material.
+/// One ingredient of a mixture: spheres of a material, or bodies of a clump.
 #[derive(Debug, Clone)]
 pub struct Ingredient {
     /// Index of the material.
     pub material: u32,
-    /// Its sizes.
+    /// Index of the clump; `None`: spheres.
+    pub clump: Option<u32>,
+    /// Its sizes; a clump's is the diameter of a sphere of equal volume.
     pub sizes: SizeDistribution,
     /// Its share by number: of the particles drawn. Shares need not sum to 1.
     pub share: f64,

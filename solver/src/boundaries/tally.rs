@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::{Particle, inverse_inertia_factor, volume};
+use crate::particles::{Body, Particle, inverse_inertia_factor, volume};
 
 /// Sums over the particles that came in or went out somewhere. Velocities are those at the time of the event, which in the
 /// leapfrog order of a time step (kick, drift, boundaries, kick) is half a step before that of the positions.
@@ -35,6 +35,17 @@ impl Tally {
         self.mass_moment += mass * record.position;
         self.kinetic += 0.5 * mass * record.velocity.length_squared();
         self.rotational += 0.5 * inertia * record.angular_velocity.length_squared();
+    }
+
+    /// Counts a body, once for all its pebbles.
+    pub fn count_body(&mut self, body: &Body) {
+        self.number += 1;
+        self.mass += body.mass;
+        self.volume += body.volume;
+        self.momentum += body.mass * body.velocity;
+        self.mass_moment += body.mass * body.position;
+        self.kinetic += 0.5 * body.mass * body.velocity.length_squared();
+        self.rotational += body.rotational_energy();
     }
 
     /// Adds what another one counted.

@@ -4,13 +4,31 @@ use glam::DVec3;
 
 use crate::particles::Load;
 
-/// Rows in a block for `count` particles: the power of two above count/16, between 1024 and 4096.
+/// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
+/// of the same size, so that two threads (and nearly so, more) get the same.
 ///
 /// Large blocks have fewer contacts that reach into others, small ones share out better. It must not depend on the number of
 /// threads: it fixes the order of summation.
 #[must_use]
 pub fn block_size(count: usize) -> usize {
-    (count / 16).next_power_of_two().clamp(1024, 4096)
+    let about = (count / 16).next_power_of_two().clamp(1024, 4096);
+    let blocks = match count.div_ceil(about) {
+        0 | 1 => 1,
+        more => more.next_multiple_of(2),
+    };
+    count.div_ceil(blocks).max(1)
+}
+
+/// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first. Mostly
+/// it is the first or the second block, so a division would take longer.
+#[inline(always)]
+pub(super) fn place(mut ahead: usize, block_size: usize) -> (usize, usize) {
+    let mut block = 0;
+    while ahead >= block_size {
+        ahead -= block_size;
+        block += 1;
+    }
+    (block, ahead)
 }
 
 /// The partner's share of contacts that reach into later blocks, parked by the block that computed them.
@@ -35,6 +53,11 @@ impl Outbox {
         }
     }
 
+    /// Blocks that follow.
+    pub(super) fn later(&self) -> usize {
+        self.lists.len()
+    }
+
     /// Forgets the last step's shares; their memory is used again.
     pub(super) fn clear(&mut self) {
         for list in &mut self.lists {
@@ -45,11 +68,9 @@ impl Outbox {
     /// Parks a share for the row that lies `ahead` rows behind the start of this block's successor.
     #[inline(always)]
     pub(super) fn park(&mut self, ahead: usize, block_size: usize, force: DVec3, torque: DVec3) {
-        // The size is a power of two, so this is a shift and a mask.
-        let shift = block_size.trailing_zeros();
-        let row = (ahead & (block_size - 1)) as u32;
-        self.lists[ahead >> shift].push(Parked {
-            row,
+        let (block, row) = place(ahead, block_size);
+        self.lists[block].push(Parked {
+            row: row as u32,
             load: Load::new(force, torque),
         });
     }
@@ -69,15 +90,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_powers_of_two_within_their_limits() {
+    fn blocks_are_even_in_number_and_size() {
         for (count, size) in [
-            (0, 1024),
-            (2000, 1024),
-            (20_000, 2048),
-            (100_000, 4096),
+            (0, 1),
+            (1000, 1000),
+            (2000, 1000),
+            (20_000, 2000),
+            (100_000, 3847),
             (10_000_000, 4096),
         ] {
             assert_eq!(block_size(count), size);
+        }
+        for count in (0..200_000).step_by(37) {
+            let size = block_size(count);
+            assert!((1..=4096).contains(&size));
+            assert!(count <= 1024 || count.div_ceil(size) % 2 == 0, "{count}");
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_a_division() {
+        for ahead in 0..5000 {
+            assert_eq!(place(ahead, 1000), (ahead / 1000, ahead % 1000));
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod contact_point;
 mod pairs;
+mod sharing;
 mod walls;
 mod watching;
 
@@ -8,14 +10,14 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::blocks::Outbox;
+use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, Finish, NearWall, Observation, Partner, SavedSlot, StepContext,
-    block_size,
+    ContactForces, Fastest, Finish, NO_MESH, NearMeshes, NearWall, NearWalls, Observation, Partner,
+    SavedSlot, StepContext, block_size,
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
-use crate::particles::{Load, Particle, Particles};
+use crate::particles::{Bodies, Load, Particle, Particles};
 
 type Histories<N, T, R> = (
     <N as NormalLaw>::History,
@@ -85,36 +87,53 @@ struct Block<H> {
     near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
     wall_slots: Vec<WallSlot<H>>,
+    /// Facets for those of `near_walls` that are near a mesh.
+    near_meshes: NearMeshes,
     outbox: Outbox,
+    /// Later blocks into which listed pairs reach, ascending.
+    targets: Vec<usize>,
+    /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
+    work: usize,
     observation: Observation,
 }
 
 impl<H: History> Block<H> {
+    /// Notes which later blocks its slots reach into, and how much work they are.
+    fn note_targets(&mut self, block_size: usize) {
+        let own = self.rows.start / block_size;
+        let mut reached = vec![false; self.outbox.later()];
+        self.work = 2 * self.slots.len() + 8 * self.rows.len();
+        for slot in &self.slots {
+            if slot.state & TOUCHING != 0 {
+                self.work += 25;
+            }
+            let index = slot.partner as usize / block_size;
+            if index > own {
+                reached[index - own - 1] = true;
+            }
+        }
+        let later = reached.iter().enumerate().filter(|(_, reached)| **reached);
+        self.targets = later.map(|(ahead, _)| own + 1 + ahead).collect();
+    }
+
     /// Fills an empty block with the listed pairs and the walls near its rows; `carried` and `from_walls` are the histories
-    /// of contacts that go on, sorted by row.
+    /// of contacts that go on, the latter sorted by row.
     fn fill(
         &mut self,
         list: &CandidateList,
-        carried: &[(u32, u32, H)],
-        near_walls: &[NearWall],
+        carried: &Carried<H>,
+        near_walls: &NearWalls,
         from_walls: &[CarriedFromWall<H>],
     ) {
         let first = self.rows.start as u32;
-        let mut carried = &carried[carried.partition_point(|kept| kept.0 < first)..];
         for (owner, row) in self.rows.clone().enumerate() {
             let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
-            // What this row carries lies in one run, in no particular relation to the order of its entries.
-            let run = carried
-                .iter()
-                .take_while(|kept| kept.0 == row as u32)
-                .count();
-            let (kept, rest) = carried.split_at(run);
-            carried = rest;
+            let kept = carried.of(row);
             for entry in entries {
                 let history = kept
                     .iter()
-                    .find(|kept| kept.1 == entry.partner)
-                    .map(|kept| kept.2);
+                    .find(|kept| kept.0 == entry.partner)
+                    .map(|kept| kept.1);
                 let touching = if history.is_some() { TOUCHING } else { 0 };
                 self.slots.push(Slot {
                     partner: entry.partner,
@@ -123,9 +142,10 @@ impl<H: History> Block<H> {
                 });
             }
         }
-        let begin = near_walls.partition_point(|near| near.row < first);
-        let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
-        for near in &near_walls[begin..end] {
+        let near = &near_walls.near;
+        let begin = near.partition_point(|near| near.row < first);
+        let end = near.partition_point(|near| (near.row as usize) < self.rows.end);
+        for near in &near[begin..end] {
             let key = (near.row, near.wall, near.image);
             let run = from_walls.partition_point(|kept| kept.0 < key);
             let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
@@ -133,6 +153,13 @@ impl<H: History> Block<H> {
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
                 features: held as u8,
+                mesh: match near.mesh {
+                    NO_MESH => NO_MESH,
+                    mesh => {
+                        let (centre, facets) = near_walls.meshes.list(mesh);
+                        self.near_meshes.push(centre, facets)
+                    }
+                },
                 ..*near
             });
             for _ in 0..held {
@@ -151,6 +178,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
     materials: usize,
     block_size: usize,
     blocks: Vec<Block<Histories<N, T, R>>>,
+    /// Of each block: the earlier blocks that reach into it, ascending.
+    sources: Vec<Vec<usize>>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
@@ -162,6 +191,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             materials,
             block_size: block_size(0),
             blocks: Vec::new(),
+            sources: Vec::new(),
         }
     }
 
@@ -177,33 +207,57 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     slots: Vec::new(),
                     near_walls: Vec::new(),
                     wall_slots: Vec::new(),
+                    near_meshes: NearMeshes::default(),
                     outbox: Outbox::new(count - 1 - index),
+                    targets: Vec::new(),
+                    work: 0,
                     observation: Observation::default(),
                 }
             })
             .collect();
     }
 
-    /// Histories of touching pairs by their new rows, lower row first, in no order.
-    fn carried(&self, new_row: &[u32]) -> Vec<(u32, u32, Histories<N, T, R>)> {
-        let mut carried = Vec::new();
-        if <Histories<N, T, R>>::LENGTH == 0 {
-            return carried;
-        }
-        for block in &self.blocks {
-            for slot in block.slots.iter().filter(|slot| slot.state & TOUCHING != 0) {
-                let row = new_row[block.rows.start + slot.owner()];
-                let partner = new_row[slot.partner as usize];
-                if row != u32::MAX && partner != u32::MAX {
-                    carried.push(if row < partner {
-                        (row, partner, slot.history)
-                    } else {
-                        (partner, row, slot.history.swapped())
-                    });
-                }
+    /// Notes which block reaches into which, once the slots are known.
+    fn link(&mut self) {
+        self.sources = vec![Vec::new(); self.blocks.len()];
+        for (index, block) in self.blocks.iter_mut().enumerate() {
+            block.note_targets(self.block_size);
+            for &target in &block.targets {
+                self.sources[target].push(index);
             }
         }
-        carried
+    }
+
+    /// Histories of touching pairs by their new rows.
+    fn carried(&self, new_row: &[u32], rows: usize, parallel: bool) -> Carried<Histories<N, T, R>> {
+        let of_block = |block: &Block<Histories<N, T, R>>| {
+            let touching = |slot: &&Slot<_>| slot.state & TOUCHING != 0;
+            let pair = |slot: &Slot<Histories<N, T, R>>| {
+                let row = new_row[block.rows.start + slot.owner()];
+                let partner = new_row[slot.partner as usize];
+                if row == u32::MAX || partner == u32::MAX {
+                    None
+                } else if row < partner {
+                    Some((row, partner, slot.history))
+                } else {
+                    Some((partner, row, slot.history.swapped()))
+                }
+            };
+            block
+                .slots
+                .iter()
+                .filter(touching)
+                .filter_map(pair)
+                .collect()
+        };
+        let pairs: Vec<Vec<_>> = if <Histories<N, T, R>>::LENGTH == 0 {
+            Vec::new()
+        } else if parallel {
+            self.blocks.par_iter().map(of_block).collect()
+        } else {
+            self.blocks.iter().map(of_block).collect()
+        };
+        Carried::new(&pairs, rows)
     }
 
     /// Wall histories by new row, wall and image.
@@ -226,31 +280,60 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     }
 }
 
+/// Histories of contacts that go on when a list is built, by the lower of their new rows.
+struct Carried<H> {
+    /// First entry of each row, and the number of entries at the end.
+    start: Vec<u32>,
+    /// Higher row, and history as seen from the lower one; within a row in no order.
+    entries: Vec<(u32, H)>,
+}
+
+impl<H: History> Carried<H> {
+    fn new(pairs: &[Vec<(u32, u32, H)>], rows: usize) -> Self {
+        let mut start = vec![0; rows + 1];
+        for pair in pairs.iter().flatten() {
+            start[pair.0 as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            start[row + 1] += start[row];
+        }
+        let mut next = start.clone();
+        let count = pairs.iter().map(Vec::len).sum();
+        let mut entries = vec![(0, H::default()); count];
+        for &(row, partner, history) in pairs.iter().flatten() {
+            let place = &mut next[row as usize];
+            entries[*place as usize] = (partner, history);
+            *place += 1;
+        }
+        Self { start, entries }
+    }
+
+    fn of(&self, row: usize) -> &[(u32, H)] {
+        &self.entries[self.start[row] as usize..self.start[row + 1] as usize]
+    }
+}
+
 type CarriedFromWall<H> = ((u32, u16, u8), WallSlot<H>);
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoop<N, T, R> {
     fn adopt(
         &mut self,
         list: &CandidateList,
-        near_walls: &[NearWall],
+        near_walls: &NearWalls,
         new_row: &[u32],
         parallel: bool,
     ) {
-        let mut carried = self.carried(new_row);
-        let key = |kept: &(u32, u32, _)| (kept.0, kept.1);
-        if parallel {
-            carried.par_sort_unstable_by_key(key);
-        } else {
-            carried.sort_unstable_by_key(key);
-        }
+        let rows = list.start.len() - 1;
+        let carried = self.carried(new_row, rows, parallel);
         let from_walls = self.carried_from_walls(new_row);
-        self.cut(list.start.len() - 1);
+        self.cut(rows);
         let fill = |block: &mut Block<_>| block.fill(list, &carried, near_walls, &from_walls);
         if parallel {
             self.blocks.par_iter_mut().for_each(fill);
         } else {
             self.blocks.iter_mut().for_each(fill);
         }
+        self.link();
     }
 
     fn compute(
@@ -260,56 +343,31 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
     ) -> Fastest {
-        let size = self.block_size;
-        let (laws, materials) = (&self.laws[..], self.materials);
         let Particles {
             records,
             loads,
             ids,
+            bodies,
             ..
         } = particles;
-        let ids = &ids[..];
-        let compute = |block: &mut Block<_>, records: &[Particle], loads: &mut [Load]| {
-            let pass = Pass {
-                laws,
-                materials,
-                block_size: size,
-                records,
-                ids,
-                context,
-            };
-            match (context.images.any(), context.watch) {
-                (false, None) => pass.run::<false, false>(block, loads),
-                (false, Some(_)) => pass.run::<false, true>(block, loads),
-                (true, None) => pass.run::<true, false>(block, loads),
-                (true, Some(_)) => pass.run::<true, true>(block, loads),
-            }
+        let pass = Pass {
+            laws: &self.laws,
+            materials: self.materials,
+            block_size: self.block_size,
+            ids,
+            bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
+            context,
         };
         match pool {
-            Some(pool) if self.blocks.len() > 1 => pool.install(|| {
-                let with_loads = self.blocks.par_iter_mut().zip(loads.par_chunks_mut(size));
-                with_loads.for_each(|(block, loads)| compute(block, records, loads));
-                let blocks = &self.blocks;
-                let chunks = records.par_chunks_mut(size).zip(loads.par_chunks_mut(size));
-                chunks
-                    .enumerate()
-                    .map(|(index, (records, loads))| {
-                        deliver(&blocks[..index], loads);
-                        finish(records, loads)
-                    })
-                    .reduce(Fastest::default, Fastest::merge)
-            }),
-            // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
-            _ => (0..self.blocks.len())
-                .map(|index| {
-                    let (earlier, rest) = self.blocks.split_at_mut(index);
-                    let block = &mut rest[0];
-                    let loads = &mut loads[block.rows.clone()];
-                    compute(block, records, loads);
-                    deliver(earlier, loads);
-                    finish(&mut records[block.rows.clone()], loads)
-                })
-                .fold(Fastest::default(), Fastest::merge),
+            Some(pool) if self.blocks.len() > 1 => pass.shared(
+                &mut self.blocks,
+                &self.sources,
+                records,
+                loads,
+                finish,
+                pool,
+            ),
+            _ => pass.in_turn(&mut self.blocks, &self.sources, records, loads, finish),
         }
     }
 
@@ -346,11 +404,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                     touching: slot.state & TOUCHING != 0,
                     feature: FREE,
                     history: numbers(&slot.history),
+                    near_mesh: None,
                 });
             }
             let mut first = 0;
             for near in &block.near_walls {
-                for slot in &block.wall_slots[first..first + near.features as usize] {
+                let slots = &block.wall_slots[first..first + near.features as usize];
+                for (k, slot) in slots.iter().enumerate() {
+                    let near_mesh = (k == 0 && near.mesh != NO_MESH).then(|| {
+                        let (centre, facets) = block.near_meshes.list(near.mesh);
+                        (centre, facets.to_vec())
+                    });
                     walls.push(SavedSlot {
                         row: near.row,
                         partner: u32::from(near.wall),
@@ -358,6 +422,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                         touching: slot.feature != FREE,
                         feature: slot.feature,
                         history: numbers(&slot.history),
+                        near_mesh,
                     });
                 }
                 first += near.features as usize;
@@ -385,22 +450,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             while next_wall < walls.len() && (walls[next_wall].row as usize) < block.rows.end {
                 let saved = &walls[next_wall];
                 next_wall += 1;
-                let near = NearWall {
-                    row: saved.row,
-                    wall: saved.partner as u16,
-                    image: saved.image as u8,
-                    features: 1,
+                let same = |last: &NearWall| {
+                    (last.row, u32::from(last.wall), u32::from(last.image))
+                        == (saved.row, saved.partner, saved.image)
                 };
                 match block.near_walls.last_mut() {
-                    Some(last)
-                        if NearWall {
-                            features: 1,
-                            ..*last
-                        } == near =>
-                    {
-                        last.features += 1
-                    }
-                    _ => block.near_walls.push(near),
+                    Some(last) if same(last) => last.features += 1,
+                    _ => block.near_walls.push(NearWall {
+                        row: saved.row,
+                        wall: saved.partner as u16,
+                        image: saved.image as u8,
+                        features: 1,
+                        mesh: match &saved.near_mesh {
+                            Some((centre, facets)) => block.near_meshes.push(*centre, facets),
+                            None => NO_MESH,
+                        },
+                    }),
                 }
                 block.wall_slots.push(WallSlot {
                     feature: saved.feature,
@@ -408,6 +473,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                 });
             }
         }
+        self.link();
     }
 
     fn history_columns(&self) -> Vec<HistoryNumber> {
@@ -419,44 +485,115 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     }
 }
 
-/// Adds what earlier blocks parked for the block that follows them, in their order.
-fn deliver<H>(earlier: &[Block<H>], loads: &mut [Load]) {
-    for (index, block) in earlier.iter().enumerate() {
-        block.outbox.deliver(earlier.len() - 1 - index, loads);
-    }
-}
-
 /// What all blocks of one force evaluation share.
 struct Pass<'a, N, T, R> {
     laws: &'a [PairLaw<N, T, R>],
     materials: usize,
     block_size: usize,
-    records: &'a [Particle],
     ids: &'a [u32],
+    /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
+    bodies: Option<&'a Bodies>,
     context: &'a StepContext<'a>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+    /// All blocks, one after the other, on this thread.
+    fn in_turn(
+        &self,
+        blocks: &mut [Block<Histories<N, T, R>>],
+        sources: &[Vec<usize>],
+        records: &mut [Particle],
+        loads: &mut [Load],
+        finish: &Finish<'_>,
+    ) -> Fastest {
+        let mut fastest = Fastest::default();
+        for (index, sources) in sources.iter().enumerate() {
+            let (earlier, rest) = blocks.split_at_mut(index);
+            let block = &mut rest[0];
+            let loads = &mut loads[block.rows.clone()];
+            // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
+            self.compute(block, &Rows::together(&records[block.rows.start..]), loads);
+            for &source in sources {
+                earlier[source].outbox.deliver(index - source - 1, loads);
+            }
+            fastest = fastest.merge(finish(&mut records[block.rows.clone()], loads));
+        }
+        fastest
+    }
+
     /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
+    fn compute(&self, block: &mut Block<Histories<N, T, R>>, rows: &Rows<'_>, loads: &mut [Load]) {
+        loads.fill(Load::default());
+        block.outbox.clear();
+        if self.context.watch.is_some() {
+            block.observation = Observation::empty(self.context.walls.len());
+        }
+        match (self.context.images.any(), self.context.watch) {
+            (false, None) => self.run::<false, false>(block, rows, loads),
+            (false, Some(_)) => self.run::<false, true>(block, rows, loads),
+            (true, None) => self.run::<true, false>(block, rows, loads),
+            (true, Some(_)) => self.run::<true, true>(block, rows, loads),
+        }
+    }
+
     fn run<const PERIODIC: bool, const WATCHED: bool>(
         &self,
         block: &mut Block<Histories<N, T, R>>,
+        rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
-        loads.fill(Load::default());
-        block.outbox.clear();
-        if WATCHED {
-            block.observation = Observation::empty(self.context.walls.len());
+        self.pairs::<PERIODIC, WATCHED>(block, rows, loads);
+        self.walls::<WATCHED>(block, rows, loads);
+    }
+}
+
+/// The records that one block reads: its own, and those of the later blocks that it reaches into.
+struct Rows<'a> {
+    /// From the first row of the block on, to its end or beyond.
+    own: &'a [Particle],
+    /// Of this block and those behind it, as far as they are not in `own`; empty where the block does not reach.
+    blocks: Vec<&'a [Particle]>,
+    block_size: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// All rows from the first one of the block on lie together.
+    fn together(own: &'a [Particle]) -> Self {
+        Self {
+            own,
+            blocks: Vec::new(),
+            block_size: 1,
         }
-        self.pairs::<PERIODIC, WATCHED>(block, loads);
-        self.walls::<WATCHED>(block, loads);
+    }
+
+    /// `blocks`: records of the block and of those behind it, `block_size` in each.
+    fn apart(blocks: Vec<&'a [Particle]>, block_size: usize) -> Self {
+        Self {
+            own: blocks.first().copied().unwrap_or_default(),
+            blocks,
+            block_size,
+        }
+    }
+
+    /// The record that lies `ahead` rows behind the first one of the block.
+    #[inline(always)]
+    fn ahead(&self, ahead: usize) -> &Particle {
+        match self.own.get(ahead) {
+            Some(record) => record,
+            None => {
+                let (block, row) = place(ahead, self.block_size);
+                &self.blocks[block][row]
+            }
+        }
     }
 }
 
 /// A contact that is being observed.
-struct Seen {
+struct Seen<'a> {
     row: usize,
     partner: Partner,
+    /// The partner, if it is a particle.
+    b: Option<&'a Particle>,
     /// R_A - overlap/2, m.
     lever: f64,
     /// Overlap over the smaller radius.

@@ -12,13 +12,15 @@ mod observation;
 
 pub use blocks::block_size;
 pub use contact_loop::ContactLoop;
-pub use near_walls::{NearWall, find_near_walls};
+pub use near_walls::{NO_MESH, NearMeshes, NearWall, NearWalls, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
+
+use glam::DVec3;
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
 use crate::particles::{Load, Particle, Particles};
-use crate::walls::{Wall, WallState};
+use crate::walls::{NearFacet, Wall, WallState};
 
 /// What the force evaluation of one step is told.
 pub struct StepContext<'a> {
@@ -32,6 +34,8 @@ pub struct StepContext<'a> {
     pub wall_states: &'a [WallState],
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
+    /// Whether contacts of clumps are damped by the mass at the contact point.
+    pub contact_point_mass: bool,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
 }
@@ -74,6 +78,8 @@ pub struct SavedSlot {
     pub feature: u32,
     /// The numbers of the history.
     pub history: Vec<f64>,
+    /// The first slot of a particle near a mesh: where it was listed (m, in the wall's frame), and the facets near it.
+    pub near_mesh: Option<(DVec3, Vec<NearFacet>)>,
 }
 
 /// A contact loop with its slots, whatever its laws.
@@ -83,7 +89,7 @@ pub trait ContactForces: Send {
     fn adopt(
         &mut self,
         list: &CandidateList,
-        near_walls: &[NearWall],
+        near_walls: &NearWalls,
         new_row: &[u32],
         parallel: bool,
     );

@@ -1,10 +1,11 @@
 //! Which particles are near which walls: found with the candidate list, so that a step tests only those.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::particles::{Particle, Particles};
-use crate::walls::{Touches, Wall, WallState};
+use crate::walls::{NearFacet, Scratch, Shape, Touches, Wall, WallState};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +18,67 @@ pub struct NearWall {
     pub image: u8,
     /// Features of the wall that may be touched at once.
     pub features: u8,
+    /// Of a mesh: index of the facets in [`NearWalls::meshes`]; otherwise [`NO_MESH`].
+    pub mesh: u32,
+}
+
+/// [`NearWall::mesh`] of walls that are no mesh.
+pub const NO_MESH: u32 = u32::MAX;
+
+/// What [`find_near_walls`] finds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NearWalls {
+    /// By rows.
+    pub near: Vec<NearWall>,
+    /// Facets near those that are near a mesh.
+    pub meshes: NearMeshes,
+}
+
+/// The facets near each particle that is near a mesh, one list behind the other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NearMeshes {
+    lists: Vec<List>,
+    facets: Vec<NearFacet>,
+}
+
+/// Where a list ends, and for which place of the particle it was made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct List {
+    centre: DVec3,
+    end: usize,
+}
+
+impl NearMeshes {
+    /// Adds a list, made for a particle at `centre` (m, in the wall's frame). Returns its index.
+    pub fn push(&mut self, centre: DVec3, facets: &[NearFacet]) -> u32 {
+        self.facets.extend_from_slice(facets);
+        let end = self.facets.len();
+        self.lists.push(List { centre, end });
+        (self.lists.len() - 1) as u32
+    }
+
+    /// The place for which a list was made, and the facets that were within reach, nearest first.
+    #[inline]
+    #[must_use]
+    pub fn list(&self, index: u32) -> (DVec3, &[NearFacet]) {
+        let index = index as usize;
+        let begin = match index {
+            0 => 0,
+            _ => self.lists[index - 1].end,
+        };
+        let list = &self.lists[index];
+        (list.centre, &self.facets[begin..list.end])
+    }
+
+    /// Adds the lists of `other` behind these.
+    fn append(&mut self, other: &Self) {
+        let before = self.facets.len();
+        self.facets.extend_from_slice(&other.facets);
+        self.lists.extend(other.lists.iter().map(|list| List {
+            end: list.end + before,
+            ..*list
+        }));
+    }
 }
 
 /// Finds every particle whose surface is closer than `margin` (m) to a wall, by rows.
@@ -30,7 +92,7 @@ pub fn find_near_walls(
     images: &Images,
     margin: f64,
     parallel: bool,
-) -> Vec<NearWall> {
+) -> NearWalls {
     let codes: Vec<Vec<u32>> = walls
         .iter()
         .map(|wall| {
@@ -45,38 +107,69 @@ pub fn find_near_walls(
         })
         .collect();
     let search = |(chunk, records): (usize, &[Particle])| {
-        let mut near = Vec::new();
+        let mut found = NearWalls::default();
         let mut touches = Touches::default();
-        for (k, record) in records.iter().enumerate() {
-            // Particles that contacts cannot move do not feel walls.
-            if record.inverse_mass == 0.0 {
-                continue;
-            }
-            for (index, wall) in walls.iter().enumerate() {
-                for &image in &codes[index] {
-                    let centre = states[index].into_wall(record.position + images.shift(image));
-                    wall.shape
-                        .touches(centre, record.radius + margin, &mut touches);
-                    if !touches.is_empty() {
-                        near.push(NearWall {
+        let (mut facets, mut scratch) = (Vec::new(), Scratch::default());
+        for (index, wall) in walls.iter().enumerate() {
+            for &image in &codes[index] {
+                let shift = images.shift(image);
+                for (k, record) in records.iter().enumerate() {
+                    let centre = states[index].into_wall(record.position + shift);
+                    let reach = record.radius + margin;
+                    let mut mesh = NO_MESH;
+                    let features = match &wall.shape {
+                        // Most walls of most scenes.
+                        Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),
+                        // Particles that contacts cannot move do not feel walls.
+                        _ if record.inverse_mass == 0.0 => 0,
+                        Shape::Mesh(triangles) => {
+                            facets.clear();
+                            triangles.near(centre, reach, &mut scratch, &mut facets);
+                            if !facets.is_empty() {
+                                mesh = found.meshes.push(centre, &facets);
+                            }
+                            usize::from(!facets.is_empty())
+                        }
+                        shape => {
+                            shape.touches(centre, reach, &mut touches);
+                            touches.len()
+                        }
+                    };
+                    if features > 0 && record.inverse_mass > 0.0 {
+                        found.near.push(NearWall {
                             row: (chunk * CHUNK + k) as u32,
                             wall: index as u16,
                             image: image as u8,
-                            features: touches.len() as u8,
+                            features: features as u8,
+                            mesh,
                         });
                     }
                 }
             }
         }
-        near
+        // Stable: within a row the order of the walls stays.
+        found.near.sort_by_key(|near| near.row);
+        found
     };
     let records = &particles.records;
-    let near: Vec<Vec<NearWall>> = if parallel {
+    let chunks: Vec<NearWalls> = if parallel {
         records.par_chunks(CHUNK).enumerate().map(search).collect()
     } else {
         records.chunks(CHUNK).enumerate().map(search).collect()
     };
-    near.concat()
+    let mut all = NearWalls::default();
+    for chunk in &chunks {
+        let before = all.meshes.lists.len() as u32;
+        all.near.extend(chunk.near.iter().map(|near| NearWall {
+            mesh: match near.mesh {
+                NO_MESH => NO_MESH,
+                mesh => mesh + before,
+            },
+            ..*near
+        }));
+        all.meshes.append(&chunk.meshes);
+    }
+    all
 }
 
 /// Rows that are searched together.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Grid, Images, NO_SHIFT};
-use crate::particles::{Particle, Particles};
+use crate::particles::{Bodies, Particle, Particles};
 
 /// A listed partner of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +23,29 @@ pub struct CandidateList {
     pub entries: Vec<Candidate>,
 }
 
+impl CandidateList {
+    /// Drops the pairs of pebbles of one body, which never touch.
+    fn drop_inner_pairs(&mut self, bodies: &Bodies) {
+        let (mut kept, mut begin) = (0, 0);
+        for row in 0..self.start.len() - 1 {
+            let end = self.start[row + 1] as usize;
+            let body = bodies.body_of_row(row);
+            for k in begin..end {
+                let entry = self.entries[k];
+                if body.is_none() || body != bodies.body_of_row(entry.partner as usize) {
+                    self.entries[kept] = entry;
+                    kept += 1;
+                }
+            }
+            begin = end;
+            self.start[row + 1] = kept as u32;
+        }
+        self.entries.truncate(kept);
+    }
+}
+
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + `skin` (m), except pairs that contacts cannot move. Returns the list and where each old row went
+/// R_i + R_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. Returns the list and where each old row went
 /// (`new_row[old]`). `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
@@ -42,7 +63,7 @@ pub fn build(
     }
     let reach = 2.0 * largest_radius + skin;
     let (grid, order) = Grid::sort(particles, reach, images);
-    particles.reorder(&order);
+    particles.reorder(&order, parallel);
     let mut new_row = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
         new_row[old as usize] = new as u32;
@@ -50,7 +71,10 @@ pub fn build(
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    let list = list(particles, &grid, reach, skin, images, parallel);
+    let mut list = list(particles, &grid, reach, skin, images, parallel);
+    if let Some(bodies) = &particles.bodies {
+        list.drop_inner_pairs(bodies);
+    }
     (list, new_row)
 }
 
@@ -101,7 +125,7 @@ fn list(
 /// The part of the list that belongs to the rows of layer `c` of cells; `start` holds the ends of the rows alone.
 fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &ImagePairs) -> CandidateList {
     let [fast, middle, slow] = grid.ordered_counts();
-    let mut result = CandidateList::default();
+    let (mut start, mut list) = (Vec::new(), Growing::default());
     let first = grid.rows(fast * middle * c, fast * middle * c).start;
     let mut through = through.from(first as u32);
     for b in 0..middle {
@@ -131,21 +155,23 @@ fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &ImagePairs)
             let end = grid.rows(cell, cell + right - a).end;
             for row in own {
                 let spot = spots[row];
-                scan(spots, spot, row + 1..end, skin, &mut result.entries);
+                list.scan(spots, spot, row + 1..end, skin);
                 for run in &runs[..used] {
-                    scan(spots, spot, run.clone(), skin, &mut result.entries);
+                    list.scan(spots, spot, run.clone(), skin);
                 }
                 while let Some(&(_, candidate)) =
                     through.first().filter(|pair| pair.0 == row as u32)
                 {
-                    result.entries.push(candidate);
+                    list.push(candidate);
                     through = &through[1..];
                 }
-                result.start.push(result.entries.len() as u32);
+                start.push(list.count as u32);
             }
         }
     }
-    result
+    let mut entries = list.entries;
+    entries.truncate(list.count);
+    CandidateList { start, entries }
 }
 
 /// Position and radius; the radius of a particle that contacts cannot move is negated.
@@ -163,23 +189,49 @@ fn signed_radius(record: &Particle) -> f64 {
     }
 }
 
-/// Appends the partners among the rows `run`.
-#[inline]
-fn scan(
-    spots: &[Spot],
-    spot: Spot,
-    run: std::ops::Range<usize>,
-    skin: f64,
-    entries: &mut Vec<Candidate>,
-) {
-    let first = run.start;
-    for (k, other) in spots[run].iter().enumerate() {
-        if near(spot, other.position, other.radius, skin) {
-            entries.push(Candidate {
+/// Entries of a list that grows without a branch for each: those behind `count` are scratch.
+#[derive(Default)]
+struct Growing {
+    entries: Vec<Candidate>,
+    count: usize,
+}
+
+impl Growing {
+    /// Room for `more` entries at once.
+    #[inline]
+    fn reserve(&mut self, more: usize) -> &mut [Candidate] {
+        let needed = self.count + more;
+        if self.entries.len() < needed {
+            let nothing = Candidate {
+                partner: 0,
+                image: NO_SHIFT,
+            };
+            self.entries
+                .resize(needed.max(2 * self.entries.len()), nothing);
+        }
+        &mut self.entries[self.count..needed]
+    }
+
+    /// Appends the partners among the rows `run`. Few of those that are looked at are near, in no order that a processor
+    /// could foresee: each is written, and the next one over it if it was not.
+    #[inline]
+    fn scan(&mut self, spots: &[Spot], spot: Spot, run: std::ops::Range<usize>, skin: f64) {
+        let (first, others) = (run.start, &spots[run]);
+        let room = self.reserve(others.len());
+        let mut found = 0;
+        for (k, other) in others.iter().enumerate() {
+            room[found] = Candidate {
                 partner: (first + k) as u32,
                 image: NO_SHIFT,
-            });
+            };
+            found += usize::from(near(spot, other.position, other.radius, skin));
         }
+        self.count += found;
+    }
+
+    fn push(&mut self, candidate: Candidate) {
+        self.reserve(1)[0] = candidate;
+        self.count += 1;
     }
 }
 
@@ -192,7 +244,7 @@ fn near(spot: Spot, position: [f64; 3], radius: f64, skin: f64) -> bool {
         spot.position[2] - position[2],
     ];
     let distance = spot.radius.abs() + radius.abs() + skin;
-    x * x + y * y + z * z < distance * distance && (spot.radius > 0.0 || radius > 0.0)
+    (x * x + y * y + z * z < distance * distance) & ((spot.radius > 0.0) | (radius > 0.0))
 }
 
 /// Pairs that are near only through a periodic face, by their lower row.

@@ -7,6 +7,7 @@ use mercury_common::formats::data::{DataFrame, DataRow, write_frame};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::orientation::euler_from_quaternion;
 
+use super::data_rows::{DataRows, Row};
 use super::stream::{Stream, TextFile};
 use super::{OutputError, State};
 use crate::plan::Plan;
@@ -16,6 +17,7 @@ pub(super) struct DataFile {
     style: NumberStyle,
     dimensions: u8,
     domain: (DVec3, DVec3),
+    pebbles: bool,
 }
 
 impl DataFile {
@@ -25,6 +27,7 @@ impl DataFile {
             style: plan.output.number_style(),
             dimensions: plan.dimensions,
             domain: (plan.domain_min, plan.domain_max),
+            pebbles: plan.output.pebbles,
         })
     }
 }
@@ -34,18 +37,33 @@ impl Stream for DataFile {
         if !state.frame {
             return Ok(());
         }
-        let rows = state.particles.iter().enumerate().map(|(rank, particle)| {
-            let angles = match &state.orientations {
-                Some(orientations) => euler_from_quaternion(orientations[rank]),
-                None => DVec3::ZERO,
-            };
-            DataRow {
-                position: particle.position,
-                velocity: particle.velocity,
-                radius: particle.radius,
-                angles,
-                angular_velocity: particle.angular_velocity,
-                info: f64::from(particle.material),
+        let rows = DataRows::new(state, self.pebbles).rows;
+        let rows = rows.into_iter().map(|row| match row {
+            Row::Particle(rank) => {
+                let particle = &state.particles[rank];
+                let angles = match &state.orientations {
+                    Some(orientations) => euler_from_quaternion(orientations[rank]),
+                    None => DVec3::ZERO,
+                };
+                DataRow {
+                    position: particle.position,
+                    velocity: particle.velocity,
+                    radius: particle.radius,
+                    angles,
+                    angular_velocity: particle.angular_velocity,
+                    info: f64::from(particle.material),
+                }
+            }
+            Row::Body(place) => {
+                let body = &state.bodies[place];
+                DataRow {
+                    position: body.position,
+                    velocity: body.velocity,
+                    radius: body.radius,
+                    angles: euler_from_quaternion(body.orientation),
+                    angular_velocity: body.angular_velocity,
+                    info: f64::from(body.material),
+                }
             }
         });
         let frame = DataFrame {

@@ -6,6 +6,7 @@ use glam::DVec3;
 use mercury_common::formats::fstat::{ContactRow, FstatFrame, write_frame};
 use mercury_common::formats::number::NumberStyle;
 
+use super::data_rows::DataRows;
 use super::stream::{Stream, TextFile};
 use super::{OutputError, State};
 use crate::forces::Partner;
@@ -15,6 +16,7 @@ pub(super) struct FstatFile {
     file: TextFile,
     style: NumberStyle,
     domain: (DVec3, DVec3),
+    pebbles: bool,
 }
 
 impl FstatFile {
@@ -23,6 +25,7 @@ impl FstatFile {
             file: TextFile::create(folder, &format!("{}.fstat", plan.prefix))?,
             style: plan.output.number_style(),
             domain: (plan.domain_min, plan.domain_max),
+            pebbles: plan.output.pebbles,
         })
     }
 }
@@ -40,7 +43,7 @@ impl Stream for FstatFile {
             max: self.domain.1,
             radius_min: radii().fold(f64::NAN, f64::min),
             radius_max: radii().fold(f64::NAN, f64::max),
-            contacts: contact_rows(state),
+            contacts: contact_rows(state, self.pebbles),
         };
         write_frame(&frame, self.style, &mut self.file.buffer);
         self.file.flush()
@@ -50,8 +53,9 @@ impl Stream for FstatFile {
 /// The lines of all contacts, sorted by the two indices: two for a pair, one for a wall, none for the side of a fixed particle.
 ///
 /// Both lines of a pair carry the point on the side of the lower index; normal and tangent of a wall contact are
-/// reversed. These are MercuryDPM's conventions.
-pub(super) fn contact_rows(state: &State) -> Vec<ContactRow> {
+/// reversed. These are MercuryDPM's conventions. Indices are those of the rows of `.data`: of bodies, or with `pebbles` of pebbles.
+pub(super) fn contact_rows(state: &State, pebbles: bool) -> Vec<ContactRow> {
+    let row_of_rank = DataRows::new(state, pebbles).row_of_rank;
     let mut rows = Vec::with_capacity(2 * state.observation.records.len());
     for record in &state.observation.records {
         let i = state.rank(record.row);
@@ -60,7 +64,7 @@ pub(super) fn contact_rows(state: &State) -> Vec<ContactRow> {
         let tangential_force = record.tangential.length();
         let row = ContactRow {
             time: state.time,
-            i: i as i64,
+            i: i64::from(row_of_rank[i]),
             j: 0,
             contact_point: particle.position - record.normal * lever,
             overlap: record.overlap,
@@ -82,13 +86,14 @@ pub(super) fn contact_rows(state: &State) -> Vec<ContactRow> {
         match record.partner {
             Partner::Particle { row: partner, .. } => {
                 let j = state.rank(partner);
+                let to = i64::from(row_of_rank[j]);
                 if !state.is_fixed(i) {
-                    rows.push(ContactRow { j: j as i64, ..row });
+                    rows.push(ContactRow { j: to, ..row });
                 }
                 if !state.is_fixed(j) {
                     rows.push(ContactRow {
-                        i: j as i64,
-                        j: i as i64,
+                        i: to,
+                        j: row.i,
                         ..reversed
                     });
                 }

@@ -6,13 +6,13 @@
 
 mod contact_frames;
 mod data_file;
+mod data_rows;
 mod ene_file;
 mod energies;
 pub mod folder;
 mod fstat_file;
 mod moment;
 mod particle_frames;
-pub mod pictures;
 pub mod progress_line;
 mod schedule;
 mod state;

@@ -4,7 +4,7 @@ use glam::DQuat;
 
 use crate::engine::Engine;
 use crate::forces::Observation;
-use crate::particles::{Load, Particle};
+use crate::particles::{Bodies, Load, Particle};
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +29,8 @@ pub struct Moment {
     pub masses: Vec<f64>,
     /// Orientations, if integrated.
     pub orientations: Option<Vec<DQuat>>,
+    /// Rigid bodies, in scenes with clumps.
+    pub bodies: Option<Bodies>,
     /// What was seen of the contacts.
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
@@ -52,6 +54,7 @@ impl Moment {
             ids: particles.ids.clone(),
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
+            bodies: particles.bodies.clone(),
             observation: engine.observation(),
             dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
         }

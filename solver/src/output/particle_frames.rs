@@ -36,7 +36,7 @@ pub(super) struct ParticleTable {
 impl ParticleTable {
     pub(super) fn new(plan: &Plan) -> Self {
         let columns = ParticleColumns {
-            body: false,
+            body: plan.has_bodies(),
             orientation: plan.orientations,
             angular_velocity: true,
             force: true,
@@ -90,12 +90,22 @@ impl ParticleTable {
             mass: state.masses.clone(),
             volume: particles
                 .iter()
-                .map(|p| volume(p.radius, self.dimensions))
+                .enumerate()
+                .map(|(rank, p)| match state.body(rank) {
+                    None => volume(p.radius, self.dimensions),
+                    // The same share as that of its mass.
+                    Some(body) => state.masses[rank] / body.mass * body.volume,
+                })
                 .collect(),
             radius: particles.iter().map(|p| p.radius).collect(),
             position: particles.iter().map(|p| p.position).collect(),
             velocity: particles.iter().map(|p| p.velocity).collect(),
-            body: None,
+            body: self.columns.body.then(|| {
+                let ranks = 0..particles.len();
+                ranks
+                    .map(|rank| state.body(rank).map(|body| body.id))
+                    .collect()
+            }),
             orientation: state.orientations.clone(),
             angular_velocity: Some(particles.iter().map(|p| p.angular_velocity).collect()),
             force: Some(state.loads.iter().map(|load| load.force).collect()),

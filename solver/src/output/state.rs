@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::Moment;
 use crate::forces::Observation;
 use crate::neighbours::Images;
-use crate::particles::{FIXED, Load, Particle};
+use crate::particles::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
 
 /// A [`Moment`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,16 +20,20 @@ pub struct State {
     pub contacts: bool,
     /// The files for ParaView are due.
     pub vtk: bool,
-    /// Particles, positions wrapped into the periodic domain.
+    /// Particles, pebbles among them, positions wrapped into the periodic domain.
     pub particles: Vec<Particle>,
     /// Contact forces on the particles.
     pub loads: Vec<Load>,
     /// Ids, ascending.
     pub ids: Vec<u32>,
-    /// Masses, kg.
+    /// Masses, kg; of pebbles their share of the body's.
     pub masses: Vec<f64>,
-    /// Orientations, if integrated.
+    /// Orientations, if integrated; of pebbles that of their body.
     pub orientations: Option<Vec<DQuat>>,
+    /// Rigid bodies by their ids, centres wrapped into the periodic domain; empty without clumps.
+    pub bodies: Vec<Body>,
+    /// For each rank the place of its body in `bodies`; `None` for spheres of their own. Empty without clumps.
+    pub body_of_rank: Vec<Option<u32>>,
     /// Place in this order of each of the engine's rows, which the observation speaks of.
     pub rank_of_row: Vec<u32>,
     /// What was seen of the contacts; its rows are the engine's.
@@ -52,6 +56,18 @@ impl State {
         for particle in &mut particles {
             particle.position = images.wrap(particle.position);
         }
+        let mut orientations = moment.orientations.map(|all| gather(&all, &order));
+        let (bodies, body_of_rank) = match &moment.bodies {
+            None => (Vec::new(), Vec::new()),
+            Some(bodies) => by_rank(bodies, &order, images),
+        };
+        if let Some(orientations) = &mut orientations {
+            for (orientation, body) in orientations.iter_mut().zip(&body_of_rank) {
+                if let Some(body) = body {
+                    *orientation = bodies[*body as usize].orientation;
+                }
+            }
+        }
         Self {
             time: moment.time,
             step: moment.step,
@@ -62,7 +78,9 @@ impl State {
             loads: gather(&moment.loads, &order),
             ids: gather(&moment.ids, &order),
             masses: gather(&moment.masses, &order),
-            orientations: moment.orientations.map(|all| gather(&all, &order)),
+            orientations,
+            bodies,
+            body_of_rank,
             rank_of_row,
             observation: moment.observation,
             dissipated: moment.dissipated,
@@ -73,6 +91,19 @@ impl State {
     #[must_use]
     pub fn is_fixed(&self, rank: usize) -> bool {
         self.particles[rank].flags & FIXED != 0
+    }
+
+    /// Whether the particle of this rank is a pebble of a body.
+    #[must_use]
+    pub fn is_pebble(&self, rank: usize) -> bool {
+        self.particles[rank].flags & PEBBLE != 0
+    }
+
+    /// The body that the particle of this rank is a pebble of.
+    #[must_use]
+    pub fn body(&self, rank: usize) -> Option<&Body> {
+        let place = self.body_of_rank.get(rank)?.as_ref()?;
+        Some(&self.bodies[*place as usize])
     }
 
     /// The rank of a row of the engine.
@@ -90,18 +121,32 @@ impl State {
         }
     }
 
-    /// Mass (kg) and momentum (kg m/s) of the particles that are not fixed.
+    /// Mass (kg) and momentum (kg m/s) of the particles and bodies that are not fixed.
     #[must_use]
     pub fn mass_and_momentum(&self) -> (f64, DVec3) {
         let mut sum = (0.0, DVec3::ZERO);
         for (rank, particle) in self.particles.iter().enumerate() {
-            if !self.is_fixed(rank) {
+            if !self.is_fixed(rank) && !self.is_pebble(rank) {
                 sum.0 += self.masses[rank];
                 sum.1 += self.masses[rank] * particle.velocity;
             }
         }
+        for body in self.bodies.iter().filter(|body| !body.is_fixed()) {
+            sum.0 += body.mass;
+            sum.1 += body.mass * body.velocity;
+        }
         sum
     }
+}
+
+/// Bodies with wrapped centres, and the place of each rank's body among them.
+fn by_rank(bodies: &Bodies, order: &[u32], images: &Images) -> (Vec<Body>, Vec<Option<u32>>) {
+    let wrapped = bodies.all.iter().map(|body| Body {
+        position: images.wrap(body.position),
+        ..*body
+    });
+    let of_rank = order.iter().map(|&row| bodies.body_of_row(row as usize));
+    (wrapped.collect(), of_rank.collect())
 }
 
 fn gather<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {

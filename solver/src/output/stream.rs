@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::FrameWriteError;
+use mercury_pictures::PictureError;
 
 use super::State;
-use super::pictures::PictureError;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]

@@ -55,6 +55,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         ids: vec![9, 4, 6],
         masses: vec![2.0; 3],
         orientations: None,
+        bodies: None,
         observation: Observation {
             records,
             elastic_energy: 0.25,
@@ -82,7 +83,7 @@ fn a_pair_makes_two_lines_with_the_point_of_the_lower_index() {
         row: 2,
         image: NO_SHIFT,
     };
-    let rows = contact_rows(&state(0, vec![record(1, partner)]));
+    let rows = contact_rows(&state(0, vec![record(1, partner)]), false);
     assert_eq!(
         rows.iter().map(|row| (row.i, row.j)).collect::<Vec<_>>(),
         [(0, 1), (1, 0)]
@@ -106,7 +107,7 @@ fn a_fixed_particle_has_no_line() {
         row: 2,
         image: NO_SHIFT,
     };
-    let rows = contact_rows(&state(FIXED, vec![record(1, partner)]));
+    let rows = contact_rows(&state(FIXED, vec![record(1, partner)]), false);
     assert_eq!(
         rows.iter().map(|row| (row.i, row.j)).collect::<Vec<_>>(),
         [(0, 1)]
@@ -119,7 +120,7 @@ fn a_wall_makes_one_line_that_points_into_it() {
         wall: 2,
         image: NO_SHIFT,
     };
-    let rows = contact_rows(&state(0, vec![record(0, partner)]));
+    let rows = contact_rows(&state(0, vec![record(0, partner)]), false);
     assert_eq!(rows.len(), 1);
     assert_eq!((rows[0].i, rows[0].j, rows[0].wall()), (2, -3, Some(2)));
     assert_eq!((rows[0].normal, rows[0].tangent), (-DVec3::X, -DVec3::Y));
@@ -140,7 +141,7 @@ fn lines_are_sorted_by_both_indices() {
         image: NO_SHIFT,
     };
     let records = vec![record(2, pair(0)), record(1, wall), record(1, pair(2))];
-    let rows = contact_rows(&state(0, records));
+    let rows = contact_rows(&state(0, records), false);
     let keys: Vec<_> = rows.iter().map(|row| (row.i, row.j)).collect();
     assert_eq!(keys, [(0, -1), (0, 1), (1, 0), (1, 2), (2, 1)]);
 }

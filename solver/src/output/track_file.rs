@@ -1,4 +1,4 @@
-//! `<prefix>.track.csv`: the motion of named particles.
+//! `<prefix>.track.csv`: the motion of named particles and bodies.
 
 use std::path::Path;
 
@@ -37,13 +37,23 @@ impl Stream for TrackFile {
             let Ok(rank) = state.ids.binary_search(id) else {
                 continue;
             };
-            let particle = &state.particles[rank];
-            let (x, v, w) = (
-                particle.position,
-                particle.velocity,
-                particle.angular_velocity,
-            );
-            let q = state.orientation(rank);
+            let (x, v, w, q) = match state.body(rank) {
+                Some(body) => (
+                    body.position,
+                    body.velocity,
+                    body.angular_velocity,
+                    body.orientation,
+                ),
+                None => {
+                    let particle = &state.particles[rank];
+                    (
+                        particle.position,
+                        particle.velocity,
+                        particle.angular_velocity,
+                        state.orientation(rank),
+                    )
+                }
+            };
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
             push_csv_name(out, name);

@@ -82,6 +82,7 @@ impl StandingWalls {
 fn surface(shape: &Shape) -> Surface {
     match shape.outline() {
         Outline::Plane { point, normal } => Surface::Plane { point, normal },
+        Outline::Mesh { triangles, .. } => Surface::Mesh(triangles),
         Outline::Sphere { centre, radius } => Surface::Sphere { centre, radius },
         Outline::Turned {
             origin,

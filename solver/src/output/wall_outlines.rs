@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use mercury_pictures::PictureWall;
 
-use super::pictures::PictureWall;
 use crate::walls::{Outline, Wall, WallState};
 
 /// Chords of a circle.
@@ -54,6 +54,7 @@ fn outline(
         .into_iter()
         .map(|across| circle(*centre, across, *radius))
         .collect(),
+        Outline::Mesh { edges, .. } => edges.iter().map(|ends| ends.to_vec()).collect(),
         Outline::Turned {
             origin,
             direction,

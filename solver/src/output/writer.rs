@@ -5,13 +5,13 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
+use mercury_pictures::EnergyRow;
 
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::ene_file::EneFile;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
-use super::pictures::EnergyRow;
 use super::stream::Stream;
 use super::track_file::TrackFile;
 use super::vtk_files::VtkFiles;

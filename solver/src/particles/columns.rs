@@ -1,13 +1,16 @@
 //! All particles of a run, row by row.
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
-use super::{FIXED, Load, PRESCRIBED, Particle};
+use super::{
+    Bodies, Body, BodyPebble, FIXED, Load, NO_PEBBLE, PEBBLE, PRESCRIBED, Particle, PrescribedBody,
+};
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prescribed {
-    /// Row of the particle, kept up to date by [`Particles::reorder`].
+    /// Row of the particle, kept up to date by [`Particles::keep`].
     pub row: u32,
     /// Velocity components, m/s.
     pub velocity: [Option<f64>; 3],
@@ -24,7 +27,8 @@ pub struct Particles {
     pub loads: Vec<Load>,
     /// The number by which users know the particle: 0, 1, 2 ... in order of creation, never used twice.
     pub ids: Vec<u32>,
-    /// Mass, kg (per unit length in 2D); also of fixed particles.
+    /// Mass, kg (per unit length in 2D); also of fixed particles. Beside a pebble stands its share of the body's mass
+    /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
     pub masses: Vec<f64>,
     /// Position when the neighbour list was built, m.
     pub listed_at: Vec<DVec3>,
@@ -32,6 +36,8 @@ pub struct Particles {
     pub orientations: Option<Vec<DQuat>>,
     /// Particles with prescribed components, in no particular order; few.
     pub prescribed: Vec<Prescribed>,
+    /// Rigid bodies, whose pebbles are rows; only in scenes with clumps.
+    pub bodies: Option<Bodies>,
     /// The id of the next particle.
     pub next_id: u32,
 }
@@ -73,21 +79,73 @@ impl Particles {
         self.ids.push(id);
         self.masses.push(mass);
         self.listed_at.push(record.position);
+        if let Some(bodies) = &mut self.bodies {
+            bodies.of_row.push(NO_PEBBLE);
+        }
         if let Some(orientations) = &mut self.orientations {
             orientations.push(DQuat::IDENTITY);
         }
         id
     }
 
-    /// Puts the row `order[k]` into row `k`; rows that `order` does not name are removed.
-    pub fn reorder(&mut self, order: &[u32]) {
-        fn gather<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
-            *column = order.iter().map(|&row| column[row as usize]).collect();
+    /// Appends a body, its pebbles as rows: records and shares of the body's mass (kg), and where the body has them (principal
+    /// frame, m). Places in [`Bodies`], ids and rows are filled in here. Returns the id of the body.
+    pub fn push_body(
+        &mut self,
+        body: Body,
+        pebbles: impl Iterator<Item = (Particle, f64, DVec3)>,
+        prescribed: Option<PrescribedBody>,
+    ) -> u32 {
+        let mut bodies = self.bodies.take().unwrap_or_default();
+        bodies.of_row.resize(self.len(), NO_PEBBLE);
+        let (index, first) = (bodies.all.len() as u32, bodies.pebbles.len() as u32);
+        let id = self.next_id;
+        for (record, mass, offset) in pebbles {
+            bodies.of_row.push(bodies.pebbles.len() as u32);
+            bodies.pebbles.push(BodyPebble {
+                body: index,
+                row: self.len() as u32,
+                offset,
+                // Until the first list every pebble stands where its body has it.
+                shift: DVec3::ZERO,
+            });
+            self.push(record, mass, None);
         }
-        if !self.prescribed.is_empty() {
+        let count = bodies.pebbles.len() as u32 - first;
+        bodies.extra_ids += count.saturating_sub(1);
+        bodies.all.push(Body {
+            id,
+            first,
+            count,
+            ..body
+        });
+        bodies
+            .prescribed
+            .extend(prescribed.map(|prescribed| PrescribedBody {
+                body: index,
+                ..prescribed
+            }));
+        self.bodies = Some(bodies);
+        id
+    }
+
+    /// Keeps the rows that `stay` names, in that order.
+    pub fn keep(&mut self, stay: &[u32]) {
+        gather(&mut self.loads, stay, false);
+        gather(&mut self.listed_at, stay, false);
+        self.reorder(stay, false);
+    }
+
+    /// Puts the row `order[k]` into row `k`, but for the loads and the listed positions: the list that is made for the new order
+    /// brings new ones. `parallel`: with the threads of the pool from within which it is called.
+    pub(crate) fn reorder(&mut self, order: &[u32], parallel: bool) {
+        if !self.prescribed.is_empty() || self.bodies.is_some() {
             let mut new_row = vec![u32::MAX; self.len()];
             for (new, &old) in order.iter().enumerate() {
                 new_row[old as usize] = new as u32;
+            }
+            if let Some(bodies) = &mut self.bodies {
+                bodies.follow(&new_row, order.len());
             }
             for prescribed in &mut self.prescribed {
                 prescribed.row = new_row[prescribed.row as usize];
@@ -95,13 +153,11 @@ impl Particles {
             self.prescribed
                 .retain(|prescribed| prescribed.row != u32::MAX);
         }
-        gather(&mut self.records, order);
-        gather(&mut self.loads, order);
-        gather(&mut self.ids, order);
-        gather(&mut self.masses, order);
-        gather(&mut self.listed_at, order);
+        gather(&mut self.records, order, parallel);
+        gather(&mut self.ids, order, parallel);
+        gather(&mut self.masses, order, parallel);
         if let Some(orientations) = &mut self.orientations {
-            gather(orientations, order);
+            gather(orientations, order, parallel);
         }
     }
 
@@ -117,6 +173,36 @@ impl Particles {
         self.records[row].flags & PRESCRIBED != 0
     }
 
+    /// Whether the row is a pebble of a body.
+    #[must_use]
+    pub fn is_pebble(&self, row: usize) -> bool {
+        self.records[row].flags & PEBBLE != 0
+    }
+
+    /// The bodies, none in scenes without clumps.
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        self.bodies
+            .as_ref()
+            .map_or(&[], |bodies| bodies.all.as_slice())
+    }
+
+    /// Grains: spheres of their own and bodies.
+    #[must_use]
+    pub fn grains(&self) -> usize {
+        match &self.bodies {
+            None => self.len(),
+            Some(bodies) => self.len() - bodies.pebbles.len() + bodies.all.len(),
+        }
+    }
+
+    /// Grains that ever were.
+    #[must_use]
+    pub fn grains_created(&self) -> u64 {
+        let extra = self.bodies.as_ref().map_or(0, |bodies| bodies.extra_ids);
+        u64::from(self.next_id - extra)
+    }
+
     /// Rows in order of their ids: the order of every output.
     #[must_use]
     pub fn rows_by_id(&self) -> Vec<u32> {
@@ -124,4 +210,14 @@ impl Particles {
         rows.sort_unstable_by_key(|&row| self.ids[row as usize]);
         rows
     }
+}
+
+/// Row `order[k]` of a column becomes row `k`.
+fn gather<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32], parallel: bool) {
+    let row = |&row: &u32| column[row as usize];
+    *column = if parallel {
+        order.par_iter().with_min_len(1024).map(row).collect()
+    } else {
+        order.iter().map(row).collect()
+    };
 }

@@ -3,8 +3,10 @@
 //! Rows are kept sorted in space (`neighbours`), so a row index is valid only until the next sort; what
 //! users see and what files hold is the `id`, which never changes.
 
+mod bodies;
 mod columns;
 
+pub use bodies::{Bodies, Body, BodyPebble, NO_PEBBLE, PrescribedBody};
 pub use columns::{Particles, Prescribed};
 
 use glam::DVec3;
@@ -21,13 +23,14 @@ pub struct Particle {
     pub radius: f64,
     /// Velocity of the centre, m/s.
     pub velocity: DVec3,
-    /// One over the mass, 1/kg; 0 for particles that contacts cannot move (fixed, or fully prescribed).
+    /// One over the mass, 1/kg; 0 for particles that contacts cannot move (fixed, or fully prescribed). Of a pebble: over the
+    /// mass of its body.
     pub inverse_mass: f64,
     /// Angular velocity in the global frame, rad/s.
     pub angular_velocity: DVec3,
     /// Index of the material in the order of the scene file.
     pub material: u32,
-    /// [`FIXED`] and [`PRESCRIBED`].
+    /// [`FIXED`], [`PRESCRIBED`] and [`PEBBLE`].
     pub flags: u32,
 }
 
@@ -35,6 +38,8 @@ pub struct Particle {
 pub const FIXED: u32 = 1;
 /// Some components of its velocities are prescribed.
 pub const PRESCRIBED: u32 = 2;
+/// The row is a pebble of a rigid body ([`crate::bodies`]), which moves it.
+pub const PEBBLE: u32 = 4;
 
 /// What contacts do to one particle in one step.
 ///

@@ -1,10 +1,13 @@
 //! From a scene to its plan: every room of the plan in turn, all problems collected.
 
 use glam::DVec3;
-use mercury_common::scene::{Dimensions, Scene, SceneError, SceneErrors, TimeStep};
+use mercury_common::scene::{
+    ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep,
+};
 
 use super::checks;
 use super::insertions::{deletions, expected_number, insertions};
+use super::meshes;
 use super::mixing::{PairPlan, resolve_pair};
 use super::parameter::short;
 use super::particles::{StartingParticles, starting_particles};
@@ -13,6 +16,7 @@ use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
 use super::{Material, OutputPlan, Plan};
+use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::normal::rayleigh_time;
 use crate::contact::registry::LawTable;
@@ -37,24 +41,28 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         Dimensions::Three => 3,
     };
 
+    let mut notes = Vec::new();
     let walls = walls(scene, &mut errors);
-    let start = starting_particles(scene, &mut errors);
-    let insertions = insertions(scene, dimensions, &mut errors);
-    let uses = material_uses(scene, &start.particles, &insertions, &walls);
-    let sizes = Sizes::of(scene, &start, &insertions, dimensions);
+    let clumps = super::clumps::clumps(scene, &mut notes, &mut errors);
+    let start = starting_particles(scene, clumps.as_deref(), &mut errors);
+    let has_clumps = clumps.is_some();
+    let clumps = clumps.unwrap_or_default();
+    let insertions = insertions(scene, has_clumps, dimensions, &mut errors);
+    let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
+    let sizes = Sizes::of(scene, &start, &clumps, &insertions, dimensions);
     let pairs = plan_pairs(scene, &uses, &mut errors);
 
     let found = errors.len();
     checks::inside_the_domain(scene, &start, &mut errors);
     if sizes.largest > 0.0 {
-        checks::periodic_axes(scene, sizes.largest, &mut errors);
+        checks::periodic_axes(scene, sizes.largest, sizes.largest_body, &mut errors);
     }
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
     // Overlaps are looked for by the engine's list, which relies on the domain.
     if errors.len() == found {
-        checks::overlaps(scene, &start, &walls, &mut errors, &mut warnings);
+        checks::overlaps(scene, &start, &clumps, &walls, &mut errors, &mut warnings);
     }
 
     // A pair that could not be resolved could change the step.
@@ -64,6 +72,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             &pairs,
             &uses,
             &start,
+            &clumps,
             &insertions,
             &walls,
             dimensions,
@@ -100,7 +109,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         laws.laws[a * laws.materials + b] = Some(pair.law);
         laws.laws[b * laws.materials + a] = Some(pair.law);
     }
-    let mut notes = Vec::new();
+    let domain = (*scene.domain.min, *scene.domain.max);
+    meshes::remarks(&walls, domain, &mut warnings, &mut notes);
     if scene.output.restart_interval.is_some() {
         notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
     }
@@ -132,12 +142,15 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         startup_increment: scene.contact.startup_increment,
         walls,
         particles: start.particles,
+        clumps,
+        bodies: start.bodies,
         insertions,
         deletions: deletions(scene),
         smallest_radius: sizes.smallest,
         mean_radius: sizes.mean,
         largest_radius: sizes.largest,
         orientations: scene.output.data || *scene.output.vtk || !track.is_empty(),
+        contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
         energy_budget: scene.output.energy_budget,
         output: OutputPlan {
             interval: *scene.output.interval,
@@ -150,6 +163,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             frames: scene.output.frames,
             walls: scene.output.walls,
             pictures: scene.output.pictures,
+            pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
             track,
             digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
         },
@@ -165,31 +179,56 @@ struct Sizes {
     smallest: f64,
     mean: f64,
     largest: f64,
+    /// Circumscribed, of bodies; 0 without any.
+    largest_body: f64,
 }
 
 impl Sizes {
     fn of(
         scene: &Scene,
         start: &StartingParticles,
+        clumps: &[Clump],
         insertions: &[InsertionPlan],
         dimensions: u8,
     ) -> Self {
         let densities = densities(scene);
         let (mut smallest, mut largest, mut sum, mut count) = (f64::INFINITY, 0.0f64, 0.0, 0.0);
-        for particle in &start.particles {
-            smallest = smallest.min(particle.radius);
-            largest = largest.max(particle.radius);
-            sum += particle.radius;
+        let mut largest_body = 0.0f64;
+        for sphere in start.spheres(clumps) {
+            smallest = smallest.min(sphere.radius);
+            largest = largest.max(sphere.radius);
+            sum += sphere.radius;
             count += 1.0;
+        }
+        for body in &start.bodies {
+            largest_body = largest_body.max(clumps[body.clump as usize].radius * body.scale);
         }
         for insertion in insertions {
             let expected = expected_number(insertion, &densities, dimensions);
             let expected = expected.unwrap_or(FULL_COUNTS_AS);
             for part in &insertion.mixture {
-                smallest = smallest.min(0.5 * part.sizes.smallest());
-                largest = largest.max(0.5 * part.sizes.largest());
-                sum += expected * part.share * 0.5 * part.sizes.mean_diameter();
-                count += expected * part.share;
+                // Radii over half the diameter that is drawn, and spheres for each.
+                let (least, mean, most, number) = match part.clump {
+                    None => (1.0, 1.0, 1.0, 1.0),
+                    Some(index) => {
+                        let clump = &clumps[index as usize];
+                        let unit = 2.0 / clump.equal_volume_diameter();
+                        let body = 0.5 * part.sizes.largest() * clump.radius * unit;
+                        largest_body = largest_body.max(body);
+                        let (least, most) = clump.pebble_radii();
+                        (
+                            least * unit,
+                            clump.mean_pebble_radius() * unit,
+                            most * unit,
+                            clump.pebbles.len() as f64,
+                        )
+                    }
+                };
+                smallest = smallest.min(0.5 * part.sizes.smallest() * least);
+                largest = largest.max(0.5 * part.sizes.largest() * most);
+                let spheres = expected * part.share * number;
+                sum += spheres * 0.5 * part.sizes.mean_diameter() * mean;
+                count += spheres;
             }
         }
         if count == 0.0 {
@@ -197,12 +236,14 @@ impl Sizes {
                 smallest: 0.0,
                 mean: 0.0,
                 largest: 0.0,
+                largest_body,
             };
         }
         Self {
             smallest,
             mean: sum / count,
             largest,
+            largest_body,
         }
     }
 }
@@ -244,6 +285,7 @@ fn plan_pairs(scene: &Scene, uses: &[MaterialUse], errors: &mut Vec<SceneError>)
 fn reference_speed(
     scene: &Scene,
     start: &StartingParticles,
+    clumps: &[Clump],
     insertions: &[InsertionPlan],
     walls: &[Wall],
 ) -> (f64, String) {
@@ -254,6 +296,11 @@ fn reference_speed(
         .particles
         .iter()
         .map(|p| p.velocity.length())
+        .chain(start.bodies.iter().map(|body| {
+            // Its fastest point.
+            let reach = clumps[body.clump as usize].radius * body.scale;
+            body.velocity.length() + body.angular_velocity.length() * reach
+        }))
         .fold(0.0, f64::max);
     let inserted = insertions
         .iter()
@@ -274,7 +321,9 @@ fn reference_speed(
         .map(|axis| scene.gravity[axis].abs() * (max[axis] - min[axis]))
         .sum();
     let launched = f64::max(initial, inserted);
-    let has_free = !insertions.is_empty() || start.particles.iter().any(|particle| !particle.fixed);
+    let has_free = !insertions.is_empty()
+        || start.particles.iter().any(|particle| !particle.fixed)
+        || start.bodies.iter().any(|body| !body.fixed);
     let fallen = if has_free && *scene.gravity != DVec3::ZERO {
         (launched * launched + 2.0 * fall).sqrt()
     } else {
@@ -303,14 +352,15 @@ fn plan_step(
     pairs: &[PairPlan],
     uses: &[MaterialUse],
     start: &StartingParticles,
+    clumps: &[Clump],
     insertions: &[InsertionPlan],
     walls: &[Wall],
     dimensions: u8,
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
 ) -> Option<(f64, StepPlan)> {
-    let (speed, speed_reason) = reference_speed(scene, start, insertions, walls);
-    let (contact, critical) = limits(pairs, uses, &densities(scene), dimensions, speed);
+    let (speed, speed_reason) = reference_speed(scene, start, clumps, insertions, walls);
+    let (contact, critical) = limits(pairs, uses, clumps, &densities(scene), dimensions, speed);
     let place = &scene.time.step.place;
     let (step, reason) = match (
         scene.time.step.value,

@@ -4,8 +4,9 @@ use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError, Shape};
 
 use super::parameter::short;
-use super::particles::{StartingParticles, Typed};
+use super::particles::{StartingParticles, StartingSphere, Typed};
 use super::{InsertionPlan, NewParticle};
+use crate::bodies::Clump;
 use crate::neighbours::{Images, build};
 use crate::particles::{Particle, Particles};
 use crate::walls::{Touches, Wall};
@@ -15,18 +16,19 @@ const PERIODIC_ROOM: f64 = 1.05;
 /// The tolerance of "the same z" and "in the plane", as a part of the radius or of a direction's length.
 const FLAT: f64 = 1e-9;
 
-/// What a particle is called in messages: its id, and where it was typed.
-fn name(scene: &Scene, start: &StartingParticles, id: usize) -> String {
-    let Typed { entry, line } = start.typed[id];
+/// What a particle or body is called in messages: its id, or its number among the bodies, and where it was typed.
+fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
+    let Typed { entry, line } = start.typed(grain);
     let key = scene.particles[entry].place.key();
-    match line {
-        Some(line) => format!("particle {id} ({key}, line {line} of its file)"),
-        None => format!("particle {id} ({key})"),
+    match (grain.checked_sub(start.particles.len()), line) {
+        (Some(body), _) => format!("body {body} ({key})"),
+        (None, Some(line)) => format!("particle {grain} ({key}, line {line} of its file)"),
+        (None, None) => format!("particle {grain} ({key})"),
     }
 }
 
-fn place<'a>(scene: &'a Scene, start: &StartingParticles, id: usize) -> &'a Place {
-    &scene.particles[start.typed[id].entry].place
+fn place<'a>(scene: &'a Scene, start: &StartingParticles, grain: usize) -> &'a Place {
+    &scene.particles[start.typed(grain).entry].place
 }
 
 fn point(position: DVec3) -> String {
@@ -34,28 +36,28 @@ fn point(position: DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Every particle's centre lies in the domain. One error per entry of `[[particles]]`.
+/// Every particle's and body's centre lies in the domain. One error per entry of `[[particles]]`.
 pub(super) fn inside_the_domain(
     scene: &Scene,
     start: &StartingParticles,
     errors: &mut Vec<SceneError>,
 ) {
     let (min, max) = (*scene.domain.min, *scene.domain.max);
-    let outside = |particle: &NewParticle| {
+    let outside = |grain: usize| {
         (0..3).any(|axis| {
-            let x = particle.position[axis];
+            let x = start.centre(grain)[axis];
             !scene.domain.periodic[axis] && (x < min[axis] || x > max[axis])
         })
     };
     let mut reported: Option<usize> = None;
-    for (id, particle) in start.particles.iter().enumerate() {
-        let entry = start.typed[id].entry;
-        if reported == Some(entry) || !outside(particle) {
+    for id in 0..start.grains() {
+        let entry = start.typed(id).entry;
+        if reported == Some(entry) || !outside(id) {
             continue;
         }
         reported = Some(entry);
-        let others = (id + 1..start.particles.len())
-            .filter(|&other| start.typed[other].entry == entry && outside(&start.particles[other]))
+        let others = (id + 1..start.grains())
+            .filter(|&other| start.typed(other).entry == entry && outside(other))
             .count();
         let more = match others {
             0 => String::new(),
@@ -64,7 +66,7 @@ pub(super) fn inside_the_domain(
         let message = format!(
             "{} lies outside the domain: {} is not within {} to {}{more}",
             name(scene, start, id),
-            point(particle.position),
+            point(start.centre(id)),
             point(min),
             point(max),
         );
@@ -76,8 +78,13 @@ pub(super) fn inside_the_domain(
     }
 }
 
-/// Periodic edges are long enough for the particles, and planes do not cut periodic axes.
-pub(super) fn periodic_axes(scene: &Scene, largest_radius: f64, errors: &mut Vec<SceneError>) {
+/// Periodic edges are long enough for the particles and bodies, and planes do not cut periodic axes.
+pub(super) fn periodic_axes(
+    scene: &Scene,
+    largest_radius: f64,
+    largest_body: f64,
+    errors: &mut Vec<SceneError>,
+) {
     const AXES: [&str; 3] = ["x", "y", "z"];
     for axis in (0..3).filter(|&axis| scene.domain.periodic[axis]) {
         let edge = scene.domain.max[axis] - scene.domain.min[axis];
@@ -92,6 +99,19 @@ pub(super) fn periodic_axes(scene: &Scene, largest_radius: f64, errors: &mut Vec
             );
             errors.push(scene.domain.place.error(message).with_help(
                 "a particle must not touch another one and its image at once; enlarge the domain, or make the axis not periodic",
+            ));
+        }
+        let least = PERIODIC_ROOM * 2.0 * largest_body;
+        if edge < least {
+            let message = format!(
+                "the periodic axis {} is too short: {} m, at least {} m are needed for bodies of circumscribed radius {} m",
+                AXES[axis],
+                short(edge),
+                short(least),
+                short(largest_body)
+            );
+            errors.push(scene.domain.place.error(message).with_help(
+                "a body must not touch its own image; enlarge the domain, or make the axis not periodic",
             ));
         }
         for wall in &scene.walls {
@@ -198,13 +218,14 @@ impl<T> Worst<T> {
     }
 }
 
-/// Overlaps of the start between particles and with walls: errors above `contact.overlap_error`, warnings above
+/// Overlaps of the start between particles, bodies and walls: errors above `contact.overlap_error`, warnings above
 /// `contact.overlap_warning`, both parts of the smaller radius. Pairs of fixed particles are exempt.
 ///
 /// Requires finite positions and periodic edges that [`periodic_axes`] accepts.
 pub(super) fn overlaps(
     scene: &Scene,
     start: &StartingParticles,
+    clumps: &[Clump],
     walls: &[Wall],
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
@@ -212,8 +233,13 @@ pub(super) fn overlaps(
     let (error_limit, warning_limit) =
         (*scene.contact.overlap_error, *scene.contact.overlap_warning);
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
-    for_each_touching_pair(scene, start, |a, b, overlap| {
-        let smaller = start.particles[a].radius.min(start.particles[b].radius);
+    let spheres: Vec<StartingSphere> = start.spheres(clumps).collect();
+    for_each_touching_pair(scene, &spheres, |a, b, overlap| {
+        let smaller = spheres[a].radius.min(spheres[b].radius);
+        let (a, b) = (spheres[a].grain, spheres[b].grain);
+        if a == b {
+            return;
+        }
         let part = overlap / smaller;
         if part > error_limit {
             bad.add(part, (a, b, overlap));
@@ -257,19 +283,19 @@ pub(super) fn overlaps(
         if !state.present {
             continue;
         }
-        for (id, particle) in start.particles.iter().enumerate() {
-            if particle.fixed {
+        for sphere in &spheres {
+            if sphere.fixed {
                 continue;
             }
-            let centre = state.into_wall(particle.position);
-            wall.shape.touches(centre, particle.radius, &mut touches);
+            let centre = state.into_wall(sphere.centre);
+            wall.shape.touches(centre, sphere.radius, &mut touches);
             for touch in touches.iter() {
-                let overlap = particle.radius - touch.distance;
-                let part = overlap / particle.radius;
+                let overlap = sphere.radius - touch.distance;
+                let part = overlap / sphere.radius;
                 if part > error_limit {
-                    bad.add(part, (id, index, overlap));
+                    bad.add(part, (sphere.grain, index, overlap));
                 } else if part > warning_limit {
-                    dubious.add(part, (id, index, overlap));
+                    dubious.add(part, (sphere.grain, index, overlap));
                 }
             }
         }
@@ -302,24 +328,24 @@ pub(super) fn overlaps(
     }
 }
 
-/// Calls `found` with the ids (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of
+/// Calls `found` with the places (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of
 /// fixed particles. By the engine's own list, so that many particles cost little.
 fn for_each_touching_pair(
     scene: &Scene,
-    start: &StartingParticles,
+    spheres: &[StartingSphere],
     mut found: impl FnMut(usize, usize, f64),
 ) {
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     let mut particles = Particles::new(false);
-    for new in &start.particles {
+    for new in spheres {
         let record = Particle {
-            position: new.position,
+            position: new.centre,
             radius: new.radius,
             velocity: DVec3::ZERO,
             // Only whether contacts can move it matters here.
             inverse_mass: if new.fixed { 0.0 } else { 1.0 },
             angular_velocity: DVec3::ZERO,
-            material: new.material,
+            material: 0,
             flags: 0,
         };
         particles.push(record, 1.0, None);

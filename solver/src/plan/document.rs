@@ -29,6 +29,8 @@ struct Document<'a> {
     time: Time<'a>,
     particles: Particles,
     materials: Vec<Material<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    clumps: Vec<Clump<'a>>,
     walls: Vec<Wall<'a>>,
     insertions: Vec<Insertion<'a>>,
     contacts: Vec<Contact<'a>>,
@@ -70,6 +72,8 @@ struct Bound<'a> {
 #[derive(Serialize)]
 struct Particles {
     at_start: usize,
+    #[serde(skip_serializing_if = "is_zero")]
+    bodies_at_start: usize,
     fixed: usize,
     expected: f64,
     smallest_radius: f64,
@@ -81,6 +85,18 @@ struct Particles {
 struct Material<'a> {
     name: &'a str,
     density: f64,
+}
+
+#[derive(Serialize)]
+struct Clump<'a> {
+    name: &'a str,
+    material: &'a str,
+    pebbles: usize,
+    mass: f64,
+    volume: f64,
+    principal_moments: [f64; 3],
+    equal_volume_diameter: f64,
+    circumscribed_radius: f64,
 }
 
 #[derive(Serialize)]
@@ -107,6 +123,8 @@ struct Insertion<'a> {
 #[derive(Serialize)]
 struct Ingredient<'a> {
     material: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clump: Option<&'a str>,
     number_share: f64,
     smallest_diameter: f64,
     largest_diameter: f64,
@@ -133,6 +151,14 @@ struct Pass {
     name: &'static str,
     done: bool,
     reason: String,
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde asks for a reference"
+)]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl<'a> Document<'a> {
@@ -177,6 +203,7 @@ impl<'a> Document<'a> {
             },
             particles: Particles {
                 at_start: plan.particles.len(),
+                bodies_at_start: plan.bodies.len(),
                 fixed: plan.particles.iter().filter(|p| p.fixed).count(),
                 expected: expected_particles(plan),
                 smallest_radius: plan.smallest_radius,
@@ -189,6 +216,20 @@ impl<'a> Document<'a> {
                 .map(|m| Material {
                     name: &m.name,
                     density: m.density,
+                })
+                .collect(),
+            clumps: plan
+                .clumps
+                .iter()
+                .map(|clump| Clump {
+                    name: &clump.name,
+                    material: material(clump.material),
+                    pebbles: clump.pebbles.len(),
+                    mass: clump.mass,
+                    volume: clump.volume,
+                    principal_moments: clump.moments.to_array(),
+                    equal_volume_diameter: clump.equal_volume_diameter(),
+                    circumscribed_radius: clump.radius,
                 })
                 .collect(),
             walls: plan
@@ -215,6 +256,9 @@ impl<'a> Document<'a> {
                         .iter()
                         .map(|part| Ingredient {
                             material: material(part.material),
+                            clump: part
+                                .clump
+                                .map(|index| plan.clumps[index as usize].name.as_str()),
                             number_share: part.share,
                             smallest_diameter: part.sizes.smallest(),
                             largest_diameter: part.sizes.largest(),

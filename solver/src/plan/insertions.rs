@@ -11,16 +11,17 @@ use mercury_common::sizes::{SizeDistribution, SizeError};
 use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region};
 use crate::particles::volume;
 
-/// All insertions that can be planned, in the order of the file.
+/// All insertions that can be planned, in the order of the file. `has_clumps`: the clumps could be read.
 pub(super) fn insertions(
     scene: &Scene,
+    has_clumps: bool,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
 ) -> Vec<InsertionPlan> {
     scene
         .insertions
         .iter()
-        .filter_map(|insertion| plan_one(scene, insertion, dimensions, errors))
+        .filter_map(|insertion| plan_one(scene, insertion, has_clumps, dimensions, errors))
         .collect()
 }
 
@@ -41,15 +42,21 @@ pub(super) fn deletions(scene: &Scene) -> Vec<DeletionPlan> {
 fn plan_one(
     scene: &Scene,
     insertion: &Insertion,
+    has_clumps: bool,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
 ) -> Option<InsertionPlan> {
     let before = errors.len();
     let mut mixture = Vec::new();
     for component in &insertion.mixture {
-        let Body::Sphere(material) = &component.body else {
-            // Reported by `unsupported`.
-            return None;
+        let (material, clump) = match &component.body {
+            Body::Sphere(material) => (material.value, None),
+            // The scene is refused already.
+            Body::Clump(_) if !has_clumps => return None,
+            Body::Clump(clump) => {
+                let template = scene.clumps.get(clump.value.0)?;
+                (template.material.value, Some(clump.value.0 as u32))
+            }
         };
         let sizes = match SizeDistribution::from_scene(&component.psd) {
             Ok(sizes) => sizes,
@@ -68,6 +75,7 @@ fn plan_one(
         };
         mixture.push(Ingredient {
             material: material.0 as u32,
+            clump,
             sizes,
             share: component.share / per_particle,
         });

@@ -2,9 +2,12 @@
 
 mod build;
 mod checks;
+mod clumps;
 mod document;
 mod insertions;
+mod meshes;
 mod mixing;
+mod new_body;
 mod parameter;
 mod particles;
 mod passes;
@@ -21,6 +24,7 @@ pub use build::plan;
 pub use document::document;
 pub use insertions::expected_number;
 pub use mixing::{PairPlan, harmonic_mean};
+pub use new_body::NewBody;
 pub use parameter::{Origin, Parameter, Value};
 pub use passes::{Pass, memory, passes};
 pub use refusal::refusal;
@@ -30,6 +34,7 @@ pub use time_step::{Limit, Meeting, StepPlan};
 use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 
+use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::particles::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
@@ -68,10 +73,16 @@ pub struct Plan {
     pub wall_curvature: bool,
     /// Springs advance in the force evaluation before the first step.
     pub startup_increment: bool,
+    /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
+    pub contact_point_mass: bool,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
+    /// Templates of rigid bodies, in the order of the file.
+    pub clumps: Vec<Clump>,
+    /// Bodies of the start, in the order of their ids, which follow those of `particles`.
+    pub bodies: Vec<NewBody>,
     /// Insertions.
     pub insertions: Vec<InsertionPlan>,
     /// Deletions.
@@ -125,8 +136,11 @@ impl Plan {
             },
             wall_curvature: false,
             startup_increment: false,
+            contact_point_mass: false,
             walls: Vec::new(),
             particles: Vec::new(),
+            clumps: Vec::new(),
+            bodies: Vec::new(),
             insertions: Vec::new(),
             deletions: Vec::new(),
             smallest_radius: 0.0,
@@ -145,6 +159,7 @@ impl Plan {
                 frames: false,
                 walls: false,
                 pictures: false,
+                pebbles: false,
                 track: Vec::new(),
                 digits: None,
             },
@@ -158,12 +173,36 @@ impl Plan {
     /// Adds particles and takes their radii into account.
     #[must_use]
     pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
-        let radii = || particles.iter().map(|particle| particle.radius);
-        self.smallest_radius = radii().fold(f64::INFINITY, f64::min);
-        self.largest_radius = radii().fold(0.0, f64::max);
-        self.mean_radius = radii().sum::<f64>() / particles.len().max(1) as f64;
         self.particles = particles;
+        self.take_radii_in();
         self
+    }
+
+    /// Adds bodies of these clumps and takes the radii of their pebbles into account.
+    #[must_use]
+    pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
+        (self.clumps, self.bodies) = (clumps, bodies);
+        self.take_radii_in();
+        self
+    }
+
+    /// Whether rigid bodies are there or come.
+    #[must_use]
+    pub fn has_bodies(&self) -> bool {
+        let mut mixtures = self.insertions.iter().flat_map(|plan| &plan.mixture);
+        !self.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
+    }
+
+    fn take_radii_in(&mut self) {
+        let of_spheres = self.particles.iter().map(|particle| particle.radius);
+        let of_pebbles = self.bodies.iter().flat_map(|body| {
+            let pebbles = body.clump(self).pebbles.iter();
+            pebbles.map(|pebble| pebble.radius * body.scale)
+        });
+        let radii: Vec<f64> = of_spheres.chain(of_pebbles).collect();
+        self.smallest_radius = radii.iter().copied().fold(f64::INFINITY, f64::min);
+        self.largest_radius = radii.iter().copied().fold(0.0, f64::max);
+        self.mean_radius = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
     }
 }
 
@@ -262,7 +301,9 @@ pub struct OutputPlan {
     pub walls: bool,
     /// Pictures at the end.
     pub pictures: bool,
-    /// Particles to follow: name and id.
+    /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
+    pub pebbles: bool,
+    /// Particles and bodies to follow: name and id.
     pub track: Vec<(String, u32)>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,

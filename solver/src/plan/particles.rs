@@ -4,10 +4,12 @@ use glam::DVec3;
 use mercury_common::formats::particle_csv::read_particle_csv;
 use mercury_common::random::Stream;
 use mercury_common::scene::{
-    Lattice, Located, MaterialIndex, ParticleSource, ParticleValues, Place, Scene, SceneError,
+    ClumpPlace, Lattice, Located, MaterialIndex, Orientation, ParticleSource, ParticleValues,
+    Place, Scene, SceneError, Start,
 };
 
-use super::NewParticle;
+use super::{NewBody, NewParticle};
+use crate::bodies::Clump;
 use crate::neighbours::Images;
 
 /// Where a particle of the start was typed.
@@ -26,7 +28,11 @@ pub(super) struct StartingParticles {
     pub particles: Vec<NewParticle>,
     /// By id.
     pub typed: Vec<Typed>,
-    /// Name and id of the entries that are single particles with a name.
+    /// Bodies, in the order of their ids, which follow those of the particles.
+    pub bodies: Vec<NewBody>,
+    /// Where each body was typed.
+    pub typed_bodies: Vec<Typed>,
+    /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
 }
 
@@ -38,19 +44,88 @@ impl StartingParticles {
         });
         self.typed.push(typed);
     }
+
+    /// Spheres that can touch: particles, then the pebbles of bodies, each with the number of its grain (particles, then
+    /// bodies).
+    pub(super) fn spheres<'a>(
+        &'a self,
+        clumps: &'a [Clump],
+    ) -> impl Iterator<Item = StartingSphere> + 'a {
+        let particles = self.particles.iter().enumerate();
+        let particles = particles.map(|(grain, particle)| StartingSphere {
+            grain,
+            centre: particle.position,
+            radius: particle.radius,
+            fixed: particle.fixed,
+        });
+        let first = self.particles.len();
+        let pebbles = self.bodies.iter().enumerate().flat_map(move |(k, body)| {
+            let spheres = body.spheres(&clumps[body.clump as usize]);
+            spheres.map(move |(centre, radius)| StartingSphere {
+                grain: first + k,
+                centre,
+                radius,
+                fixed: body.fixed,
+            })
+        });
+        particles.chain(pebbles)
+    }
+}
+
+impl StartingParticles {
+    /// Where the grain of this number was typed: particles, then bodies.
+    pub(super) fn typed(&self, grain: usize) -> Typed {
+        match grain.checked_sub(self.particles.len()) {
+            None => self.typed[grain],
+            Some(body) => self.typed_bodies[body],
+        }
+    }
+
+    /// Its centre, m.
+    pub(super) fn centre(&self, grain: usize) -> DVec3 {
+        match grain.checked_sub(self.particles.len()) {
+            None => self.particles[grain].position,
+            Some(body) => self.bodies[body].position,
+        }
+    }
+
+    /// Particles and bodies.
+    pub(super) fn grains(&self) -> usize {
+        self.particles.len() + self.bodies.len()
+    }
+}
+
+/// A particle or a pebble of the start.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StartingSphere {
+    /// Number of the particle, or of all particles and that of the body.
+    pub grain: usize,
+    /// m, not wrapped for pebbles.
+    pub centre: DVec3,
+    /// m
+    pub radius: f64,
+    /// Never moves.
+    pub fixed: bool,
 }
 
 /// Most particles of one lattice: more would not fit into the 32 bits of their ids.
 const MOST_SITES: f64 = 4e9;
 
-/// Makes the particles of the start; positions on periodic axes are wrapped into the domain.
-pub(super) fn starting_particles(scene: &Scene, errors: &mut Vec<SceneError>) -> StartingParticles {
+/// Makes the particles and bodies of the start; positions on periodic axes are wrapped into the domain. `clumps`: the
+/// templates, if they could be read.
+pub(super) fn starting_particles(
+    scene: &Scene,
+    clumps: Option<&[Clump]>,
+    errors: &mut Vec<SceneError>,
+) -> StartingParticles {
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     let mut start = StartingParticles::default();
+    // Name of a single body, and its place among the bodies.
+    let mut named_bodies: Vec<(String, usize)> = Vec::new();
     for (entry, particles) in scene.particles.iter().enumerate() {
         match &particles.source {
             ParticleSource::One { particle, position } => {
-                check_start(particle, errors);
+                check_start(&particle.start, errors);
                 let id = start.particles.len() as u32;
                 start
                     .named
@@ -62,10 +137,8 @@ pub(super) fn starting_particles(scene: &Scene, errors: &mut Vec<SceneError>) ->
                 );
             }
             ParticleSource::Lattice { particle, lattice } => {
-                check_start(particle, errors);
-                let count: f64 = lattice.sites().iter().product();
-                if count > MOST_SITES {
-                    errors.push(lattice.place.error(format!("has {count:e} sites")));
+                check_start(&particle.start, errors);
+                if !can_be_counted(lattice, errors) {
                     continue;
                 }
                 // Each lattice draws from a stream of its own, so that entries do not disturb one another.
@@ -133,11 +206,70 @@ pub(super) fn starting_particles(scene: &Scene, errors: &mut Vec<SceneError>) ->
                     }
                 }
             },
+            ParticleSource::Clump {
+                clump,
+                at,
+                orientation,
+                scale,
+                start: motion,
+            } => {
+                check_start(motion, errors);
+                let mut stream = Stream::new(scene.seed, "lattice", entry as u64);
+                let positions = match at {
+                    ClumpPlace::Position(position) => {
+                        let name = particles.name.as_ref();
+                        let place = start.bodies.len();
+                        named_bodies.extend(name.map(|name| (name.value.clone(), place)));
+                        vec![position.value]
+                    }
+                    ClumpPlace::Lattice(lattice) if can_be_counted(lattice, errors) => {
+                        sites(lattice, &mut stream)
+                    }
+                    ClumpPlace::Lattice(_) => continue,
+                };
+                let mut turns = Stream::new(scene.seed, "orientations", entry as u64);
+                for position in positions {
+                    let orientation = match orientation.value {
+                        Orientation::Given(given) => given,
+                        Orientation::Random => turns.unit_quaternion(),
+                    };
+                    start.bodies.push(NewBody {
+                        position: images.wrap(position),
+                        orientation,
+                        scale: **scale,
+                        ..moving_body(motion, clump.value.0 as u32)
+                    });
+                    start.typed_bodies.push(Typed { entry, line: None });
+                }
+            }
             // Reported by `unsupported`.
-            ParticleSource::Run { .. } | ParticleSource::Clump { .. } => {}
+            ParticleSource::Run { .. } => {}
         }
     }
+    match clumps {
+        Some(clumps) => {
+            let mut id = start.particles.len() as u32;
+            for (place, body) in start.bodies.iter().enumerate() {
+                let named = named_bodies.iter().find(|(_, body)| *body == place);
+                start
+                    .named
+                    .extend(named.map(|(name, _)| (name.clone(), id)));
+                id += clumps[body.clump as usize].pebbles.len() as u32;
+            }
+        }
+        // The scene is refused already.
+        None => start.bodies.clear(),
+    }
     start
+}
+
+/// Whether a lattice has no more sites than can be.
+fn can_be_counted(lattice: &Lattice, errors: &mut Vec<SceneError>) -> bool {
+    let count: f64 = lattice.sites().iter().product();
+    if count > MOST_SITES {
+        errors.push(lattice.place.error(format!("has {count:e} sites")));
+    }
+    count <= MOST_SITES
 }
 
 fn row_material(
@@ -161,29 +293,60 @@ fn row_material(
 
 /// A particle at a place, as its entry says.
 fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
-    let start = &values.start;
-    let prescribed = start.prescribed.as_deref();
-    let mut particle = NewParticle {
-        velocity: *start.velocity,
-        angular_velocity: *start.angular_velocity,
-        fixed: start.fixed,
-        prescribed_velocity: prescribed.map_or([None; 3], |p| p.velocity),
-        prescribed_angular_velocity: prescribed.map_or([None; 3], |p| p.angular_velocity),
+    let motion = Motion::of(&values.start);
+    NewParticle {
+        velocity: motion.velocity,
+        angular_velocity: motion.angular_velocity,
+        fixed: values.start.fixed,
+        prescribed_velocity: motion.prescribed_velocity,
+        prescribed_angular_velocity: motion.prescribed_angular_velocity,
         ..NewParticle::at(position, *values.radius, values.material.0 as u32)
-    };
-    for axis in 0..3 {
-        if let Some(velocity) = particle.prescribed_velocity[axis] {
-            particle.velocity[axis] = velocity;
-        }
-        if let Some(spin) = particle.prescribed_angular_velocity[axis] {
-            particle.angular_velocity[axis] = spin;
-        }
     }
-    particle
 }
 
-fn check_start(values: &ParticleValues, errors: &mut Vec<SceneError>) {
-    let start = &values.start;
+/// A body of a clump that moves as its entry says, at the origin.
+fn moving_body(start: &Start, clump: u32) -> NewBody {
+    let motion = Motion::of(start);
+    NewBody {
+        velocity: motion.velocity,
+        angular_velocity: motion.angular_velocity,
+        fixed: start.fixed,
+        prescribed_velocity: motion.prescribed_velocity,
+        prescribed_angular_velocity: motion.prescribed_angular_velocity,
+        ..NewBody::at(DVec3::ZERO, clump)
+    }
+}
+
+/// Motion at the start: what is prescribed stands above what is given.
+struct Motion {
+    velocity: DVec3,
+    angular_velocity: DVec3,
+    prescribed_velocity: [Option<f64>; 3],
+    prescribed_angular_velocity: [Option<f64>; 3],
+}
+
+impl Motion {
+    fn of(start: &Start) -> Self {
+        let prescribed = start.prescribed.as_deref();
+        let mut motion = Self {
+            velocity: *start.velocity,
+            angular_velocity: *start.angular_velocity,
+            prescribed_velocity: prescribed.map_or([None; 3], |p| p.velocity),
+            prescribed_angular_velocity: prescribed.map_or([None; 3], |p| p.angular_velocity),
+        };
+        for axis in 0..3 {
+            if let Some(velocity) = motion.prescribed_velocity[axis] {
+                motion.velocity[axis] = velocity;
+            }
+            if let Some(spin) = motion.prescribed_angular_velocity[axis] {
+                motion.angular_velocity[axis] = spin;
+            }
+        }
+        motion
+    }
+}
+
+fn check_start(start: &Start, errors: &mut Vec<SceneError>) {
     if !start.fixed {
         return;
     }

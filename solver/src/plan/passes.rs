@@ -3,7 +3,8 @@
 use super::{Plan, expected_number};
 use crate::contact::registry::contact_loop;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
-use crate::particles::Particle;
+use crate::particles::{Body, BodyPebble, Particle};
+use crate::walls::Shape;
 
 /// A part of the simulation that a scene may or may not need.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,6 +35,14 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         .iter()
         .any(|pair| pair.law.tangential != AnyTangential::None);
     let moving = plan.walls.iter().filter(|wall| !wall.motion.is_static());
+    let triangles: usize = plan
+        .walls
+        .iter()
+        .map(|wall| match &wall.shape {
+            Shape::Mesh(mesh) => mesh.len(),
+            _ => 0,
+        })
+        .sum();
     let ratio = plan.largest_radius / plan.smallest_radius;
     vec![
         Pass {
@@ -78,7 +87,15 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
                 (n, m) => format!("in closed form, {} at rest, {m} moving", n - m),
             },
         },
-        pass("mesh search", false, "", "no wall is a mesh"),
+        Pass {
+            name: "mesh search",
+            is_done: triangles > 0,
+            reason: if triangles > 0 {
+                format!("with the candidate list, in a tree of boxes; {triangles} triangles in all")
+            } else {
+                "no wall is a mesh".to_owned()
+            },
+        },
         Pass {
             name: "grid levels",
             is_done: false,
@@ -94,7 +111,12 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             "one contact per pair, with a shift",
             "no axis is periodic",
         ),
-        pass("bodies", false, "", "no clumps"),
+        pass(
+            "bodies",
+            plan.has_bodies(),
+            "loads of the pebbles gathered, bodies moved and turned, pebbles put in place",
+            "no clumps",
+        ),
         pass(
             "insertion and deletion",
             !plan.insertions.is_empty() || !plan.deletions.is_empty(),
@@ -122,7 +144,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
     ]
 }
 
-/// The number of particles expected: those of the start, and those of insertions that say how many.
+/// The number of particles and bodies expected: those of the start, and those of insertions that say how many.
 pub(super) fn expected_particles(plan: &Plan) -> f64 {
     let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
     let inserted: f64 = plan
@@ -130,7 +152,23 @@ pub(super) fn expected_particles(plan: &Plan) -> f64 {
         .iter()
         .filter_map(|insertion| expected_number(insertion, &densities, plan.dimensions))
         .sum();
-    plan.particles.len() as f64 + inserted
+    (plan.particles.len() + plan.bodies.len()) as f64 + inserted
+}
+
+/// Spheres expected among them: particles, and pebbles of bodies.
+fn expected_spheres(plan: &Plan) -> f64 {
+    let pebbles = |clump: u32| plan.clumps[clump as usize].pebbles.len() as f64;
+    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+    let inserted = plan.insertions.iter().filter_map(|insertion| {
+        let number = expected_number(insertion, &densities, plan.dimensions)?;
+        let each = insertion.mixture.iter().map(|part| {
+            let spheres = part.clump.map_or(1.0, pebbles);
+            part.share * spheres
+        });
+        Some(number * each.sum::<f64>())
+    });
+    let bodies = plan.bodies.iter().map(|body| pebbles(body.clump));
+    plan.particles.len() as f64 + bodies.sum::<f64>() + inserted.sum::<f64>()
 }
 
 /// Listed pairs per particle: half of the about twelve that touch or nearly touch in a dense packing, and the skin's.
@@ -156,5 +194,12 @@ pub fn memory(plan: &Plan) -> f64 {
     let record = size_of::<Particle>() as f64;
     // A listed pair: candidate and slot; twice while a list is rebuilt.
     let pair = 2.0 * (16.0 + history);
-    expected_particles(plan) * (record + columns + PAIRS_PER_PARTICLE * pair)
+    let mut bytes = expected_spheres(plan) * (record + columns + PAIRS_PER_PARTICLE * pair);
+    if plan.has_bodies() {
+        // Every row says whether it is a pebble.
+        let pebble = (size_of::<BodyPebble>() + size_of::<u32>()) as f64;
+        bytes += expected_spheres(plan) * pebble;
+        bytes += expected_particles(plan) * size_of::<Body>() as f64;
+    }
+    bytes
 }

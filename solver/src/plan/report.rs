@@ -2,11 +2,13 @@
 
 use std::fmt::Write;
 
+use super::meshes::describe;
 use super::parameter::short;
 use super::passes::{expected_particles, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::engine::is_constrained;
+use crate::walls::Shape;
 
 /// The plan in aligned plain text.
 #[must_use]
@@ -117,6 +119,17 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         }
     }
     line(text, "at the start", &start)?;
+    if !plan.bodies.is_empty() {
+        let mut words = format!("{}", plan.bodies.len());
+        let fixed = plan.bodies.iter().filter(|body| body.fixed).count();
+        let prescribed = plan.bodies.iter().filter(|body| body.is_prescribed());
+        for (count, what) in [(fixed, "fixed"), (prescribed.count(), "prescribed")] {
+            if count > 0 {
+                let _ = write!(words, ", {count} {what}");
+            }
+        }
+        line(text, "bodies at the start", &words)?;
+    }
     let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
     for insertion in &plan.insertions {
         let mut words = match (
@@ -164,9 +177,12 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         }
         line(text, &format!("insertion `{}`", insertion.name), &words)?;
         for part in &insertion.mixture {
+            let what = match part.clump {
+                None => plan.materials[part.material as usize].name.clone(),
+                Some(index) => format!("clump `{}`", plan.clumps[index as usize].name),
+            };
             let words = format!(
-                "{}, diameters {} to {} m, {} of the particles",
-                plan.materials[part.material as usize].name,
+                "{what}, diameters {} to {} m, {} of the particles",
                 short(part.sizes.smallest()),
                 short(part.sizes.largest()),
                 short(part.share)
@@ -177,6 +193,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     for deletion in &plan.deletions {
         line(text, "deletion", &format!("`{}`", deletion.name))?;
     }
+    clumps(text, plan)?;
     if plan.largest_radius > 0.0 {
         let radii = format!(
             "{} to {} m, mean {} m",
@@ -189,6 +206,33 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     for material in &plan.materials {
         let density = format!("{} kg/m^3", short(material.density));
         line(text, &format!("density of {}", material.name), &density)?;
+    }
+    Ok(())
+}
+
+/// A table of the clumps, at scale 1 and with the density of their material.
+fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    if plan.clumps.is_empty() {
+        return Ok(());
+    }
+    writeln!(
+        text,
+        "  {:<16}{:>8}  {:>12}  {:<36}{:>14}{:>14}",
+        "clump", "pebbles", "mass/kg", "principal moments/(kg m^2)", "d_volume/m", "r_circum/m"
+    )?;
+    for clump in &plan.clumps {
+        let [a, b, c] = clump.moments.to_array();
+        let moments = format!("{a:.5e} {b:.5e} {c:.5e}");
+        writeln!(
+            text,
+            "  {:<16}{:>8}  {:>12.5e}  {:<36}{:>14.6e}{:>14.6e}",
+            clump.name,
+            clump.pebbles.len(),
+            clump.mass,
+            moments,
+            clump.equal_volume_diameter(),
+            clump.radius
+        )?;
     }
     Ok(())
 }
@@ -210,6 +254,9 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
             let _ = write!(words, ", until {} s", short(wall.until));
         }
         line(text, &wall.name, &words)?;
+        if let Shape::Mesh(mesh) = &wall.shape {
+            line(text, "", &describe(mesh))?;
+        }
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::mixing::PairPlan;
 use super::parameter::short;
 use super::usage::MaterialUse;
+use crate::bodies::Clump;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::rolling::FrictionSpring;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
@@ -181,6 +182,7 @@ pub(super) fn bearable(squared: f64, rate: f64) -> f64 {
 pub(super) fn limits(
     pairs: &[PairPlan],
     uses: &[MaterialUse],
+    clumps: &[Clump],
     densities: &[f64],
     dimensions: u8,
     speed: f64,
@@ -192,7 +194,7 @@ pub(super) fn limits(
         }
     };
     for pair in pairs {
-        for (meeting, kind) in meetings(pair, uses, densities, dimensions) {
+        for (meeting, kind) in meetings(pair, uses, clumps, densities, dimensions) {
             let [a, b] = &pair.names;
             let words = || match kind {
                 Kind::Wall => format!("{a}-{b}, at a wall"),
@@ -219,27 +221,43 @@ enum Kind {
 fn meetings(
     pair: &PairPlan,
     uses: &[MaterialUse],
+    clumps: &[Clump],
     densities: &[f64],
     dimensions: u8,
 ) -> Vec<(Meeting, Kind)> {
     let [a, b] = pair.materials.map(|material| material as usize);
+    // Radius and mass of the smallest sphere, and of each clump: its smallest pebble with the mass that its contacts feel.
     let free = |material: usize| {
-        let radius = uses[material].smallest_free;
-        (radius, densities[material] * volume(radius, dimensions))
+        let used = &uses[material];
+        let radius = used.smallest_sphere;
+        let sphere = (radius, densities[material] * volume(radius, dimensions));
+        let sphere = radius.is_finite().then_some(sphere);
+        let bodies = used.free_clumps.iter().map(|&(index, scale)| {
+            let clump = &clumps[index];
+            let radius = clump.pebble_radii().0 * scale;
+            (radius, clump.contact_mass * scale.powi(3))
+        });
+        sphere.into_iter().chain(bodies).collect::<Vec<_>>()
     };
     let mut found = Vec::new();
     let mut add = |one, other, kind| found.push((Meeting::new(one, other, dimensions), kind));
     let orders: &[[usize; 2]] = if a == b { &[[a, b]] } else { &[[a, b], [b, a]] };
     if (a == b && uses[a].free >= 2) || (a != b && uses[a].free > 0 && uses[b].free > 0) {
-        add(free(a), free(b), Kind::Particles);
+        for one in free(a) {
+            for other in free(b) {
+                add(one, other, Kind::Particles);
+            }
+        }
     }
     for &[one, other] in orders {
-        if uses[one].free > 0 && uses[other].fixed > 0 {
-            let fixed = (uses[other].smallest_fixed, f64::INFINITY);
-            add(free(one), fixed, Kind::Fixed);
-        }
-        if uses[one].free > 0 && uses[other].walls {
-            add(free(one), (f64::INFINITY, f64::INFINITY), Kind::Wall);
+        for body in free(one) {
+            if uses[other].fixed > 0 {
+                let fixed = (uses[other].smallest_fixed, f64::INFINITY);
+                add(body, fixed, Kind::Fixed);
+            }
+            if uses[other].walls {
+                add(body, (f64::INFINITY, f64::INFINITY), Kind::Wall);
+            }
         }
     }
     found

@@ -1,8 +1,7 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
 use mercury_common::scene::{
-    Body, Insertion, Method, MotionKind, ParticleSource, ParticleValues, Place, Region, Scene,
-    SceneError, Shape, SizeLaw,
+    Insertion, Method, MotionKind, ParticleSource, Place, Region, Scene, SceneError, SizeLaw, Start,
 };
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
@@ -20,9 +19,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         }
     }
     for wall in &scene.walls {
-        if let Shape::Mesh { mesh, .. } = &wall.shape {
-            found.add(&mesh.file.place, "mesh walls");
-        }
         if let Some(wear) = &wall.wear {
             found.add(&wear.place, "wear");
         }
@@ -32,18 +28,15 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
             }
         }
     }
-    for clump in &scene.clumps {
-        found.add(&clump.name.place, "clumps");
-    }
     for particles in &scene.particles {
         match &particles.source {
             ParticleSource::One { particle, .. } | ParticleSource::Lattice { particle, .. } => {
-                found.film(particle);
+                found.film(&particle.start);
             }
             ParticleSource::Run { folder } => {
                 found.add(&folder.place, "starts from another run");
             }
-            ParticleSource::Clump { clump, .. } => found.add(&clump.place, "clumps"),
+            ParticleSource::Clump { start, .. } => found.film(start),
             ParticleSource::Table { .. } => {}
         }
     }
@@ -80,8 +73,8 @@ impl Found {
         }
     }
 
-    fn film(&mut self, particle: &ParticleValues) {
-        let film = &particle.start.film_volume;
+    fn film(&mut self, start: &Start) {
+        let film = &start.film_volume;
         if **film > 0.0 {
             self.add(&film.place, "liquid films");
         }
@@ -90,9 +83,6 @@ impl Found {
     fn insertion(&mut self, insertion: &Insertion) {
         self.region(&insertion.region.value);
         for component in &insertion.mixture {
-            if let Body::Clump(clump) = &component.body {
-                self.add(&clump.place, "clumps");
-            }
             if let SizeLaw::File { file } = &component.psd.law {
                 self.add(&file.place, "size distributions from files");
             }

@@ -2,12 +2,13 @@
 
 use mercury_common::scene::Scene;
 
-use super::NewParticle;
+use super::particles::StartingParticles;
+use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::walls::Wall;
 
 /// What is made of a material.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct MaterialUse {
     /// Particles that contacts can move; insertions count as many.
     pub free: u64,
@@ -15,17 +16,32 @@ pub(super) struct MaterialUse {
     pub fixed: u64,
     /// Whether a wall is made of it.
     pub walls: bool,
-    /// Smallest radius of the free particles, m; infinite if there are none.
+    /// Smallest radius of the free particles and pebbles, m; infinite if there are none.
     pub smallest_free: f64,
+    /// Smallest radius of the free spheres, m; infinite if there are none.
+    pub smallest_sphere: f64,
+    /// Clumps of it that contacts can move: index, and smallest scale.
+    pub free_clumps: Vec<(usize, f64)>,
     /// Smallest radius of the fixed particles, m; infinite if there are none.
     pub smallest_fixed: f64,
+}
+
+impl MaterialUse {
+    fn free_clump(&mut self, index: usize, clump: &Clump, scale: f64) {
+        self.smallest_free = self.smallest_free.min(clump.pebble_radii().0 * scale);
+        match self.free_clumps.iter_mut().find(|(at, _)| *at == index) {
+            Some((_, smallest)) => *smallest = smallest.min(scale),
+            None => self.free_clumps.push((index, scale)),
+        }
+    }
 }
 
 /// What is made of each material.
 #[must_use]
 pub(super) fn material_uses(
     scene: &Scene,
-    particles: &[NewParticle],
+    start: &StartingParticles,
+    clumps: &[Clump],
     insertions: &[InsertionPlan],
     walls: &[Wall],
 ) -> Vec<MaterialUse> {
@@ -35,9 +51,11 @@ pub(super) fn material_uses(
         walls: false,
         smallest_free: f64::INFINITY,
         smallest_fixed: f64::INFINITY,
+        smallest_sphere: f64::INFINITY,
+        free_clumps: Vec::new(),
     };
     let mut uses = vec![unused; scene.materials.len()];
-    for particle in particles {
+    for particle in &start.particles {
         let used = &mut uses[particle.material as usize];
         if particle.fixed {
             used.fixed += 1;
@@ -45,13 +63,38 @@ pub(super) fn material_uses(
         } else {
             used.free += 1;
             used.smallest_free = used.smallest_free.min(particle.radius);
+            used.smallest_sphere = used.smallest_sphere.min(particle.radius);
+        }
+    }
+    for body in &start.bodies {
+        let index = body.clump as usize;
+        let clump = &clumps[index];
+        let used = &mut uses[clump.material as usize];
+        if body.fixed {
+            used.fixed += 1;
+            let radius = clump.pebble_radii().0 * body.scale;
+            used.smallest_fixed = used.smallest_fixed.min(radius);
+        } else {
+            used.free += 1;
+            used.free_clump(index, clump, body.scale);
         }
     }
     for ingredient in insertions.iter().flat_map(|insertion| &insertion.mixture) {
         let used = &mut uses[ingredient.material as usize];
         // Two stand for many: they can meet one another.
         used.free += 2;
-        used.smallest_free = used.smallest_free.min(0.5 * ingredient.sizes.smallest());
+        let diameter = ingredient.sizes.smallest();
+        match ingredient.clump {
+            None => {
+                used.smallest_free = used.smallest_free.min(0.5 * diameter);
+                used.smallest_sphere = used.smallest_sphere.min(0.5 * diameter);
+            }
+            Some(index) => {
+                let clump = &clumps[index as usize];
+                let scale = diameter / clump.equal_volume_diameter();
+                used.free_clump(index as usize, clump, scale);
+            }
+        }
     }
     for wall in walls {
         uses[wall.material as usize].walls = true;

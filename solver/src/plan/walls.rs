@@ -6,6 +6,7 @@ use mercury_common::scene::{
     Side as SceneSide, Wall as SceneWall,
 };
 
+use super::meshes;
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Shape, Side,
     SphereShell, Wall, WallError,
@@ -14,8 +15,7 @@ use crate::walls::{
 /// Most walls: the contact loop numbers them with 16 bits.
 const MOST_WALLS: usize = 1 << 16;
 
-/// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z. Meshes are left
-/// out: [`super::unsupported`] reports them.
+/// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z.
 pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
     let mut planned = Vec::new();
     for wall in &scene.walls {
@@ -94,7 +94,10 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
                 let shape = Revolution::new(**axis, **origin, profile, side(*at));
                 add(name, shape.map(Shape::Revolution), **origin);
             }
-            SceneShape::Mesh { .. } => {}
+            SceneShape::Mesh { mesh, side } => match meshes::mesh(mesh, *side) {
+                Ok(shape) => add(name, Ok(shape), DVec3::ZERO),
+                Err(error) => errors.push(error),
+            },
         }
     }
     if planned.len() > MOST_WALLS {

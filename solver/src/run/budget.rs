@@ -1,13 +1,13 @@
 //! What came in, what went out, what is there: the budgets of a run.
 
 use glam::DVec3;
+use mercury_pictures::EnergyRow;
 
 use crate::boundaries::Tally;
 use crate::engine::Engine;
 use crate::output::Written;
-use crate::output::pictures::EnergyRow;
 use crate::output::summary::{Dissipated, EnergySummary};
-use crate::plan::Plan;
+use crate::plan::{NewBody, Plan};
 
 /// Budgets of mass and momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,10 +35,15 @@ impl Budget {
             None => (0.0, DVec3::ZERO),
         };
         let (inserted, deleted) = exchanged(engine);
-        let start = plan.particles.iter().filter(|particle| !particle.fixed);
+        let particles = plan.particles.iter().filter(|particle| !particle.fixed);
+        let bodies = plan.bodies.iter().filter(|body| !body.fixed);
         Self {
             // An empty sum of floats is -0.
-            initial_mass: 0.0 + start.map(|particle| particle.build(plan).1).sum::<f64>(),
+            initial_mass: 0.0
+                + particles
+                    .map(|particle| particle.build(plan).1)
+                    .sum::<f64>()
+                + bodies.map(|body| body.mass(plan)).sum::<f64>(),
             inserted_mass: inserted.mass,
             deleted_mass: deleted.mass,
             final_mass,
@@ -134,6 +139,7 @@ fn is_closed(plan: &Plan) -> bool {
         ];
         prescribed.iter().flatten().any(Option::is_some)
     });
+    let driven = driven || plan.bodies.iter().any(NewBody::is_prescribed);
     let falls_for_ever = (0..3).any(|axis| plan.periodic[axis] && plan.gravity[axis] != 0.0);
     !driven && !falls_for_ever
 }

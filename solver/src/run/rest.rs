@@ -1,14 +1,15 @@
 //! When the particles have come to rest.
 
 use crate::engine::is_constrained;
-use crate::particles::Particles;
+use crate::particles::{FIXED, PEBBLE, PRESCRIBED, Particles};
 
 /// Steps in a row that must be calm.
 const STEPS: u32 = 1000;
 /// Kinetic energy per particle that counts as calm, over m g d.
 const SHARE: f64 = 1e-6;
 
-/// Counts calm steps: those with a kinetic energy per free particle below 1e-6 m g d (mean mass and diameter).
+/// Counts calm steps: those with a kinetic energy per free particle or body below 1e-6 m g d (mean mass and diameter, of bodies the
+/// circumscribed one).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rest {
     /// Magnitude of gravity, m/s^2.
@@ -36,7 +37,7 @@ impl Rest {
     pub(super) fn is_reached(&mut self, particles: &Particles, expects_more: bool) -> bool {
         let (mut number, mut mass, mut diameter, mut doubled) = (0.0, 0.0, 0.0, 0.0);
         for (record, &m) in particles.records.iter().zip(&particles.masses) {
-            if is_constrained(record) {
+            if is_constrained(record) || record.flags & PEBBLE != 0 {
                 continue;
             }
             let spin = record.radius * record.radius * record.angular_velocity.length_squared();
@@ -44,6 +45,15 @@ impl Rest {
             mass += m;
             diameter += 2.0 * record.radius;
             doubled += m * (record.velocity.length_squared() + self.inertia * spin);
+        }
+        for body in particles.bodies() {
+            if body.flags & (FIXED | PRESCRIBED) != 0 {
+                continue;
+            }
+            number += 1.0;
+            mass += body.mass;
+            diameter += 2.0 * body.radius;
+            doubled += body.mass * body.velocity.length_squared() + 2.0 * body.rotational_energy();
         }
         let limit = SHARE * (mass / number) * self.gravity * (diameter / number);
         // Without free particles the limit is not a number, and nothing is calm.

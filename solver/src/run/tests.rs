@@ -61,6 +61,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Plan {
         frames: true,
         walls: true,
         pictures: false,
+        pebbles: false,
         track: vec![("first, of all".to_owned(), 0)],
         digits: None,
     };

@@ -75,6 +75,12 @@ pub enum WallError {
         /// Index of the first point of the other piece.
         second: usize,
     },
+    /// A mesh whose triangles are all lines or points.
+    #[error("file: none of the {count} triangles has an area")]
+    NoTriangle {
+        /// How many triangles there are.
+        count: usize,
+    },
 }
 
 /// The unit vector along `value`.

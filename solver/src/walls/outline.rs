@@ -1,6 +1,7 @@
 //! What a picture of a wall needs to know of its shape.
 
 use glam::{DVec2, DVec3};
+use mercury_common::formats::mesh::TriangleMesh;
 
 /// The surface of a wall in plain numbers, in the frame in which the scene describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,5 +32,12 @@ pub enum Outline {
         profile: Vec<DVec2>,
         /// The profile is one corner that goes on for ever along the axis.
         endless: bool,
+    },
+    /// Triangles.
+    Mesh {
+        /// Rims and edges that bend: straight lines between two points each, m.
+        edges: Vec<[DVec3; 2]>,
+        /// Those that act, in the order of the file, m.
+        triangles: TriangleMesh,
     },
 }

@@ -3,6 +3,7 @@
 use super::cone::Cone;
 use super::cylinder::Cylinder;
 use super::disc::Disc;
+use super::mesh::Mesh;
 use super::outline::Outline;
 use super::plane::Plane;
 use super::pose::Pose;
@@ -10,6 +11,7 @@ use super::revolution::Revolution;
 use super::sphere::SphereShell;
 use super::touch::Touches;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The shape of a wall, in the frame in which the scene describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +28,8 @@ pub enum Shape {
     Sphere(SphereShell),
     /// A polygon turned about an axis.
     Revolution(Revolution),
+    /// Triangles.
+    Mesh(Arc<Mesh>),
 }
 
 impl Shape {
@@ -47,16 +51,17 @@ impl Shape {
             Self::Cone(cone) => cone.0.touches(centre, reach, out),
             Self::Sphere(sphere) => sphere.touches(centre, reach, out),
             Self::Revolution(revolution) => revolution.0.touches(centre, reach, out),
+            Self::Mesh(mesh) => mesh.touches(centre, reach, out),
         }
     }
 
     /// Whether a rolling contact may carry its history from feature `a` to feature `b`: from a face to
     /// an edge of it and back, and from a face to the next one, as a step can be longer than the way
-    /// round the edge. No feature is adjacent to itself.
+    /// round the edge. No feature is adjacent to itself. Meshes answer by [`Mesh::continues`] instead, which sees places.
     #[must_use]
     pub fn adjacent(&self, a: u32, b: u32) -> bool {
         match self {
-            Self::Plane(_) | Self::Sphere(_) => false,
+            Self::Plane(_) | Self::Sphere(_) | Self::Mesh(_) => false,
             Self::Disc(disc) => disc.0.adjacent(a, b),
             Self::Cylinder(cylinder) => cylinder.adjacent(a, b),
             Self::Cone(cone) => cone.0.adjacent(a, b),
@@ -74,6 +79,7 @@ impl Shape {
             Self::Cone(cone) => cone.0.outline(),
             Self::Sphere(sphere) => sphere.outline(),
             Self::Revolution(revolution) => revolution.0.outline(),
+            Self::Mesh(mesh) => mesh.outline(),
         }
     }
 
@@ -88,6 +94,7 @@ impl Shape {
             Self::Cone(cone) => cone.0.bounds(),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Revolution(revolution) => revolution.0.bounds(),
+            Self::Mesh(mesh) => mesh.bounds(),
         }
     }
 
@@ -106,6 +113,7 @@ impl Shape {
             Self::Cone(cone) => cone.0.displacement(from, to, about, reach),
             Self::Sphere(sphere) => sphere.displacement(from, to, about, reach),
             Self::Revolution(revolution) => revolution.0.displacement(from, to, about, reach),
+            Self::Mesh(mesh) => mesh.displacement(from, to, about, reach),
         }
     }
 }

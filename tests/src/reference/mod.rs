@@ -6,6 +6,7 @@
 //!
 //! * `mod.rs`: the time step (this page),
 //! * [`state`]: what is remembered between steps,
+//! * [`bodies`]: how a rigid body of several pebbles moves,
 //! * [`laws`]: what two touching bodies do to each other,
 //! * [`walls`]: where a sphere touches a wall, and how the wall moves there.
 //!
@@ -13,8 +14,10 @@
 //! wall. The normal points from B to A. Force laws see the velocities of the half step, which is
 //! what makes the damping lag by dt/2 and the elastic part exactly second order.
 
+pub mod bodies;
 pub mod laws;
 pub mod state;
+mod triangles;
 pub mod walls;
 
 #[cfg(test)]
@@ -24,6 +27,7 @@ use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3};
 
+use bodies::Body;
 use laws::{ContactLaw, Conventions, History, Kinematics, contact_force};
 use state::{Contact, ContactKey, Energies, Particle, PeriodicBox};
 use walls::Wall;
@@ -35,6 +39,10 @@ pub type PairParameters = Box<dyn Fn(usize, usize) -> ContactLaw>;
 pub struct Simulation {
     /// The particles; their order decides who is A in a contact.
     pub particles: Vec<Particle>,
+    /// Rigid bodies, whose pebbles are among the particles.
+    pub bodies: Vec<Body>,
+    /// Whether the effective mass of contacts of bodies is that at the contact point.
+    pub contact_point_mass: bool,
     /// The walls.
     pub walls: Vec<Wall>,
     /// Contact parameters of a pair of materials.
@@ -60,6 +68,8 @@ impl Simulation {
     pub fn new(time_step: f64, law: ContactLaw) -> Self {
         Self {
             particles: Vec::new(),
+            bodies: Vec::new(),
+            contact_point_mass: false,
             walls: Vec::new(),
             pair_parameters: Box::new(move |_, _| law),
             conventions: Conventions::default(),
@@ -108,7 +118,11 @@ impl Simulation {
     /// v += (F/m + g) dt/2 and ω += T/I dt/2, except where a value is held.
     fn half_kick(&mut self) {
         let half = 0.5 * self.time_step;
-        for particle in self.particles.iter_mut().filter(|particle| !particle.fixed) {
+        for body in &mut self.bodies {
+            body.half_kick(half, self.gravity);
+        }
+        let free = |particle: &&mut Particle| !particle.fixed && particle.body.is_none();
+        for particle in self.particles.iter_mut().filter(free) {
             let acceleration = particle.force / particle.mass + self.gravity;
             let angular_acceleration = particle.torque / particle.inertia;
             for axis in 0..3 {
@@ -120,15 +134,49 @@ impl Simulation {
                 }
             }
         }
+        self.move_pebbles();
     }
 
     /// x += v dt, wrapped into the periodic box; the orientation turns by the angle |ω| dt.
     fn drift(&mut self) {
-        for particle in &mut self.particles {
+        for body in &mut self.bodies {
+            body.drift(self.time_step);
+            body.position = self.periodic_box.wrap(body.position);
+        }
+        for particle in self.particles.iter_mut().filter(|p| p.body.is_none()) {
             let moved = particle.position + particle.velocity * self.time_step;
             particle.position = self.periodic_box.wrap(moved);
             let turn = DQuat::from_scaled_axis(particle.angular_velocity * self.time_step);
             particle.orientation = (turn * particle.orientation).normalize();
+        }
+        self.move_pebbles();
+    }
+
+    /// Pebbles are where their bodies have them, and move with them.
+    fn move_pebbles(&mut self) {
+        for body in &self.bodies {
+            let spin = body.angular_velocity();
+            for (k, &(index, _)) in body.pebbles.iter().enumerate() {
+                let pebble = &mut self.particles[index];
+                let lever = body.lever(k);
+                pebble.position = self.periodic_box.wrap(body.position + lever);
+                if !body.fixed {
+                    pebble.velocity = body.velocity + spin.cross(lever);
+                    pebble.angular_velocity = spin;
+                }
+            }
+        }
+    }
+
+    /// F = Σ F_p, T = Σ (T_p + r_p × F_p) over the pebbles of each body.
+    fn gather(&mut self) {
+        for body in &mut self.bodies {
+            (body.force, body.torque) = (DVec3::ZERO, DVec3::ZERO);
+            for k in 0..body.pebbles.len() {
+                let pebble = &self.particles[body.pebbles[k].0];
+                body.force += pebble.force;
+                body.torque += pebble.torque + body.lever(k).cross(pebble.force);
+            }
         }
     }
 
@@ -171,6 +219,7 @@ impl Simulation {
                 }
             }
         }
+        self.gather();
     }
 
     /// What a particle remembers of the parts of a wall that it touches now. A sphere that rolls from one part over onto the
@@ -259,7 +308,13 @@ impl Simulation {
 
     /// Geometry and relative motion of two particles, if they touch.
     fn pair_kinematics(&self, a: usize, b: usize) -> Option<Kinematics> {
+        let (row_a, row_b) = (a, b);
         let (a, b) = (&self.particles[a], &self.particles[b]);
+        if let (Some((one, _)), Some((other, _))) = (a.body, b.body)
+            && one == other
+        {
+            return None;
+        }
         let branch = self.periodic_box.minimum_image(a.position - b.position);
         let distance = branch.length();
         let overlap = a.radius + b.radius - distance;
@@ -280,15 +335,29 @@ impl Simulation {
             relative_velocity: velocity_a - velocity_b,
             relative_spin: a.angular_velocity - b.angular_velocity,
             pair: Some((a.velocity - b.velocity, distance)),
-            effective_mass: 1.0 / (a.inverse_mass() + b.inverse_mass()),
+            effective_mass: 1.0 / (self.mobility(row_a, normal) + self.mobility(row_b, normal)),
             effective_radius: 1.0 / (1.0 / a.radius + 1.0 / b.radius),
         })
+    }
+
+    /// 1/m of the contact laws: of a pebble over the mass of its body, or over the mass at the contact point. The arm from the
+    /// pebble's centre to that point lies along the normal.
+    fn mobility(&self, particle: usize, normal: DVec3) -> f64 {
+        let particle = &self.particles[particle];
+        match particle.body {
+            Some((body, k)) if self.contact_point_mass => {
+                let body = &self.bodies[body];
+                body.mobility(body.lever(k), normal)
+            }
+            _ => particle.inverse_mass(),
+        }
     }
 
     /// The same for every place where a particle touches a wall. A wall has no end to its mass and
     /// no curvature in the contact laws. The wall stands where it is at t_k, like the particles;
     /// its motion is constant, so its velocity is that of the half step as well.
     fn wall_kinematics(&self, particle: usize, wall: usize) -> Vec<(usize, Kinematics)> {
+        let row = particle;
         let (a, wall) = (&self.particles[particle], &self.walls[wall]);
         if a.fixed {
             return Vec::new();
@@ -307,7 +376,7 @@ impl Simulation {
                 relative_velocity: velocity_a - velocity_b,
                 relative_spin: a.angular_velocity - wall.motion.angular_velocity(),
                 pair: None,
-                effective_mass: a.mass,
+                effective_mass: 1.0 / self.mobility(row, touch.normal),
                 effective_radius: a.radius,
             };
             (touch.feature, kinematics)
@@ -318,7 +387,13 @@ impl Simulation {
     /// The energies of this instant.
     pub fn energies(&self) -> Energies {
         let mut energies = Energies::default();
-        for particle in self.particles.iter().filter(|particle| !particle.fixed) {
+        for body in self.bodies.iter().filter(|body| !body.fixed) {
+            energies.kinetic += 0.5 * body.mass * body.velocity.length_squared();
+            energies.rotational += 0.5 * body.angular_velocity().dot(body.angular_momentum);
+            energies.gravitational -= body.mass * self.gravity.dot(body.position);
+        }
+        let single = |particle: &&Particle| !particle.fixed && particle.body.is_none();
+        for particle in self.particles.iter().filter(single) {
             energies.kinetic += 0.5 * particle.mass * particle.velocity.length_squared();
             energies.rotational +=
                 0.5 * particle.inertia * particle.angular_velocity.length_squared();
@@ -332,11 +407,20 @@ impl Simulation {
         energies
     }
 
-    /// Linear momentum, and angular momentum about the origin, of the particles that are not fixed
+    /// Linear momentum, and angular momentum about the origin, of the particles and bodies that are not fixed
     /// \[kg m/s, kg m²/s\].
     pub fn momentum(&self) -> (DVec3, DVec3) {
-        let free = self.particles.iter().filter(|particle| !particle.fixed);
-        free.fold((DVec3::ZERO, DVec3::ZERO), |(linear, angular), particle| {
+        let single = |particle: &&Particle| !particle.fixed && particle.body.is_none();
+        let of_bodies = self.bodies.iter().filter(|body| !body.fixed).fold(
+            (DVec3::ZERO, DVec3::ZERO),
+            |(linear, angular), body| {
+                let momentum = body.mass * body.velocity;
+                let moment = body.position.cross(momentum) + body.angular_momentum;
+                (linear + momentum, angular + moment)
+            },
+        );
+        let free = self.particles.iter().filter(single);
+        free.fold(of_bodies, |(linear, angular), particle| {
             let momentum = particle.mass * particle.velocity;
             let spin = particle.inertia * particle.angular_velocity;
             (

@@ -34,6 +34,8 @@ pub struct Particle {
     pub velocity_held: [bool; 3],
     /// The same for the angular velocity.
     pub angular_velocity_held: [bool; 3],
+    /// The body that it is a pebble of, and which one; that moves it. Its `mass` is then that of the whole body.
+    pub body: Option<(usize, usize)>,
     /// Sum of the contact forces of the last evaluation, without gravity \[N\].
     pub force: DVec3,
     /// Sum of the contact torques about the centre of the last evaluation \[N m\].
@@ -66,6 +68,7 @@ impl Particle {
             fixed: false,
             velocity_held: [false; 3],
             angular_velocity_held: [false; 3],
+            body: None,
             force: DVec3::ZERO,
             torque: DVec3::ZERO,
         }

@@ -7,6 +7,8 @@
 
 use glam::{DQuat, DVec3};
 
+use super::triangles;
+
 /// A wall: a shape, as it stands at t = 0, that may move.
 #[derive(Debug, Clone)]
 pub struct Wall {
@@ -67,6 +69,8 @@ pub enum Shape {
         /// The corners (r, z) of the chain \[m\].
         profile: Vec<(f64, f64)>,
     },
+    /// Triangles, touched from both sides.
+    Triangles(Vec<[DVec3; 3]>),
 }
 
 impl Shape {
@@ -97,6 +101,7 @@ impl Shape {
     /// Every place where a sphere touches the shape.
     pub fn contacts(&self, centre: DVec3, radius: f64) -> Vec<WallContact> {
         let nearest = match self {
+            Shape::Triangles(triangles) => triangles::contacts(triangles, centre, radius),
             Shape::Plane { point, normal } => {
                 let distance = (centre - *point).dot(*normal);
                 vec![WallContact {
@@ -157,6 +162,9 @@ impl Shape {
     /// Whether a sphere rolls from one feature straight onto the other: from a segment onto one of its corners and back, and
     /// from a segment onto the next, as a step may be longer than the way round the corner.
     pub fn adjacent(&self, one: usize, other: usize) -> bool {
+        if let Shape::Triangles(triangles) = self {
+            return triangles::share_a_corner(&triangles[one], &triangles[other]);
+        }
         let apart = (one.wrapping_sub(other) as isize).unsigned_abs();
         let both_corners = one % 2 == 1 && other % 2 == 1;
         matches!(self, Shape::Revolution { .. }) && (apart == 1 || apart == 2 && !both_corners)
@@ -166,7 +174,7 @@ impl Shape {
 /// One place where a sphere touches a wall.
 #[derive(Debug, Clone, Copy)]
 pub struct WallContact {
-    /// Which part of the wall: 2 i is segment i of a profile, 2 i + 1 the corner after it; corner 0
+    /// Which part of the wall: the triangle; or 2 i is segment i of a profile, 2 i + 1 the corner after it; corner 0
     /// is `usize::MAX`. Other shapes have one part, 0. History passes between adjacent parts.
     pub feature: usize,
     /// Unit normal from the wall to the particle.

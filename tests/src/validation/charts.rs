@@ -16,7 +16,7 @@ use super::Results;
 use crate::scene_checks::{hertz_wall_rebound, two_spheres_collide};
 use crate::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
 
-const FONT: &[u8] = include_bytes!("../../../solver/assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../../../pictures/assets/DejaVuSans-subset.ttf");
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008).
 const BLUE: RGBColor = RGBColor(0, 114, 178);
 const ORANGE: RGBColor = RGBColor(213, 94, 0);

@@ -7,7 +7,7 @@ use crate::cases::Outcome;
 use crate::selftests::Comparison;
 
 /// What the contact cases are about, in their order.
-const TITLES: [(&str, &str); 18] = [
+const TITLES: [(&str, &str); 19] = [
     ("T1", "Linear law: parameters and collisions of two spheres"),
     ("T2", "Linear law with tension cut off"),
     ("T3", "Elasto-plastic law"),
@@ -29,6 +29,7 @@ const TITLES: [(&str, &str); 18] = [
     ("T16", "Shear cycles at constant overlap"),
     ("T17", "Energy of a shear and release cycle"),
     ("T18", "Mixing of parameters"),
+    ("T19", "Mesh walls beside the walls that they tessellate"),
 ];
 
 /// Text of a table cell.

@@ -5,6 +5,7 @@
 //! others; a collision turns a difference of the directions into one that is about 2 · path/radius, up to ten times, larger.
 //! Hence 1e-15 radii grow to 1e-12 in the mean and, in the unluckiest of thousands of pairs, six meetings, to 1e-9.
 
+mod clumps;
 mod laws;
 mod surroundings;
 
@@ -127,7 +128,18 @@ fn uniform(law: AnyPairLaw) -> LawTable {
 /// Runs both and compares; returns how many contacts were seen.
 fn compare(laws: LawTable, surroundings: &Surroundings, seed: u64, steps: u64) -> usize {
     let name = format!("{} under {:?}", surroundings.name, laws.laws[0].unwrap());
-    let (mut engine, mut reference) = scene(laws, surroundings, seed);
+    let (engine, reference) = scene(laws, surroundings, seed);
+    compare_paths(&name, engine, reference, steps, POSITIONS)
+}
+
+/// Runs both paths and compares; returns how many contacts were seen.
+fn compare_paths(
+    name: &str,
+    mut engine: Engine,
+    mut reference: Simulation,
+    steps: u64,
+    positions: f64,
+) -> usize {
     reference.start();
     let start = force_difference(&engine, &reference);
     advance(&mut engine, 1);
@@ -144,7 +156,7 @@ fn compare(laws: LawTable, surroundings: &Surroundings, seed: u64, steps: u64) -
         contacts = contacts.max(reference.contacts.len());
         let apart = position_difference(&engine, &reference);
         assert!(
-            apart <= POSITIONS,
+            apart <= positions,
             "{name}: positions differ by {apart:e} radii after {} steps",
             reference.step
         );

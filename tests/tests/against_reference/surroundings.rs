@@ -1,6 +1,10 @@
 //! Walls and periodic axes, for both paths.
 
+use std::sync::Arc;
+
 use glam::{DVec3, dvec3};
+use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::random::Stream;
 use mercury_solver::walls as fast;
 use mercury_tests::reference::walls as plain;
 use mercury_tests::scenes::wall;
@@ -110,6 +114,53 @@ fn revolution(origin: DVec3, axis: DVec3, profile: &[[f64; 2]]) -> TwinWall {
             profile: profile.iter().map(|&[r, z]| (r, z)).collect(),
         },
     )
+}
+
+fn triangles(corners: &[DVec3], indices: &[[u32; 3]]) -> TwinWall {
+    let mesh = TriangleMesh {
+        vertices: corners.to_vec(),
+        triangles: indices.to_vec(),
+        welded: 0,
+    };
+    let plain = (0..indices.len())
+        .map(|index| mesh.corners(index))
+        .collect();
+    twin(
+        fast::Mesh::new(&mesh, |x| x, false).map(|mesh| fast::Shape::Mesh(Arc::new(mesh))),
+        plain::Shape::Triangles(plain),
+    )
+}
+
+/// A bumpy floor of 2 x 8 x 8 triangles, as large as two domains.
+fn bumpy_floor() -> TwinWall {
+    let mut random = Stream::new(7, "bumpy floor", 0);
+    let (mut corners, mut indices) = (Vec::new(), Vec::new());
+    for j in 0..9u32 {
+        for i in 0..9u32 {
+            let place = dvec3(f64::from(i), f64::from(j), 0.0) / 4.0 - dvec3(0.5, 0.5, 0.0);
+            corners.push(place * SIZE + DVec3::Z * 0.02 * random.uniform());
+            if i < 8 && j < 8 {
+                let first = 9 * j + i;
+                indices.push([first, first + 1, first + 10]);
+                indices.push([first, first + 10, first + 9]);
+            }
+        }
+    }
+    triangles(&corners, &indices)
+}
+
+/// Twelve triangles between nine random corners about the middle: they share corners and edges, and cross.
+fn tangle() -> TwinWall {
+    let mut random = Stream::new(5, "tangle", 0);
+    let corners: Vec<DVec3> = (0..9)
+        .map(|_| dvec3(random.uniform(), random.uniform(), random.uniform()) * 0.6 + 0.2)
+        .map(|place| place * SIZE)
+        .collect();
+    let indices: Vec<[u32; 3]> = (0..12)
+        .map(|k| [k % 9, (k + 1) % 9, (k * k + 4) % 9])
+        .filter(|[a, b, c]| a != c && b != c)
+        .collect();
+    triangles(&corners, &indices)
 }
 
 fn moving(mut wall: TwinWall, velocity: DVec3) -> TwinWall {
@@ -242,6 +293,15 @@ pub(crate) fn surroundings() -> Vec<Surroundings> {
                 dvec3(0.1, -0.4, 0.0),
             )],
             ..open("moving vase")
+        },
+        Surroundings {
+            walls: vec![bumpy_floor()],
+            gravity: weight,
+            ..open("on a bumpy mesh")
+        },
+        Surroundings {
+            walls: vec![turning(tangle(), middle, dvec3(2.0, -1.0, 4.0))],
+            ..open("round a tumbling tangle of triangles")
         },
         Surroundings {
             walls: vec![plane(DVec3::ZERO, DVec3::Y)],

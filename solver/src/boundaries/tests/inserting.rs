@@ -261,6 +261,7 @@ fn mixtures_follow_their_shares_by_number() {
     let mut feed = insertion(unit_box(), monodisperse(0.01), Total::Number(4000));
     feed.mixture.push(Ingredient {
         material: 1,
+        clump: None,
         sizes: monodisperse(0.02),
         share: 3.0,
     });

@@ -81,6 +81,7 @@ fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> Insertion
         region,
         mixture: vec![Ingredient {
             material: 0,
+            clump: None,
             sizes,
             share: 1.0,
         }],

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::{Block, Histories, IMAGE, Pass, Seen, Slot, TOUCHING};
+use super::contact_point::mobility;
+use super::{Block, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
-use crate::particles::{Load, Particle};
+use crate::particles::{Bodies, Load, Particle};
 
 /// Slots that are searched for contacts before the contacts found are evaluated.
 const CHUNK: usize = 128;
@@ -14,18 +15,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn pairs<const PERIODIC: bool, const WATCHED: bool>(
         &self,
         block: &mut Block<Histories<N, T, R>>,
+        rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
         let first_row = block.rows.start;
-        let records = self.records;
         let mut found = Found::NOTHING;
         for slots in block.slots.chunks_mut(CHUNK) {
             // Which slots touch can hardly be predicted; finding them without a branch first keeps the processor from
             // throwing away half-done contacts.
             let mut count = 0;
             for (k, slot) in slots.iter_mut().enumerate() {
-                let a = &records[first_row + slot.owner()];
-                let b = &records[slot.partner as usize];
+                let a = &rows.own[slot.owner()];
+                let b = rows.ahead(slot.partner as usize - first_row);
                 let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
                 let reach = a.radius + b.radius;
                 let touches = squared < reach * reach;
@@ -41,11 +42,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 }
             }
             found.evaluate(count);
+            if let Some(bodies) = self.bodies {
+                self.masses_at_contacts::<PERIODIC>(
+                    bodies, slots, first_row, rows, &mut found, count,
+                );
+            }
             for k in 0..count {
                 let slot = &mut slots[found.slot[k] as usize];
                 let owner = slot.owner();
-                let a = &records[first_row + owner];
-                let b = &records[slot.partner as usize];
+                let a = &rows.own[owner];
+                let b = rows.ahead(slot.partner as usize - first_row);
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
                 let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
@@ -89,6 +95,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     let seen = Seen {
                         row: first_row + owner,
                         partner,
+                        b: Some(b),
                         lever: lever_a,
                         depth,
                     };
@@ -104,6 +111,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     );
                 }
             }
+        }
+    }
+
+    /// Replaces the effective masses of the first `count` contacts found by those at the contact points. Apart from the evaluation,
+    /// where even a call that is never made costs registers.
+    #[inline(never)]
+    fn masses_at_contacts<const PERIODIC: bool>(
+        &self,
+        bodies: &Bodies,
+        slots: &[Slot<Histories<N, T, R>>],
+        first_row: usize,
+        rows: &Rows<'_>,
+        found: &mut Found,
+        count: usize,
+    ) {
+        for k in 0..count {
+            let slot = &slots[found.slot[k] as usize];
+            let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
+            let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
+            let normal = self.offset::<PERIODIC, _>(a, b, slot) * found.inverse_distance[k];
+            let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
+            found.mass[k] = 1.0 / inverse;
         }
     }
 

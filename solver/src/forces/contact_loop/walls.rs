@@ -2,31 +2,48 @@
 
 use glam::DVec3;
 
-use super::{Block, FREE, Histories, Pass, Seen, WallSlot};
+use super::contact_point::mobility;
+use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{NearWall, Observation, Partner, Watch};
 use crate::particles::{Load, Particle};
-use crate::walls::{Shape, Touch, Touches, Wall, WallState};
+use crate::walls::{Mesh, Scratch, Shape, Touch, Touches, Wall, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn walls<const WATCHED: bool>(
         &self,
         block: &mut Block<Histories<N, T, R>>,
+        rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
         let context = self.context;
         let mut touches = Touches::default();
+        let mut scratch = Scratch::default();
         let mut first = 0;
         for near in &mut block.near_walls {
             let wall = &context.walls[near.wall as usize];
             let state = &context.wall_states[near.wall as usize];
-            let a = &self.records[near.row as usize];
+            let row = near.row as usize - block.rows.start;
+            let a = &rows.own[row];
             let centre = a.position + context.images.shift(u32::from(near.image));
             if !matches!(wall.shape, Shape::Plane(_)) {
                 touches.clear();
                 if state.present {
-                    wall.shape
-                        .touches(state.into_wall(centre), a.radius, &mut touches);
+                    let place = state.into_wall(centre);
+                    match &wall.shape {
+                        Shape::Mesh(mesh) => {
+                            let (listed_at, facets) = block.near_meshes.list(near.mesh);
+                            mesh.touches_of(
+                                facets,
+                                place.distance(listed_at),
+                                place,
+                                a.radius,
+                                &mut scratch,
+                                &mut touches,
+                            );
+                        }
+                        shape => shape.touches(place, a.radius, &mut touches),
+                    }
                 }
                 // On its way into a concave corner a particle may meet a face onto which its centre did not project when
                 // the list was built.
@@ -44,7 +61,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 state,
                 centre,
             };
-            let load = &mut loads[near.row as usize - block.rows.start];
+            let load = &mut loads[row];
             let observation = &mut block.observation;
             if let Shape::Plane(plane) = &wall.shape {
                 // A plane has one feature: most walls of most scenes need no search.
@@ -69,7 +86,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 }
                 continue;
             }
-            assign(slots, &touches, &wall.shape);
+            match &wall.shape {
+                Shape::Mesh(mesh) => {
+                    assign_on_mesh(slots, &touches, mesh, || state.into_wall(centre));
+                }
+                shape => assign(slots, &touches, shape),
+            }
             for slot in slots {
                 match touches.iter().find(|touch| touch.feature == slot.feature) {
                     Some(touch) => {
@@ -113,7 +135,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             } else {
                 a.radius
             },
-            effective_mass: 1.0 / a.inverse_mass,
+            effective_mass: match self.bodies {
+                None => 1.0 / a.inverse_mass,
+                Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
+            },
             normal_velocity,
             tangential_velocity: velocity - normal * normal_velocity,
             centre_velocity: DVec3::ZERO,
@@ -133,6 +158,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let seen = Seen {
                 row: side.near.row as usize,
                 partner,
+                b: None,
                 lever,
                 depth,
             };
@@ -193,6 +219,45 @@ fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shap
             }
             // There are at least as many slots as touches.
             None => debug_assert!(false, "no slot for a feature of a wall"),
+        }
+    }
+}
+
+/// The same on a mesh, where a contact may pass many triangles in a step: a new contact takes the slot of the one that is no
+/// longer there and whose feature is nearest now.
+fn assign_on_mesh<H: History>(
+    slots: &mut [WallSlot<H>],
+    touches: &Touches,
+    mesh: &Mesh,
+    centre: impl Fn() -> DVec3,
+) {
+    for touch in touches.iter() {
+        if slots.iter().any(|slot| slot.feature == touch.feature) {
+            continue;
+        }
+        let left = |slot: &WallSlot<H>| {
+            slot.feature == FREE || !touches.iter().any(|touch| touch.feature == slot.feature)
+        };
+        let mut from: Option<(f64, usize)> = None;
+        for (index, slot) in slots.iter().enumerate() {
+            if slot.feature != FREE
+                && left(slot)
+                && let Some(part) = mesh.continues(slot.feature, touch, centre())
+                && from.is_none_or(|(least, _)| part < least)
+            {
+                from = Some((part, index));
+            }
+        }
+        match from {
+            Some((_, index)) => slots[index].feature = touch.feature,
+            None => match slots.iter().position(left) {
+                Some(index) => {
+                    slots[index].clear();
+                    slots[index].feature = touch.feature;
+                }
+                // There are at least as many slots as touches.
+                None => debug_assert!(false, "no slot for a feature of a wall"),
+            },
         }
     }
 }

@@ -13,7 +13,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         &self,
         observation: &mut Observation,
         a: &Particle,
-        seen: Seen,
+        seen: Seen<'_>,
         law: &PairLaw<N, T, R>,
         contact: &Contact,
         action: &Action,
@@ -66,7 +66,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     fn record(
         &self,
         a: &Particle,
-        seen: Seen,
+        seen: Seen<'_>,
         law: &PairLaw<N, T, R>,
         contact: &Contact,
         action: &Action,
@@ -85,10 +85,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
         };
         let mut memory = memory;
-        if let Partner::Particle { row, image } = seen.partner
+        if let (Partner::Particle { row, image }, Some(b)) = (seen.partner, seen.b)
             && self.ids[row as usize] < self.ids[seen.row]
         {
-            let b = &self.records[row as usize];
             record.row = row;
             record.partner = Partner::Particle {
                 row: seen.row as u32,

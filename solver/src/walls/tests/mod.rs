@@ -2,6 +2,7 @@
 
 mod corners;
 mod displacement;
+mod meshes;
 mod motion;
 mod motion_table;
 mod random;

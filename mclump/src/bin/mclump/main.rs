@@ -1,0 +1,412 @@
+//! `mclump`: the command line, nothing else.
+
+mod arguments;
+mod progress;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use arguments::{Arguments, MethodName, RouteName};
+use clap::{CommandFactory as _, Parser as _};
+use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
+use mclump::descriptors;
+use mclump::fidelity::{self, Fidelity};
+use mclump::generate::{
+    Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
+};
+use mclump::inertia::comparison::{Route, Settings, row};
+use mclump::output::{check_free, contents, paths, write};
+use mclump::surface::{Prepared, inspect, prepare};
+use mclump::table;
+use mercury_common::formats::clump::{Pebble, Remark};
+use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
+use mercury_common::formats::pebble_list::read_pebble_list;
+use progress::Progress;
+use sha2::{Digest as _, Sha256};
+
+/// Surfaces of more triangles are described on request only: it takes a minute at a million.
+const MOST_DESCRIBED: usize = 100_000;
+
+const NO_PEBBLES: &str =
+    "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
+
+/// Why there is no success: the exit code, and what to say.
+enum Failure {
+    /// Wrong usage or input.
+    Input(String),
+    /// It cannot be done.
+    Run(String),
+}
+
+fn input_failure(error: impl std::fmt::Display) -> Failure {
+    Failure::Input(error.to_string())
+}
+
+fn main() -> ExitCode {
+    match execute(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            let (code, message) = match failure {
+                Failure::Input(message) => (2, message),
+                Failure::Run(message) => (1, message),
+            };
+            // Whoever closed standard error does not want to know; the exit code tells.
+            let _ = writeln!(std::io::stderr(), "{message}");
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(shell) = arguments.completions {
+        let mut out = Vec::new();
+        clap_complete::generate(shell, &mut Arguments::command(), "mclump", &mut out);
+        return say(&String::from_utf8_lossy(&out));
+    }
+    let Files { surface, pebbles } = sort_files(&arguments.files)?;
+    let main = pebbles.or(surface).unwrap_or(Path::new(""));
+    let name = clump_name(arguments.output.as_deref(), surface.unwrap_or(main));
+    let output = (arguments.output.clone()).unwrap_or_else(|| format!("{name}.clump.toml").into());
+    let makes_clump = pebbles.is_some() || arguments.generate.is_some();
+    if pebbles.is_some() && arguments.generate.is_some() {
+        return Err(Failure::Input(
+            "--generate makes the pebbles: give the surface alone, without a pebble list".into(),
+        ));
+    }
+    if arguments.generate.is_some() && surface.is_none() {
+        return Err(Failure::Input(
+            "--generate needs a surface: give an STL or OBJ file".into(),
+        ));
+    }
+    if makes_clump {
+        let files = paths(&output, surface.is_some(), !arguments.no_picture);
+        check_free(&files, arguments.force).map_err(input_failure)?;
+    }
+    let progress = Progress::new(arguments.quiet);
+    let mut source = Vec::new();
+    let prepared = match surface {
+        Some(path) => {
+            progress.stage("reading the surface");
+            source.push(("surface".to_owned(), described(path)?));
+            Some(prepared_surface(arguments, path, makes_clump)?)
+        }
+        None => None,
+    };
+    if !makes_clump {
+        progress.clear();
+        return look(arguments, prepared.as_ref());
+    }
+    source.push(("scale".to_owned(), arguments.scale.into()));
+    let pebbles = match pebbles {
+        Some(path) => {
+            source.push(("pebbles".to_owned(), described(path)?));
+            let list = read_pebble_list(path).map_err(input_failure)?;
+            scaled_pebbles(&list, arguments.scale)
+        }
+        None => {
+            let mesh = prepared.as_ref().map(|prepared| &prepared.mesh);
+            generated(arguments, mesh, &mut source, &progress)?
+        }
+    };
+    progress.stage("integrating");
+    let options = Options {
+        density: arguments.density,
+        route: arguments.inertia.map(route),
+        settings: settings(arguments),
+        source,
+        checks: Vec::new(),
+    };
+    let fidelity = prepared
+        .as_ref()
+        .map(|surface| fidelity::compare(&surface.mesh, &pebbles));
+    let options = Options {
+        checks: fidelity.iter().map(fidelity_check).collect(),
+        ..options
+    };
+    let input = Input {
+        name,
+        surface: prepared,
+        pebbles,
+    };
+    let built = build(&input, &options).map_err(input_failure)?;
+    progress.stage("writing");
+    let files = contents(&built, &output, !arguments.no_picture)
+        .map_err(|error| Failure::Run(error.to_string()))?;
+    write(&files).map_err(|error| Failure::Run(error.to_string()))?;
+    progress.clear();
+    let written: Vec<PathBuf> = files.into_iter().map(|file| file.path).collect();
+    if arguments.json {
+        return say(&pretty(&table::json(&built, &written))?);
+    }
+    if arguments.quiet {
+        return Ok(());
+    }
+    let mut text = String::new();
+    if let Some(surface) = &input.surface {
+        text += &surface_text(surface);
+    }
+    text += &format!(
+        "{}: {} pebbles, density {} kg/m3\n",
+        built.file.name,
+        built.file.pebbles.len(),
+        arguments.density
+    );
+    text += &table::routes(&built.rows, Some(built.route), arguments.density);
+    match &fidelity {
+        Some(Ok(fidelity)) => {
+            text += &format!("pebbles against the surface:\n{}\n", indented(fidelity));
+        }
+        Some(Err(error)) => {
+            text += &format!("warning: pebbles and surface were not compared: {error}\n");
+        }
+        None => {}
+    }
+    for warning in &built.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    let names: Vec<String> = written
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    text += &format!("written: {}", names.join(", "));
+    say(&text)
+}
+
+struct Files<'a> {
+    surface: Option<&'a Path>,
+    pebbles: Option<&'a Path>,
+}
+
+/// Which file is the surface and which the pebbles, by their names.
+fn sort_files(files: &[PathBuf]) -> Result<Files<'_>, Failure> {
+    let is_surface = |path: &&PathBuf| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("stl") || e.eq_ignore_ascii_case("obj"))
+    };
+    let surfaces: Vec<&PathBuf> = files.iter().filter(is_surface).collect();
+    let lists: Vec<&PathBuf> = files.iter().filter(|path| !is_surface(path)).collect();
+    if surfaces.len() > 1 || lists.len() > 1 {
+        return Err(Failure::Input(format!(
+            "{} and {} are both {}: give one surface (.stl, .obj), one pebble list, or one of each",
+            files[0].display(),
+            files[1].display(),
+            if lists.is_empty() {
+                "surfaces"
+            } else {
+                "taken for pebble lists"
+            }
+        )));
+    }
+    Ok(Files {
+        surface: surfaces.first().map(|path| path.as_path()),
+        pebbles: lists.first().map(|path| path.as_path()),
+    })
+}
+
+/// The name of the output without its endings, or the stem of the main input.
+fn clump_name(output: Option<&Path>, input: &Path) -> String {
+    let text = |name: &std::ffi::OsStr| name.to_string_lossy().into_owned();
+    match output.and_then(Path::file_name).map(text) {
+        Some(name) => name
+            .strip_suffix(".clump.toml")
+            .or_else(|| name.strip_suffix(".toml"))
+            .unwrap_or(&name)
+            .to_owned(),
+        None => input.file_stem().map_or("clump".to_owned(), text),
+    }
+}
+
+/// The file and its hash, for `[source]`.
+fn described(path: &Path) -> Result<Remark, Failure> {
+    let unreadable = |error| {
+        Failure::Input(format!(
+            "{}: the file cannot be read: {error}",
+            path.display()
+        ))
+    };
+    let mut file = std::fs::File::open(path).map_err(unreadable)?;
+    let mut hash = Sha256::new();
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match std::io::Read::read(&mut file, &mut block).map_err(unreadable)? {
+            0 => break,
+            n => hash.update(&block[..n]),
+        }
+    }
+    let digits: String = hash
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let name = path
+        .file_name()
+        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    Ok(Remark::Table(vec![
+        ("file".into(), name.into()),
+        ("sha256".into(), digits.into()),
+    ]))
+}
+
+/// Reads, scales and checks the surface. One that is only looked at may be open.
+fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<Prepared, Failure> {
+    let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+    let of_other = !needed && !arguments.repair;
+    match prepare(mesh, arguments.repair) {
+        Ok(prepared) => Ok(prepared),
+        Err(error) if of_other => {
+            let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+            let report = inspect(&mesh);
+            Err(Failure::Input(format!(
+                "{}:\n{report}\n{error}",
+                path.display()
+            )))
+        }
+        Err(error) => Err(Failure::Input(format!("{}: {error}", path.display()))),
+    }
+}
+
+/// For `[checks]`: lengths in m, the rest relative.
+fn fidelity_check(fidelity: &Result<Fidelity, GenerateError>) -> (String, Remark) {
+    let numbers = |values: [f64; 3]| Remark::List(values.map(Remark::Number).to_vec());
+    let value = match fidelity {
+        Ok(fidelity) => Remark::Table(vec![
+            ("volume_error".into(), fidelity.volume_error.into()),
+            ("moment_errors".into(), numbers(fidelity.moment_errors)),
+            ("centre_shift".into(), fidelity.centre_shift.into()),
+            ("mean_distance".into(), fidelity.mean_distance.into()),
+            ("largest_distance".into(), fidelity.largest_distance.into()),
+            ("protrusion".into(), fidelity.protrusion.into()),
+        ]),
+        Err(error) => error.to_string().into(),
+    };
+    ("fidelity".to_owned(), value)
+}
+
+fn indented(text: &impl std::fmt::Display) -> String {
+    let lines: Vec<String> = text
+        .to_string()
+        .lines()
+        .map(|line| format!("  {line}"))
+        .collect();
+    lines.join("\n")
+}
+
+/// A surface without pebbles: what it is like, its mass properties; nothing is written.
+fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failure> {
+    let Some(prepared) = prepared else {
+        return Err(Failure::Input(
+            "a surface or a pebble list is needed".into(),
+        ));
+    };
+    let rows: Vec<_> = row(
+        Route::Surface,
+        Some(&prepared.mesh),
+        &[],
+        &settings(arguments),
+    )
+    .into_iter()
+    .collect();
+    if arguments.json {
+        return say(&pretty(&table::routes_json(&rows, arguments.density))?);
+    }
+    let mut text = surface_text(prepared);
+    text += &table::routes(&rows, None, arguments.density);
+    for warning in &prepared.warnings {
+        text += &format!("warning: {warning}\n");
+    }
+    let triangles = prepared.mesh.triangles.len();
+    if triangles > MOST_DESCRIBED && !arguments.shape {
+        text += &format!(
+            "shape: not described, which takes long for {triangles} triangles; --shape does it\n"
+        );
+        text += NO_PEBBLES;
+        return say(&text);
+    }
+    match descriptors::describe(&prepared.mesh) {
+        Ok(shape) => text += &format!("shape:\n{}\n", indented(&shape)),
+        Err(error) => text += &format!("shape: not described, {error}\n"),
+    }
+    text += NO_PEBBLES;
+    say(&text)
+}
+
+fn surface_text(surface: &Prepared) -> String {
+    let mut text = format!("{}\n", surface.report);
+    for done in &surface.done {
+        text += &format!("done: {done}\n");
+    }
+    text
+}
+
+fn generated(
+    arguments: &Arguments,
+    mesh: Option<&TriangleMesh>,
+    source: &mut Vec<(String, Remark)>,
+    progress: &Progress,
+) -> Result<Vec<Pebble>, Failure> {
+    let (Some(mesh), Some(method)) = (mesh, arguments.generate) else {
+        return Err(Failure::Input("--generate needs a surface".into()));
+    };
+    let request = Request {
+        method: match method {
+            MethodName::Euclidean => Method::Euclidean(Euclidean::default()),
+            MethodName::Tangent => Method::Tangent(Tangent::default()),
+            MethodName::Favier => Method::Favier(Favier::default()),
+        },
+        stop: Stop {
+            pebbles: arguments.pebbles.map(|n| n as usize),
+            volume_error: arguments.fidelity,
+        },
+        smallest_radius: arguments.smallest_radius.unwrap_or(0.0),
+        seed: arguments.seed,
+        ..Request::default()
+    };
+    let word = format!("{method:?}").to_lowercase();
+    let mut entries: Vec<(String, Remark)> = vec![("method".into(), word.into())];
+    if let Some(number) = arguments.pebbles {
+        entries.push(("pebbles".into(), Remark::Whole(number.into())));
+    }
+    if let Some(fidelity) = arguments.fidelity {
+        entries.push(("volume_error".into(), fidelity.into()));
+    }
+    let seed = i64::try_from(arguments.seed).unwrap_or(i64::MAX);
+    entries.push(("seed".into(), Remark::Whole(seed)));
+    source.push(("generator".to_owned(), Remark::Table(entries)));
+    progress.stage("making pebbles");
+    generate(mesh, &request, &mut |done, total| {
+        progress.count(done, total)
+    })
+    .map_err(input_failure)
+}
+
+fn settings(arguments: &Arguments) -> Settings {
+    Settings {
+        voxels: arguments.voxels,
+        voxel_tolerance: arguments.voxel_tolerance,
+        ..Settings::default()
+    }
+}
+
+fn route(name: RouteName) -> Route {
+    match name {
+        RouteName::Surface => Route::Surface,
+        RouteName::Union => Route::Union,
+        RouteName::Voxels => Route::Voxels,
+        RouteName::Pebbles => Route::Pebbles,
+    }
+}
+
+fn pretty(value: &serde_json::Value) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value).map_err(|error| Failure::Run(error.to_string()))
+}
+
+/// Prints on standard output. A reader that has gone away (`| head`) is no failure.
+fn say(text: &str) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Run(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,157 @@
+//! What several frames have in common: one camera and one range of colours for a whole film.
+
+use glam::DVec3;
+
+use super::extent::Extent;
+use super::{Axes, Lens, Window};
+use crate::frame::{Frame, is_place};
+use crate::options::{Framing, Options};
+use crate::value_range::ValueRange;
+
+/// The bed fills at least this share of the window in one direction ...
+const SMALLEST_BED: f64 = 0.3;
+/// ... or its median sphere is at least this many pixels wide; else the camera closes in on the bed.
+const SMALLEST_SPHERE: f64 = 12.0;
+
+/// The sizes and values of all frames of a film. Show it every frame before the first is drawn; then camera and colours
+/// stand still.
+#[derive(Debug, Clone)]
+pub struct Overview {
+    pub(crate) axes: Option<Axes>,
+    bed: Extent,
+    spheres: Extent,
+    walls: Extent,
+    domain: Extent,
+    /// The largest median of radii (m).
+    median: f64,
+    pub(crate) values: ValueRange,
+    pub(crate) strengths: ValueRange,
+    pub(crate) has_fixed: bool,
+    pub(crate) has_missing: bool,
+    pub(crate) categories: Vec<usize>,
+}
+
+impl Default for Overview {
+    fn default() -> Self {
+        Self {
+            axes: None,
+            bed: Extent::EMPTY,
+            spheres: Extent::EMPTY,
+            walls: Extent::EMPTY,
+            domain: Extent::EMPTY,
+            median: 0.0,
+            values: ValueRange::default(),
+            strengths: ValueRange::default(),
+            has_fixed: false,
+            has_missing: false,
+            categories: Vec::new(),
+        }
+    }
+}
+
+/// Categories that a legend can name.
+const MOST_CATEGORIES: usize = 64;
+
+impl Overview {
+    /// Of one frame.
+    #[must_use]
+    pub fn of(frame: &Frame, options: &Options) -> Self {
+        let mut overview = Self::default();
+        overview.add(frame, options);
+        overview
+    }
+
+    /// Takes a frame into account.
+    pub fn add(&mut self, frame: &Frame, options: &Options) {
+        // The first frame decides where the camera stands.
+        let axes = *(self.axes).get_or_insert_with(|| Axes::new(frame, options.view));
+        let seen: Vec<(DVec3, f64)> = (frame.spheres.iter())
+            .filter(|sphere| sphere.is_drawable())
+            .map(|sphere| (axes.coordinates(sphere.centre), sphere.radius))
+            .collect();
+        self.bed = self.bed.union(Extent::of_bed(&seen));
+        for (centre, radius) in &seen {
+            self.spheres.add(*centre, *radius);
+        }
+        let mut radii: Vec<f64> = seen.iter().map(|s| s.1).collect();
+        if !radii.is_empty() {
+            let half = radii.len() / 2;
+            let median = *radii.select_nth_unstable_by(half, f64::total_cmp).1;
+            self.median = self.median.max(median);
+        }
+        let corners = frame
+            .surfaces
+            .iter()
+            .flat_map(|s| s.triangles.iter().flatten());
+        let points = frame.lines.iter().flat_map(|line| &line.points);
+        for point in corners.chain(points).filter(|point| is_place(**point)) {
+            self.walls.add(axes.coordinates(*point), 0.0);
+        }
+        for corner in frame.domain_corners() {
+            self.domain.add(axes.coordinates(corner), 0.0);
+        }
+        self.add_values(frame);
+    }
+
+    fn add_values(&mut self, frame: &Frame) {
+        let shown = || frame.spheres.iter().filter(|s| s.is_drawable());
+        self.values
+            .add(shown().filter(|s| !s.fixed).map(|s| s.value));
+        self.strengths
+            .add(frame.contacts.iter().map(|c| c.strength.abs()));
+        self.has_fixed |= shown().any(|s| s.fixed);
+        self.has_missing |= shown().any(|s| !s.fixed && s.value.is_nan());
+        for sphere in shown().filter(|s| !s.fixed && s.value >= 0.0) {
+            let number = sphere.value as usize;
+            if self.categories.len() < MOST_CATEGORIES
+                && let Err(place) = self.categories.binary_search(&number)
+            {
+                self.categories.insert(place, number);
+            }
+        }
+    }
+
+    /// What the camera must see.
+    fn framed(&self, framing: Framing, window: Window) -> Extent {
+        let everything = |spheres: Extent| spheres.union(self.walls).union(self.domain);
+        match framing {
+            Framing::Everything => everything(self.spheres),
+            Framing::Particles if !self.spheres.is_empty() => self.spheres,
+            _ if self.bed.is_empty() => everything(self.bed),
+            _ => {
+                let shows_bed = |extent: &Extent| {
+                    let (size, bed) = (extent.size(), self.bed.size());
+                    let scale = (window.width as f64 / size.x).min(window.height as f64 / size.y);
+                    bed.x >= SMALLEST_BED * size.x
+                        || bed.y >= SMALLEST_BED * size.y
+                        || 2.0 * self.median * scale >= SMALLEST_SPHERE
+                };
+                let candidates = [everything(self.bed), self.bed.union(self.walls)];
+                candidates.into_iter().find(shows_bed).unwrap_or(self.bed)
+            }
+        }
+    }
+
+    /// Width over height of what the camera must see, as a large window shows it; 1 where there is nothing.
+    pub(crate) fn aspect(&self, options: &Options) -> f64 {
+        let window = Window {
+            x: 0,
+            y: 0,
+            width: 1000,
+            height: 1000,
+        };
+        let size = self.framed(options.framing, window).size();
+        let aspect = size.x / size.y;
+        if aspect.is_finite() && aspect > 0.0 {
+            aspect.clamp(0.05, 20.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// The lens for a window of the picture.
+    pub(crate) fn lens(&self, options: &Options, window: Window) -> Lens {
+        let axes = (self.axes).unwrap_or_else(|| Axes::new(&Frame::default(), options.view));
+        Lens::new(axes, &self.framed(options.framing, window), options, window)
+    }
+}

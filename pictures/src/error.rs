@@ -1,0 +1,60 @@
+//! Why a picture could not be made.
+
+use std::path::PathBuf;
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The file could not be written.
+    #[error("{}: cannot write the picture: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The pixels could not be encoded.
+    #[error("cannot encode the picture as PNG: {0}")]
+    Encode(#[from] png::EncodingError),
+    /// The pixels could not be encoded as GIF.
+    #[error("cannot encode the film as GIF: {0}")]
+    EncodeGif(#[from] gif::EncodingError),
+    /// An option has a value that cannot be drawn.
+    #[error("the picture's {option} {problem}")]
+    Option {
+        /// Which.
+        option: &'static str,
+        /// What is wrong, and what is expected.
+        problem: String,
+    },
+    /// A film needs pictures of one size.
+    #[error(
+        "picture {number} of the film has {width} x {height} pixels, the first {first_width} x {first_height}"
+    )]
+    Sizes {
+        /// Counted from 1.
+        number: usize,
+        /// Its width.
+        width: u32,
+        /// Its height.
+        height: u32,
+        /// Width of the first.
+        first_width: u32,
+        /// Height of the first.
+        first_height: u32,
+    },
+    /// A film without pictures, or other than the number announced.
+    #[error("the film has {got} pictures, expected {expected}")]
+    Number {
+        /// How many there are.
+        got: usize,
+        /// How many there should be.
+        expected: String,
+    },
+}
+
+impl PictureError {
+    pub(crate) fn option(option: &'static str, problem: String) -> Self {
+        Self::Option { option, problem }
+    }
+}

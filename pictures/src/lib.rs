@@ -1,0 +1,46 @@
+//! Pictures of particles without any other program: shaded spheres with exact outlines, mesh walls that let light through,
+//! contacts, films. PNG, APNG, GIF and SVG.
+//!
+//! A [`Frame`] holds plain values in SI units and knows no solver. [`Options`] say how it looks; an [`Overview`] of all
+//! frames of a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with
+//! any number of threads: nothing is asked of a display, a graphics card or installed fonts.
+//!
+//! The rooms: `frame` and `options` are what comes in; `camera` decides what is seen and where it falls; `render` makes
+//! pixels of a scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three
+//! views of a body; `run` draws the two pictures that a run leaves behind. `image` and `svg` are what is drawn on, a
+//! `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font`, `scale` and `file` serve them.
+
+mod camera;
+mod canvas;
+mod clump;
+mod colour;
+mod colour_map;
+mod error;
+mod file;
+mod film;
+mod font;
+mod frame;
+mod image;
+mod options;
+mod page;
+mod render;
+mod run;
+mod scale;
+mod svg;
+#[cfg(test)]
+mod tests;
+mod theme;
+mod value_range;
+
+pub use camera::Overview;
+pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
+pub use colour::Colour;
+pub use colour_map::{ColourMap, category_colour};
+pub use error::PictureError;
+pub use file::write_whole;
+pub use film::{Apng, Gif, delays};
+pub use frame::{Contact, Frame, Line, Sphere, Surface};
+pub use image::Image;
+pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
+pub use page::Painter;
+pub use run::{EnergyRow, PictureScene, PictureSphere, PictureWall, draw_energies, draw_final};

@@ -1,0 +1,43 @@
+//! From a frame to pixels.
+//!
+//! The window is drawn at [`SAMPLES`] times its size along each axis and averaged. First every opaque thing is cast into
+//! one buffer of depth and owner (`opaque`); then each sample gets its colour (`light`), and what lets light through is
+//! laid over it, the farthest first, sample by sample (`layers`). Tiles are drawn side by side; each sample sees the same
+//! things in the same order whatever the number of threads, so the bytes are the same.
+
+mod bins;
+mod compose;
+mod facets;
+mod layers;
+mod light;
+mod opaque;
+mod relief;
+mod spheres;
+mod strokes;
+
+pub(crate) use compose::paint;
+pub(crate) use facets::folded_edges;
+
+use crate::colour::Colour;
+use crate::theme::Theme;
+
+/// Samples per pixel along each axis.
+pub(crate) const SAMPLES: usize = 2;
+/// Samples along the side of a tile.
+pub(crate) const TILE: usize = 64;
+
+/// What a frame's values have become.
+#[derive(Debug)]
+pub(crate) struct Look<'a> {
+    pub(crate) theme: Theme,
+    /// One colour for each sphere of the frame.
+    pub(crate) sphere_colours: Vec<Colour>,
+    pub(crate) sphere_opacity: f64,
+    /// Colour and width (pixels) of each contact of the frame.
+    pub(crate) contacts: Vec<(Colour, f64)>,
+    /// Whether the box of the domain is drawn.
+    pub(crate) domain: bool,
+    /// Pixels per unit of the widths that frames give.
+    pub(crate) unit: f64,
+    pub(crate) frame: &'a crate::frame::Frame,
+}

@@ -1,0 +1,25 @@
+//! Rigid bodies of several pebbles.
+//!
+//! What is it? A clump is one rigid body; its pebbles are spheres at fixed places of the body's principal frame. Contacts are
+//! found and evaluated between pebbles, which are rows of [`Particles`](crate::particles::Particles) like any sphere, with one
+//! over the *body's* mass as their inverse mass. The equation of motion is solved for the body alone, once per step:
+//!
+//!     gather      force and torque of the body from the loads on its pebbles
+//!     advance     kicks, drift, free rotation of the body
+//!     place       positions and velocities of the pebbles from those of the body
+//!
+//! Their columns are [`Bodies`](crate::particles::Bodies). Why columns of their own? A scene without clumps has none of them ([`Particles::bodies`](crate::particles::Particles) is
+//! `None`), and its passes over particles know nothing of bodies.
+//!
+//! A body takes as many ids as it has pebbles. The first is the id of the body and of its first pebble.
+
+mod clump;
+mod motion;
+mod periodic;
+mod rotation;
+#[cfg(test)]
+mod tests;
+
+pub use clump::{Clump, ClumpError};
+pub use motion::BodyStep;
+pub use rotation::{angular_velocity, free_rotation};

@@ -1,0 +1,30 @@
+//! Bodies in periodic domains: each pebble's row stands in the domain by itself, whole periods off its body if need be.
+
+use crate::neighbours::Images;
+use crate::particles::{Bodies, Particle};
+
+impl Bodies {
+    /// Puts the centres of mass inside the periodic domain; [`Bodies::note_shifts`] must follow once the rows are wrapped too.
+    pub fn wrap(&mut self, images: &Images) {
+        for body in &mut self.all {
+            body.position = images.wrap(body.position);
+        }
+    }
+
+    /// Notes the periods by which rows stand off from where their bodies put them.
+    pub fn note_shifts(&mut self, records: &[Particle], images: &Images) {
+        for body in &self.all {
+            for pebble in &mut self.pebbles[body.pebbles()] {
+                let placed = body.position + body.orientation * pebble.offset;
+                let off = (records[pebble.row as usize].position - placed) / images.size;
+                for axis in 0..3 {
+                    pebble.shift[axis] = if images.periodic[axis] {
+                        off[axis].round() * images.size[axis]
+                    } else {
+                        0.0
+                    };
+                }
+            }
+        }
+    }
+}

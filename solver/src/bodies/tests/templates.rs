@@ -1,0 +1,69 @@
+//! What a clump must be, and the mass that its contacts feel.
+
+use glam::{DVec3, dvec3};
+use mercury_common::formats::clump::Pebble;
+
+use super::{rod, t_bar};
+use crate::bodies::{Clump, ClumpError};
+
+#[test]
+fn sizes_of_known_clumps() {
+    let rod = rod();
+    assert_eq!(rod.radius, 1.5);
+    // Three spheres of 1 m: the diameter of equal volume is the cube root of 3.
+    assert!((rod.equal_volume_diameter() - 3f64.cbrt()).abs() < 1e-15);
+    assert_eq!(rod.shares(), [1.0 / 3.0; 3]);
+    assert!((t_bar().radius - (3.0f64.hypot(0.6) + 0.5)).abs() < 1e-15);
+}
+
+#[test]
+fn the_contact_mass_is_that_of_the_stiffest_pose() {
+    // One sphere feels its own mass; its friction 2/7 of it, which is what the time step takes of any mass.
+    let pebble = |position| Pebble {
+        position,
+        radius: 1.0,
+    };
+    let one = vec![pebble(DVec3::ZERO)];
+    let sphere = Clump::new("one", 0, one, 2.0, 1.0, DVec3::splat(0.8)).unwrap();
+    assert!((sphere.contact_mass - 2.0).abs() < 1e-12);
+    // A rod lies on three pebbles: 3/M + 2 l^2/I along the normal, more than at one end. With M = 3 u, I = 2.3 u: 1.87/u; the bound
+    // for friction springs, sum of (1/M + |c|^2/I) with the slow axis I_1 = 0.3 u at r = 0.5 m, is 3 (1/3 + 0.25/0.3) / 3.5.
+    let unit = std::f64::consts::PI / 6.0;
+    let expected = unit / (1.0 + 2.0 / 2.3);
+    let rod = rod();
+    assert!(
+        (rod.contact_mass / expected - 1.0).abs() < 1e-12,
+        "{} {expected}",
+        rod.contact_mass
+    );
+}
+
+#[test]
+fn what_is_no_body_is_refused() {
+    let pebble = Pebble {
+        position: DVec3::ZERO,
+        radius: 1.0,
+    };
+    let clump = |pebbles, mass, moments| Clump::new("c", 0, pebbles, mass, 1.0, moments);
+    let message = |clump: Result<Clump, ClumpError>| clump.unwrap_err().to_string();
+    assert_eq!(
+        message(clump(vec![], 1.0, DVec3::ONE)),
+        "there are no pebbles"
+    );
+    assert_eq!(
+        message(clump(vec![pebble], 0.0, DVec3::ONE)),
+        "the mass must be a number above 0, got 0"
+    );
+    assert_eq!(
+        message(clump(vec![pebble], 1.0, dvec3(1.0, 1.0, 2.1))),
+        "the moments [1, 1, 2.1] kg m^2 are of no body: each must be at most the sum of the other two"
+    );
+    let hole = Pebble {
+        radius: f64::NAN,
+        ..pebble
+    };
+    assert_eq!(
+        message(clump(vec![pebble, hole], 1.0, DVec3::ONE)),
+        "a pebble's radius must be a number above 0, got NaN"
+    );
+}

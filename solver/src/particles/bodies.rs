@@ -1,0 +1,164 @@
+//! The rigid bodies of a run and the rows of their pebbles; [`crate::bodies`] moves them.
+
+use glam::{DQuat, DVec3};
+
+use super::{FIXED, Load};
+
+/// A rigid body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    /// The number by which users know it; also that of its first pebble.
+    pub id: u32,
+    /// Index of its clump in the plan.
+    pub clump: u32,
+    /// Index of the material of its surface.
+    pub material: u32,
+    /// [`FIXED`] and [`PRESCRIBED`](crate::particles::PRESCRIBED).
+    pub flags: u32,
+    /// Its first place in [`Bodies::pebbles`].
+    pub first: u32,
+    /// Its number of pebbles.
+    pub count: u32,
+    /// Centre of mass, m. Like a particle it may stand up to half a skin outside a periodic domain.
+    pub position: DVec3,
+    /// Velocity of the centre of mass, m/s.
+    pub velocity: DVec3,
+    /// From the principal frame to the global one.
+    pub orientation: DQuat,
+    /// In the global frame, kg m^2/s.
+    pub angular_momentum: DVec3,
+    /// In the global frame, rad/s: that of the present orientation and angular momentum.
+    pub angular_velocity: DVec3,
+    /// Principal moments of inertia, kg m^2.
+    pub moments: DVec3,
+    /// Mass, kg; also of fixed bodies.
+    pub mass: f64,
+    /// Volume, m^3.
+    pub volume: f64,
+    /// Radius of the smallest sphere about the centre of mass that holds all pebbles, m.
+    pub radius: f64,
+    /// What contacts did in the last force evaluation: force and torque about the centre of mass, N and N m.
+    pub load: Load,
+}
+
+impl Body {
+    /// Whether it never moves.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        self.flags & FIXED != 0
+    }
+
+    /// Kinetic energy of rotation, w.L/2, J.
+    #[must_use]
+    pub fn rotational_energy(&self) -> f64 {
+        0.5 * self.angular_velocity.dot(self.angular_momentum)
+    }
+
+    /// R I R^T applied to a vector: the angular momentum (kg m^2/s) of an angular velocity (rad/s).
+    #[must_use]
+    pub fn inertia_times(&self, spin: DVec3) -> DVec3 {
+        self.orientation * (self.moments * (self.orientation.inverse() * spin))
+    }
+
+    /// Its places in [`Bodies::pebbles`].
+    #[must_use]
+    pub fn pebbles(&self) -> std::ops::Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// A pebble of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyPebble {
+    /// Index of the body.
+    pub body: u32,
+    /// Row of the pebble among the particles, kept up to date by [`Bodies::follow`].
+    pub row: u32,
+    /// From the centre of mass, in the principal frame, m.
+    pub offset: DVec3,
+    /// Whole periods from where the body puts the pebble to where its row stands, m.
+    pub shift: DVec3,
+}
+
+/// Components of motion that a scene prescribes for one body; `None` is free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrescribedBody {
+    /// Index of the body.
+    pub body: u32,
+    /// Velocity components, m/s.
+    pub velocity: [Option<f64>; 3],
+    /// Angular velocity components, global frame, rad/s.
+    pub angular_velocity: [Option<f64>; 3],
+}
+
+/// In [`Bodies::of_row`]: the row is a sphere of its own.
+pub const NO_PEBBLE: u32 = u32::MAX;
+
+/// All bodies of a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Bodies {
+    /// In ascending order of their ids.
+    pub all: Vec<Body>,
+    /// Pebbles of all bodies, body by body, in the order of their clump.
+    pub pebbles: Vec<BodyPebble>,
+    /// For each row of the particles its place in `pebbles`, or [`NO_PEBBLE`].
+    pub of_row: Vec<u32>,
+    /// Bodies with prescribed components; few.
+    pub prescribed: Vec<PrescribedBody>,
+    /// Ids that pebbles have taken beyond one for each body, of all bodies that ever were.
+    pub extra_ids: u32,
+}
+
+impl Bodies {
+    /// The body (by index) that the pebble in `row` belongs to.
+    #[must_use]
+    pub fn body_of_row(&self, row: usize) -> Option<u32> {
+        match self.of_row[row] {
+            NO_PEBBLE => None,
+            place => Some(self.pebbles[place as usize].body),
+        }
+    }
+
+    /// Whether two rows are pebbles of one body.
+    #[must_use]
+    pub fn are_of_one_body(&self, row: usize, other: usize) -> bool {
+        let body = self.body_of_row(row);
+        body.is_some() && body == self.body_of_row(other)
+    }
+
+    /// Rows of the particles were put into another order: `new_row[old]`, `u32::MAX` for rows that were removed. A body
+    /// leaves with its pebbles, all of which must have been removed. `rows` is the present number.
+    pub fn follow(&mut self, new_row: &[u32], rows: usize) {
+        for pebble in &mut self.pebbles {
+            pebble.row = new_row[pebble.row as usize];
+        }
+        if self.pebbles.iter().any(|pebble| pebble.row == u32::MAX) {
+            self.drop_removed();
+        }
+        self.of_row.clear();
+        self.of_row.resize(rows, NO_PEBBLE);
+        for (place, pebble) in self.pebbles.iter().enumerate() {
+            self.of_row[pebble.row as usize] = place as u32;
+        }
+    }
+
+    fn drop_removed(&mut self) {
+        let mut present = vec![u32::MAX; self.all.len()];
+        let (mut all, mut pebbles) = (Vec::new(), Vec::new());
+        for (index, body) in self.all.iter().enumerate() {
+            if self.pebbles[body.first as usize].row == u32::MAX {
+                continue;
+            }
+            let (first, now) = (pebbles.len() as u32, all.len() as u32);
+            present[index] = now;
+            let of_body = &self.pebbles[body.pebbles()];
+            pebbles.extend(of_body.iter().map(|p| BodyPebble { body: now, ..*p }));
+            all.push(Body { first, ..*body });
+        }
+        (self.all, self.pebbles) = (all, pebbles);
+        self.prescribed.retain_mut(|prescribed| {
+            prescribed.body = present[prescribed.body as usize];
+            prescribed.body != u32::MAX
+        });
+    }
+}

@@ -1,0 +1,58 @@
+//! `[clumps.NAME]`: clump files as templates of bodies.
+
+use mercury_common::formats::clump::read_clump;
+use mercury_common::scene::{Dimensions, Scene, SceneError};
+
+use super::parameter::short;
+use crate::bodies::Clump;
+
+/// All clumps, in the order of the file; nothing if one of them cannot be read.
+///
+/// Mass and moments are the file's, scaled by the density of the material over that of the file: as for spheres it is the
+/// material that says how heavy things are, and a file made for density 1 serves for any.
+pub(super) fn clumps(
+    scene: &Scene,
+    notes: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Option<Vec<Clump>> {
+    let before = errors.len();
+    let mut clumps = Vec::new();
+    for clump in &scene.clumps {
+        if scene.domain.dimensions == Dimensions::Two {
+            let message = "clumps are bodies in space: domain.dimensions must be 3";
+            errors.push(clump.name.error(message));
+            continue;
+        }
+        let file = match read_clump(&clump.file.value) {
+            Ok(file) => file,
+            Err(found) => {
+                errors.extend(found.0);
+                continue;
+            }
+        };
+        let density = *scene.materials[clump.material.value.0].density;
+        let ratio = density / file.density;
+        if (ratio - 1.0).abs() > 1e-9 {
+            notes.push(format!(
+                "clump `{}`: its file has density {} kg/m^3, its material {}: mass and moments of the file are scaled by {}",
+                clump.name.value,
+                short(file.density),
+                short(density),
+                short(ratio)
+            ));
+        }
+        let built = Clump::new(
+            &clump.name.value,
+            clump.material.value.0 as u32,
+            file.pebbles,
+            file.mass * ratio,
+            file.volume,
+            file.principal_moments * ratio,
+        );
+        match built {
+            Ok(built) => clumps.push(built),
+            Err(error) => errors.push(clump.file.error(error.to_string())),
+        }
+    }
+    (errors.len() == before).then_some(clumps)
+}

@@ -1,0 +1,83 @@
+//! Mesh walls: read, placed, and looked over.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use mercury_common::formats::mesh::read_mesh;
+use mercury_common::scene::{MeshSide, MeshSource, SceneError};
+
+use super::parameter::short;
+use crate::walls::{Mesh, Shape, Wall};
+
+/// Reads the triangles: scaled, then turned about the origin, then moved.
+pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
+    let triangles =
+        read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))?;
+    let turn = source
+        .rotate
+        .as_ref()
+        .map(|turn| DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians()));
+    let place = |x: DVec3| {
+        let scaled = x * *source.scale;
+        // Without a turn coordinates stay exactly what they are.
+        turn.map_or(scaled, |turn| turn * scaled) + *source.offset
+    };
+    Mesh::new(&triangles, place, side == MeshSide::Front)
+        .map(|mesh| Shape::Mesh(Arc::new(mesh)))
+        .map_err(|error| source.file.error(error.to_string()))
+}
+
+/// What may be wrong with the meshes (warnings), and what else to know of them (notes).
+pub(super) fn remarks(
+    walls: &[Wall],
+    (min, max): (DVec3, DVec3),
+    warnings: &mut Vec<String>,
+    notes: &mut Vec<String>,
+) {
+    for wall in walls {
+        let Shape::Mesh(mesh) = &wall.shape else {
+            continue;
+        };
+        let name = &wall.name;
+        match mesh.dropped() {
+            0 => {}
+            1 => notes.push(format!(
+                "walls.{name}: 1 triangle has no area and is left out"
+            )),
+            count => notes.push(format!(
+                "walls.{name}: {count} triangles have no area and are left out"
+            )),
+        }
+        let (low, high) = mesh.bounds();
+        let outside = low.cmpgt(max).any() || high.cmplt(min).any();
+        if outside && wall.motion.is_static() {
+            warnings.push(format!(
+                "walls.{name}: the mesh lies outside the domain, from {} to {}; a file in millimetres needs scale = 0.001",
+                point(low),
+                point(high)
+            ));
+        }
+    }
+}
+
+/// Triangles, edges and extent of a mesh, for the report.
+pub(super) fn describe(mesh: &Mesh) -> String {
+    let [rims, shared, seams] = mesh.edge_counts();
+    let (low, high) = mesh.bounds();
+    let triangles = match mesh.len() {
+        1 => "1 triangle".to_owned(),
+        count => format!("{count} triangles"),
+    };
+    let mut edges = match (rims, seams) {
+        (0, 0) => format!("{shared} shared edges, closed"),
+        (rims, _) => format!("{shared} shared edges, {rims} on the rim"),
+    };
+    if seams > 0 {
+        edges.push_str(&format!(", {seams} with more than two triangles"));
+    }
+    format!("{triangles}, {edges}, {} to {}", point(low), point(high))
+}
+
+fn point(x: DVec3) -> String {
+    format!("({}, {}, {})", short(x.x), short(x.y), short(x.z))
+}

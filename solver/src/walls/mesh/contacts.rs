@@ -1,0 +1,211 @@
+//! From nearest points to contacts: which of them are local minima of the distance, and which minima are one contact.
+
+use glam::DVec3;
+
+use super::super::touch::{Touch, Touches};
+use super::facet::{Nearest, Part};
+use super::{Mesh, NearFacet, SMOOTH_ANGLE};
+
+/// A local minimum of the distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Minimum {
+    /// Negative behind a surface that acts on one side.
+    distance: f64,
+    normal: DVec3,
+    feature: u32,
+    /// Whether it is the nearest of its smooth region.
+    leads: bool,
+    /// Whether it was seen while a smooth region was followed.
+    seen: bool,
+}
+
+impl Mesh {
+    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near`, which must
+    /// be all that are closer than `reach`.
+    pub(super) fn collect(
+        &self,
+        near: &[NearFacet],
+        centre: DVec3,
+        reach: f64,
+        minima: &mut Vec<Minimum>,
+    ) {
+        minima.clear();
+        let mut nearest_behind: Option<Minimum> = None;
+        let mut least = f64::INFINITY;
+        for candidate in near {
+            let facet = &self.facets[candidate.facet as usize];
+            let Some(nearest) = facet.nearest(&self.vertices, centre, reach) else {
+                continue;
+            };
+            let feature = self.feature(candidate.facet, nearest.part);
+            if nearest.part != Part::Face
+                && (minima.iter().any(|minimum| minimum.feature == feature)
+                    || !self.is_minimum(&nearest, centre)
+                    || self.lies_on_nearer(near, &nearest, centre))
+            {
+                continue;
+            }
+            let outward = centre - nearest.point;
+            let mut minimum = Minimum {
+                distance: nearest.distance,
+                normal: match nearest.part {
+                    Part::Face if outward.dot(facet.normal) < 0.0 => -facet.normal,
+                    Part::Face => facet.normal,
+                    _ if nearest.distance > 0.0 => outward / nearest.distance,
+                    _ => facet.normal,
+                },
+                feature,
+                leads: true,
+                seen: false,
+            };
+            if self.front_only {
+                // The nearest of all decides whether the centre is behind the surface.
+                let behind = self.is_behind(&nearest, outward, facet.normal);
+                if nearest.distance < least {
+                    least = nearest.distance;
+                    nearest_behind = behind.then_some(Minimum {
+                        distance: -minimum.distance,
+                        normal: -minimum.normal,
+                        ..minimum
+                    });
+                }
+                if behind {
+                    continue;
+                }
+                if matches!(nearest.part, Part::Face) && outward.dot(facet.normal) == 0.0 {
+                    minimum.normal = facet.normal;
+                }
+            }
+            minima.push(minimum);
+        }
+        if let Some(minimum) = nearest_behind {
+            minima.push(minimum);
+        }
+    }
+
+    /// Faces come first, then edges, then corners.
+    fn feature(&self, facet: u32, part: Part) -> u32 {
+        let faces = self.facets.len() as u32;
+        match part {
+            Part::Face => facet,
+            Part::Edge(edge) => faces + edge,
+            Part::Corner(corner) => faces + self.topology.edge_count() as u32 + corner,
+        }
+    }
+
+    /// The point of a feature that is nearest to `centre`.
+    pub(super) fn nearest_of(&self, feature: u32, centre: DVec3) -> DVec3 {
+        let (faces, edges) = (self.facets.len(), self.topology.edge_count());
+        let feature = feature as usize;
+        if feature < faces {
+            let facet = &self.facets[feature];
+            let nearest = facet.nearest(&self.vertices, centre, f64::INFINITY);
+            nearest.map_or(facet.corner, |nearest| nearest.point)
+        } else if feature < faces + edges {
+            let ends = self.topology.ends((feature - faces) as u32);
+            let [start, end] = ends.map(|k| self.vertices[k as usize]);
+            let along = end - start;
+            let t = (centre - start).dot(along) / along.length_squared();
+            start + along * t.clamp(0.0, 1.0)
+        } else {
+            self.vertices[feature - faces - edges]
+        }
+    }
+
+    /// Whether no triangle that shares the edge or corner comes nearer there. The triangles are convex, so it is enough that
+    /// nothing begins to come nearer.
+    #[inline]
+    fn is_minimum(&self, nearest: &Nearest, centre: DVec3) -> bool {
+        let outward = centre - nearest.point;
+        let rises = |to: u32| {
+            let along = self.vertices[to as usize] - nearest.point;
+            let nearer = outward.dot(along);
+            // Round-off must not make two triangles each leave a contact on their common edge to the other. What is taken twice
+            // is merged.
+            nearer <= 0.0 || nearer <= self.round_off * along.length()
+        };
+        match nearest.part {
+            Part::Face => true,
+            Part::Edge(edge) => {
+                let around = self.topology.triangles_at(edge).iter();
+                around.copied().all(|(_, opposite)| rises(opposite))
+            }
+            Part::Corner(corner) => {
+                let around = self.topology.neighbours(corner).iter();
+                around.copied().all(rises)
+            }
+        }
+    }
+
+    /// Whether the point of a rim lies on another triangle that comes nearer: where triangles meet without sharing corners.
+    fn lies_on_nearer(&self, near: &[NearFacet], nearest: &Nearest, centre: DVec3) -> bool {
+        let open = match nearest.part {
+            Part::Face => false,
+            Part::Edge(edge) => self.topology.is_rim(edge),
+            Part::Corner(corner) => self.topology.is_on_rim(corner),
+        };
+        open && near.iter().any(|other| {
+            let facet = &self.facets[other.facet as usize];
+            let height = (nearest.point - facet.corner).dot(facet.normal);
+            height.abs() <= self.tolerance
+                && facet
+                    .nearest(&self.vertices, nearest.point, 2.0 * self.tolerance)
+                    .is_some_and(|foot| foot.distance <= self.tolerance)
+                && facet
+                    .nearest(&self.vertices, centre, nearest.distance)
+                    .is_some_and(|other| other.distance < nearest.distance)
+        })
+    }
+
+    /// Whether the centre is behind the surface. A rim has no back.
+    fn is_behind(&self, nearest: &Nearest, outward: DVec3, normal: DVec3) -> bool {
+        match nearest.part {
+            Part::Face => outward.dot(normal) < 0.0,
+            Part::Edge(edge) => {
+                !self.topology.is_rim(edge) && outward.dot(self.topology.edge_normal(edge)) < 0.0
+            }
+            Part::Corner(corner) => {
+                !self.topology.is_on_rim(corner)
+                    && outward.dot(self.topology.corner_normal(corner)) < 0.0
+            }
+        }
+    }
+
+    /// Appends one touch for each smooth region among the minima: minima are linked if the angle between their normals is below
+    /// [`SMOOTH_ANGLE`], and of those that hang together the nearest stands for all.
+    pub(super) fn merge(&self, minima: &mut [Minimum], out: &mut Touches) {
+        if minima.len() > 1 {
+            minima.sort_unstable_by(|a, b| {
+                a.distance
+                    .total_cmp(&b.distance)
+                    .then(a.feature.cmp(&b.feature))
+            });
+            let linked = SMOOTH_ANGLE.to_radians().cos();
+            for leader in 0..minima.len() {
+                if !minima[leader].leads {
+                    continue;
+                }
+                // Follow the region from its nearest minimum.
+                let mut from = Some(leader);
+                while let Some(k) = from {
+                    minima[k].seen = true;
+                    let normal = minima[k].normal;
+                    for other in &mut minima[leader + 1..] {
+                        if other.leads && other.normal.dot(normal) > linked {
+                            other.leads = false;
+                        }
+                    }
+                    from = minima.iter().position(|other| !other.leads && !other.seen);
+                }
+            }
+        }
+        for minimum in minima.iter().filter(|minimum| minimum.leads) {
+            out.push(Touch {
+                distance: minimum.distance,
+                normal: minimum.normal,
+                feature: minimum.feature,
+                curvature: [0.0; 2],
+            });
+        }
+    }
+}

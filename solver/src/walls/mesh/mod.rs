@@ -1,0 +1,363 @@
+//! Walls made of triangles.
+//!
+//! A sphere touches a mesh wherever the distance from its centre to the surface has a local minimum that is smaller than its
+//! radius: on a face, on an edge that is convex there, on a corner. Minima whose directions differ by less than
+//! [`SMOOTH_ANGLE`] belong to one smooth concave region that the mesh tessellates; of them only the nearest counts. See
+//! `docs/theory/mesh-walls.md`.
+
+mod contacts;
+mod facet;
+mod topology;
+mod tree;
+
+use glam::DVec3;
+use mercury_common::formats::mesh::TriangleMesh;
+
+use super::error::WallError;
+use super::outline::Outline;
+use super::pose::Pose;
+use super::touch::{Touch, Touches};
+use contacts::Minimum;
+use facet::Facet;
+use topology::Topology;
+use tree::Tree;
+
+/// Minima whose directions from the sphere's centre differ by less than this are one contact, degrees. A turn tessellated by
+/// more facets than 360 over this is smooth from inside.
+pub const SMOOTH_ANGLE: f64 = 12.0;
+
+/// A contact may carry its history to one whose foot is nearer than this part of the radius: a little more than
+/// [`SMOOTH_ANGLE`] spans.
+const SAME_PATCH: f64 = 0.35;
+
+/// Places of a mesh whose distance is less than this part of its size are the same.
+const SAME_PLACE: f64 = 1e-9;
+
+/// Normals that are known worse than this are compared with those of neighbours.
+const STEADY: f64 = 1e-10;
+
+/// Edges that bend more than this are drawn, degrees.
+const DRAWN_ANGLE: f64 = 20.0;
+
+/// A triangle mesh in its own frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    vertices: Vec<DVec3>,
+    /// Sorted in space, in the order of the tree.
+    facets: Vec<Facet>,
+    /// Index of each facet in the file.
+    file_order: Vec<u32>,
+    topology: Topology,
+    tree: Tree,
+    bounds: (DVec3, DVec3),
+    /// Middle of the bounds and the largest distance of a vertex from it, m.
+    ball: (DVec3, f64),
+    /// Only the side acts where the normals point.
+    front_only: bool,
+    /// Places nearer to each other than this are the same, m.
+    tolerance: f64,
+    /// Round-off of positions near the mesh, m.
+    round_off: f64,
+    dropped: usize,
+}
+
+/// A facet near a particle, with its distance from the particle's centre when the list was built, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearFacet {
+    /// Index of the facet.
+    pub facet: u32,
+    /// Distance, m; rounded down.
+    pub distance: f32,
+}
+
+/// Memory that queries use again.
+#[derive(Debug, Clone, Default)]
+pub struct Scratch {
+    minima: Vec<Minimum>,
+    stack: Vec<u32>,
+}
+
+impl Mesh {
+    /// The wall of `triangles`; `place` maps its coordinates into the scene (m), a similarity. `front_only`: only the side acts
+    /// to which the triangles turn counter-clockwise. Triangles without area to within the precision of the coordinates are
+    /// left out.
+    ///
+    /// # Errors
+    /// If a coordinate is not finite or no triangle has an area.
+    pub fn new(
+        triangles: &TriangleMesh,
+        place: impl Fn(DVec3) -> DVec3,
+        front_only: bool,
+    ) -> Result<Self, WallError> {
+        let vertices: Vec<DVec3> = triangles.vertices.iter().map(|&x| place(x)).collect();
+        for &vertex in &vertices {
+            super::error::finite_vector("file", vertex)?;
+        }
+        let tolerance = tolerance(&triangles.vertices, &vertices, &place);
+        let mut kept: Vec<(u32, [u32; 3])> = Vec::with_capacity(triangles.triangles.len());
+        for (index, corners) in triangles.triangles.iter().enumerate() {
+            if has_area(corners.map(|k| vertices[k as usize]), tolerance) {
+                kept.push((index as u32, short_sides_first(*corners, &vertices)));
+            }
+        }
+        if kept.is_empty() {
+            return Err(WallError::NoTriangle {
+                count: triangles.triangles.len(),
+            });
+        }
+        let dropped = triangles.triangles.len() - kept.len();
+        let tree = Tree::build(&vertices, &mut kept);
+        let corners: Vec<[u32; 3]> = kept.iter().map(|&(_, corners)| corners).collect();
+        let (topology, edges) = Topology::new(&vertices, &corners, front_only);
+        let mut facets: Vec<Facet> = corners
+            .iter()
+            .zip(edges)
+            .map(|(&corners, edges)| Facet::new(&vertices, corners, edges))
+            .collect();
+        steady_normals(&mut facets, &vertices, &topology, tolerance);
+        let used = || corners.iter().flatten().map(|&k| vertices[k as usize]);
+        let low = used().fold(DVec3::INFINITY, DVec3::min);
+        let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let middle = 0.5 * (low + high);
+        let radius = used().fold(0.0f64, |r, x| r.max(x.distance(middle)));
+        Ok(Self {
+            facets,
+            file_order: kept.iter().map(|&(index, _)| index).collect(),
+            topology,
+            tree,
+            bounds: (low, high),
+            ball: (middle, radius),
+            front_only,
+            tolerance,
+            round_off: 16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element(),
+            dropped,
+            vertices,
+        })
+    }
+
+    /// How many triangles act.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.facets.len()
+    }
+
+    /// Whether there is no triangle; there always is one.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.facets.is_empty()
+    }
+
+    /// Triangles of the file without area, which were left out.
+    #[must_use]
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    /// Edges with one, two and more triangles: rims, ordinary edges, seams.
+    #[must_use]
+    pub fn edge_counts(&self) -> [usize; 3] {
+        self.topology.edge_counts()
+    }
+
+    /// Index in the file of the triangle on which `feature` is a face; none for edges and corners.
+    #[must_use]
+    pub fn triangle_of(&self, feature: u32) -> Option<u32> {
+        self.file_order.get(feature as usize).copied()
+    }
+
+    /// See [`super::Shape::touches`].
+    pub fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
+        let mut scratch = Scratch::default();
+        let mut near = Vec::new();
+        self.near(centre, reach, &mut scratch, &mut near);
+        self.touches_of(&near, 0.0, centre, reach, &mut scratch, out);
+    }
+
+    /// Appends the facets closer than `reach` (m) to `centre`, nearest first.
+    pub fn near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch, out: &mut Vec<NearFacet>) {
+        let first = out.len();
+        self.tree.visit(centre, reach, &mut scratch.stack, |range| {
+            for facet in range {
+                let corner = &self.facets[facet];
+                if let Some(nearest) = corner.nearest(&self.vertices, centre, reach) {
+                    out.push(NearFacet {
+                        facet: facet as u32,
+                        // Round-off of 1e-7 of the distance must not hide a facet.
+                        distance: (nearest.distance * (1.0 - 2.5e-7)) as f32,
+                    });
+                }
+            }
+        });
+        out[first..].sort_unstable_by(|a, b| {
+            a.distance
+                .total_cmp(&b.distance)
+                .then(a.facet.cmp(&b.facet))
+        });
+    }
+
+    /// Replaces the content of `out` by the contacts of a sphere of radius `reach` (m) with the facets `near`, which
+    /// [`Mesh::near`] found when the centre was `moved` (m) from where it is now.
+    #[inline]
+    pub fn touches_of(
+        &self,
+        near: &[NearFacet],
+        moved: f64,
+        centre: DVec3,
+        reach: f64,
+        scratch: &mut Scratch,
+        out: &mut Touches,
+    ) {
+        out.clear();
+        let farthest = ((reach + moved) * (1.0 + 1e-6)) as f32;
+        let count = match near.first() {
+            Some(first) if first.distance <= farthest => {
+                near.partition_point(|near| near.distance <= farthest)
+            }
+            _ => return,
+        };
+        self.collect(&near[..count], centre, reach, &mut scratch.minima);
+        self.merge(&mut scratch.minima, out);
+    }
+
+    /// Whether the contact that `feature` had may go on as `touch`: its nearest point to `centre` is near the foot of `touch`.
+    /// Returns the square of that distance over the one at which it may not.
+    #[must_use]
+    pub fn continues(&self, feature: u32, touch: &Touch, centre: DVec3) -> Option<f64> {
+        let foot = centre - touch.normal * touch.distance;
+        let limit = SAME_PATCH * touch.distance.abs();
+        let part = self.nearest_of(feature, centre).distance_squared(foot) / (limit * limit);
+        (part < 1.0).then_some(part)
+    }
+
+    /// What pictures and files of the surface need.
+    #[must_use]
+    pub fn outline(&self) -> Outline {
+        let least = DRAWN_ANGLE.to_radians().cos();
+        let edges = self
+            .topology
+            .drawn_edges(&self.facets, least)
+            .map(|ends| ends.map(|k| self.vertices[k as usize]))
+            .collect();
+        let mut triangles: Vec<(u32, [u32; 3])> = self
+            .file_order
+            .iter()
+            .zip(&self.facets)
+            .map(|(&index, facet)| (index, facet.vertices))
+            .collect();
+        triangles.sort_unstable_by_key(|&(index, _)| index);
+        Outline::Mesh {
+            edges,
+            triangles: TriangleMesh {
+                vertices: self.vertices.clone(),
+                triangles: triangles.into_iter().map(|(_, corners)| corners).collect(),
+                welded: 0,
+            },
+        }
+    }
+
+    /// Smallest and largest coordinates, m.
+    #[must_use]
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// See [`super::Shape::displacement`].
+    #[must_use]
+    pub fn displacement(&self, from: &Pose, to: &Pose, about: DVec3, reach: f64) -> f64 {
+        let moved = |x: DVec3| to.to_global(x).distance(from.to_global(x));
+        let relative = from.relative_to(to).rotation;
+        let chord = 2.0 * DVec3::new(relative.x, relative.y, relative.z).length();
+        // The displacement is a convex function of the point, so it is largest at a corner of any box around the mesh.
+        let (low, high) = self.bounds;
+        let mut corners = 0.0f64;
+        for k in 0..8 {
+            let high_on = [k & 1 != 0, k & 2 != 0, k & 4 != 0];
+            let pick = |axis: usize| if high_on[axis] { high[axis] } else { low[axis] };
+            corners = corners.max(moved(DVec3::new(pick(0), pick(1), pick(2))));
+        }
+        let (middle, radius) = self.ball;
+        corners
+            .min(moved(middle) + chord * radius)
+            .min(moved(about) + chord * reach)
+    }
+}
+
+/// How far apart equal places can be: a few units of round-off of the largest coordinate, at least [`SAME_PLACE`] of the size.
+/// Files that hold single precision say so by their numbers.
+fn tolerance(file: &[DVec3], placed: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> f64 {
+    let scale = place(DVec3::X).distance(place(DVec3::ZERO));
+    let mut largest = 0.0f64;
+    let mut single = true;
+    for vertex in file {
+        for x in vertex.to_array() {
+            largest = largest.max(x.abs());
+            single &= f64::from(x as f32) == x;
+        }
+    }
+    // Numbers that are short in binary by chance are no sign of a coarse file, but cost nothing either.
+    let unit = if single {
+        f64::from(f32::EPSILON)
+    } else {
+        f64::EPSILON
+    };
+    let low = placed.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = placed.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (4.0 * unit * largest * scale).max(SAME_PLACE * high.distance(low))
+}
+
+/// The corners in the same sense of rotation, the one opposite to the longest side first: the normal is most exact from the
+/// short sides.
+fn short_sides_first([a, b, c]: [u32; 3], vertices: &[DVec3]) -> [u32; 3] {
+    let side = |p: u32, q: u32| vertices[p as usize].distance_squared(vertices[q as usize]);
+    let (ab, bc, ca) = (side(a, b), side(b, c), side(c, a));
+    if bc >= ab && bc >= ca {
+        [a, b, c]
+    } else if ca >= ab {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// Gives slivers the normal of a wider neighbour where the two differ by no more than the precision of the sliver's corners
+/// allows: a tolerance over its height.
+fn steady_normals(facets: &mut [Facet], vertices: &[DVec3], topology: &Topology, tolerance: f64) {
+    // The side opposite to the first corner is the longest.
+    let height = |facet: &Facet| {
+        let [a, b, c] = facet.vertices.map(|k| vertices[k as usize]);
+        (b - a).cross(c - a).length() / (c - b).length()
+    };
+    let heights: Vec<f64> = facets.iter().map(height).collect();
+    let mut slivers: Vec<usize> = (0..facets.len())
+        .filter(|&k| tolerance > STEADY * heights[k])
+        .collect();
+    // Wider ones first, so that a row of slivers takes the normal of what is beside it.
+    slivers.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]).then(a.cmp(&b)));
+    for k in slivers {
+        let own = facets[k].normal;
+        let wider = facets[k]
+            .edges
+            .iter()
+            .flat_map(|&edge| topology.triangles_at(edge))
+            .map(|&(other, _)| other as usize)
+            .filter(|&other| heights[other] > heights[k])
+            .max_by(|&a, &b| heights[a].total_cmp(&heights[b]).then(b.cmp(&a)));
+        if let Some(other) = wider {
+            let normal = facets[other].normal;
+            let normal = if normal.dot(own) < 0.0 {
+                -normal
+            } else {
+                normal
+            };
+            if normal.distance(own) * heights[k] <= tolerance {
+                facets[k].set_normal(normal, vertices);
+            }
+        }
+    }
+}
+
+/// Whether the smallest height of the triangle is above the tolerance.
+fn has_area([a, b, c]: [DVec3; 3], tolerance: f64) -> bool {
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    (b - a).cross(c - a).length() > tolerance * longest
+}

@@ -1,0 +1,115 @@
+//! A tree of boxes around triangles.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+/// Most triangles in a leaf.
+const LEAF: usize = 4;
+
+/// A bounding volume hierarchy: each node halves its triangles at the median of their middles along the longest edge of the box
+/// around these. It lives in the mesh's own frame, so motion costs nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Node {
+    low: DVec3,
+    high: DVec3,
+    /// Triangles of a leaf.
+    first: u32,
+    /// Number of triangles of a leaf; 0 for a branch, whose first child follows it.
+    count: u32,
+    /// The second child of a branch.
+    second: u32,
+}
+
+impl Tree {
+    /// Sorts the triangles so that those of a leaf lie together, and builds the tree over them.
+    pub(super) fn build(vertices: &[DVec3], triangles: &mut [(u32, [u32; 3])]) -> Self {
+        let mut tree = Self { nodes: Vec::new() };
+        // The middles are the sort keys; they move with the triangles.
+        let mut keyed: Vec<(DVec3, (u32, [u32; 3]))> = triangles
+            .iter()
+            .map(|&triangle| {
+                let sum: DVec3 = triangle.1.iter().map(|&k| vertices[k as usize]).sum();
+                (sum / 3.0, triangle)
+            })
+            .collect();
+        tree.split(vertices, &mut keyed, 0);
+        for (triangle, (_, sorted)) in triangles.iter_mut().zip(keyed) {
+            *triangle = sorted;
+        }
+        tree
+    }
+
+    fn split(
+        &mut self,
+        vertices: &[DVec3],
+        triangles: &mut [(DVec3, (u32, [u32; 3]))],
+        first: usize,
+    ) {
+        let mut low = DVec3::INFINITY;
+        let mut high = DVec3::NEG_INFINITY;
+        let (mut least, mut largest) = (low, high);
+        for (middle, (_, corners)) in triangles.iter() {
+            least = least.min(*middle);
+            largest = largest.max(*middle);
+            for &k in corners {
+                low = low.min(vertices[k as usize]);
+                high = high.max(vertices[k as usize]);
+            }
+        }
+        let index = self.nodes.len();
+        let leaf = triangles.len() <= LEAF;
+        self.nodes.push(Node {
+            low,
+            high,
+            first: first as u32,
+            count: if leaf { triangles.len() as u32 } else { 0 },
+            second: 0,
+        });
+        if leaf {
+            return;
+        }
+        let axis = (largest - least).max_position();
+        let half = triangles.len() / 2;
+        triangles.select_nth_unstable_by(half, |a, b| {
+            a.0[axis].total_cmp(&b.0[axis]).then(a.1.0.cmp(&b.1.0))
+        });
+        let (left, right) = triangles.split_at_mut(half);
+        self.split(vertices, left, first);
+        self.nodes[index].second = self.nodes.len() as u32;
+        self.split(vertices, right, first + half);
+    }
+
+    /// Calls `leaf` with the triangles of every leaf whose box is closer than `reach` (m) to `centre`.
+    pub(super) fn visit(
+        &self,
+        centre: DVec3,
+        reach: f64,
+        stack: &mut Vec<u32>,
+        mut leaf: impl FnMut(Range<usize>),
+    ) {
+        stack.clear();
+        stack.push(0);
+        // Triangles are cut off by exact distances later, so boxes may be a little generous.
+        let square = reach * reach * (1.0 + 1e-9);
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            let outside = (node.low - centre).max(centre - node.high).max(DVec3::ZERO);
+            if outside.length_squared() > square {
+                continue;
+            }
+            if node.count > 0 {
+                let first = node.first as usize;
+                leaf(first..first + node.count as usize);
+            } else {
+                stack.push(node.second);
+                stack.push(index + 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,388 @@
+//! Mesh walls: what a tessellated plane, box and cylinder feel like.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::random::Stream;
+use proptest::prelude::*;
+
+use super::touches;
+use crate::walls::{Mesh, Pose, SMOOTH_ANGLE, Scratch, Shape, Touches, WallError};
+
+fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
+    TriangleMesh {
+        vertices,
+        triangles,
+        welded: 0,
+    }
+}
+
+fn shape(triangles: &TriangleMesh, front: bool) -> Shape {
+    Shape::Mesh(Arc::new(Mesh::new(triangles, |x| x, front).unwrap()))
+}
+
+/// A random triangulation of the square from -1 to 1 in the plane z = 0: triangles are split at random places, at a point
+/// inside or, with both neighbours, on an edge. `junctions`: sometimes only one of the neighbours is split.
+fn square(seed: u64, splits: usize, junctions: bool) -> TriangleMesh {
+    let mut random = Stream::new(seed, "square", 0);
+    let mut vertices: Vec<DVec3> = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[x, y]| DVec3::new(x, y, 0.0))
+        .into();
+    let mut triangles = vec![[0, 1, 2], [0, 2, 3]];
+    for _ in 0..splits {
+        let index = (random.uniform() * triangles.len() as f64) as usize;
+        let [a, b, c]: [u32; 3] = triangles[index];
+        let new = vertices.len() as u32;
+        let at = |k: u32| vertices[k as usize];
+        if random.uniform() < 0.5 {
+            let (u, v) = (random.uniform(), random.uniform());
+            let (u, v) = if u + v > 1.0 {
+                (1.0 - u, 1.0 - v)
+            } else {
+                (u, v)
+            };
+            vertices.push(at(a) + u * (at(b) - at(a)) + v * (at(c) - at(a)));
+            triangles[index] = [a, b, new];
+            triangles.extend([[b, c, new], [c, a, new]]);
+        } else {
+            // Slivers of any thinness come from places near the ends.
+            let place = at(a) + random.uniform().powi(3) * (at(b) - at(a));
+            vertices.push(place);
+            let alone = junctions && random.uniform() < 0.5;
+            for k in 0..triangles.len() {
+                let [p, q, r] = triangles[k];
+                for [p, q, r] in [[p, q, r], [q, r, p], [r, p, q]] {
+                    if (p, q) == (a, b) || (!alone && (p, q) == (b, a)) {
+                        triangles[k] = [p, new, r];
+                        triangles.push([new, q, r]);
+                    }
+                }
+            }
+        }
+    }
+    mesh(vertices, triangles)
+}
+
+fn turned(triangles: &TriangleMesh, turn: DQuat, shift: DVec3) -> TriangleMesh {
+    let mut out = triangles.clone();
+    for vertex in &mut out.vertices {
+        *vertex = turn * *vertex + shift;
+    }
+    out
+}
+
+fn any_turn() -> impl Strategy<Value = DQuat> {
+    prop::array::uniform3(-3.0..3.0f64).prop_map(|v| DQuat::from_scaled_axis(v.into()))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Over any triangulation of a plane, in any direction, there is one contact with the plane's distance and normal: over
+    /// faces, exactly over edges and corners, and on both sides.
+    #[test]
+    fn a_tessellated_plane_is_a_plane(
+        seed in any::<u64>(),
+        splits in 0usize..60,
+        junctions in any::<bool>(),
+        turn in any_turn(),
+        shift in prop::array::uniform3(-2.0..2.0f64),
+        height in prop_oneof![0.02..0.2f64, -0.2..-0.02f64],
+        depth in 1e-6..0.3f64,
+    ) {
+        let shift = DVec3::from(shift);
+        let flat = square(seed, splits, junctions);
+        let wall = shape(&turned(&flat, turn, shift), false);
+        let mut random = Stream::new(seed, "places", 0);
+        let radius = height.abs() * (1.0 + depth);
+        let mut places = Vec::new();
+        for triangle in 0..flat.triangles.len() {
+            let [a, b, c] = flat.corners(triangle);
+            let (u, v) = (random.uniform(), random.uniform());
+            places.extend([a, a + u * (b - a), a + u * (1.0 - v) * (b - a) + v * (c - a)]);
+        }
+        for place in places {
+            // At the rim of the square the wall ends.
+            if place.x.abs().max(place.y.abs()) < 1.0 {
+                let centre = turn * (place + DVec3::Z * height) + shift;
+                let found = touches(&wall, centre, radius);
+                prop_assert_eq!(found.len(), 1, "at {} of {:?}: {:?}", place, flat, found);
+                let normal = turn * DVec3::Z * height.signum();
+                prop_assert!((found[0].distance - height.abs()).abs() < 1e-13);
+                // Slivers thinner than 1e-9 of the square's diagonal are cracks, whose rim may be nearest.
+                let limit = 1e-9 + 1e-9 * 8f64.sqrt() / height.abs();
+                prop_assert!((found[0].normal - normal).length() < limit, "{:?}", found[0]);
+            }
+        }
+    }
+
+    /// The list of near facets with the distance moved since gives what a fresh query gives.
+    #[test]
+    fn a_list_gives_the_same_as_a_query(
+        seed in any::<u64>(),
+        count in 1usize..60,
+        centre in prop::array::uniform3(-1.0..1.0f64),
+        step in prop::array::uniform3(-0.05..0.05f64),
+        reach in 0.05..0.5f64,
+    ) {
+        let (centre, step) = (DVec3::from(centre), DVec3::from(step));
+        let Ok(wall) = Mesh::new(&soup(seed, count), |x| x, false) else { return Ok(()) };
+        let (mut near, mut scratch, mut out) = (Vec::new(), Scratch::default(), Touches::new());
+        wall.near(centre, reach + 0.09, &mut scratch, &mut near);
+        wall.touches_of(&near, step.length(), centre + step, reach, &mut scratch, &mut out);
+        let listed: Vec<_> = out.iter().copied().collect();
+        wall.touches(centre + step, reach, &mut out);
+        prop_assert_eq!(listed, out.as_slice());
+    }
+
+    /// No vertex moves by more than the bound.
+    #[test]
+    fn displacements_are_bounded(
+        seed in any::<u64>(),
+        from in any_turn(),
+        to in any_turn(),
+        shift in prop::array::uniform3(-1.0..1.0f64),
+    ) {
+        let triangles = soup(seed, 10);
+        let Ok(wall) = Mesh::new(&triangles, |x| x, false) else { return Ok(()) };
+        let from = Pose { rotation: from, translation: DVec3::ZERO };
+        let to = Pose { rotation: to, translation: shift.into() };
+        let bound = wall.displacement(&from, &to, DVec3::ZERO, 10.0);
+        let with_area = |[a, b, c]: &&[u32; 3]| a != b && b != c && c != a;
+        for vertex in triangles.triangles.iter().filter(with_area).flatten() {
+            let vertex = triangles.vertices[*vertex as usize];
+            prop_assert!(from.to_global(vertex).distance(to.to_global(vertex)) <= bound + 1e-12);
+        }
+    }
+}
+
+/// Triangles between random corners of a small set: they share edges, in twos and threes, cross and repeat.
+fn soup(seed: u64, count: usize) -> TriangleMesh {
+    let mut random = Stream::new(seed, "soup", 0);
+    let corners = 4 + count / 2;
+    let vertices = (0..corners)
+        .map(|_| DVec3::new(random.uniform(), random.uniform(), random.uniform()) * 2.0 - 1.0)
+        .collect();
+    let mut pick = || (random.uniform() * corners as f64) as u32;
+    let triangles = (0..count).map(|_| [pick(), pick(), pick()]).collect();
+    mesh(vertices, triangles)
+}
+
+/// The cube from -1 to 1, normals outwards, faces in the order -x +x -y +y -z +z.
+fn cube() -> TriangleMesh {
+    let vertices = (0..8)
+        .map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * 2.0 - 1.0)
+        .collect();
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let halves = faces.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    mesh(vertices, halves.concat())
+}
+
+#[test]
+fn convex_edges_and_corners_are_one_contact() {
+    let wall = shape(&cube(), false);
+    for (centre, foot) in [
+        ([0.3, 0.2, 1.09], [0.3, 0.2, 1.0]),
+        ([0.0, 0.0, 1.09], [0.0, 0.0, 1.0]),
+        ([1.06, 0.3, 1.06], [1.0, 0.3, 1.0]),
+        ([1.05, 1.05, 1.05], [1.0, 1.0, 1.0]),
+        ([1.0, 1.0, 1.09], [1.0, 1.0, 1.0]),
+    ] {
+        let (centre, foot) = (DVec3::from(centre), DVec3::from(foot));
+        let found = touches(&wall, centre, 0.1);
+        assert_eq!(found.len(), 1, "at {centre}: {found:?}");
+        assert!((centre - found[0].normal * found[0].distance - foot).length() < 1e-15);
+    }
+    assert!(touches(&wall, DVec3::new(1.08, 0.0, 1.08), 0.1).is_empty());
+}
+
+#[test]
+fn concave_corners_are_as_many_contacts_as_faces() {
+    for front in [false, true] {
+        let mut inside_out = cube();
+        for triangle in &mut inside_out.triangles {
+            triangle.swap(1, 2);
+        }
+        let wall = shape(&inside_out, front);
+        for (centre, count) in [
+            ([0.0, 0.0, 0.95], 1),
+            ([0.95, 0.0, 0.95], 2),
+            ([0.95, -0.94, 0.95], 3),
+            ([0.95, -0.95, 0.95], 3),
+        ] {
+            let found = touches(&wall, centre.into(), 0.1);
+            assert_eq!(found.len(), count, "at {centre:?}: {found:?}");
+            for touch in found {
+                assert!(touch.normal.abs().max_element() == 1.0 && touch.distance < 0.061);
+            }
+        }
+    }
+}
+
+#[test]
+fn one_sided_meshes_push_out_where_they_are_nearest() {
+    let wall = shape(&cube(), true);
+    let found = touches(&wall, DVec3::new(0.2, 0.1, 1.05), 0.1);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].normal, DVec3::Z);
+    // 0.03 behind the upper face, 0.04 behind the one beside it: out by the upper one.
+    let found = touches(&wall, DVec3::new(0.96, 0.1, 0.97), 0.1);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].normal, DVec3::Z);
+    assert!((found[0].distance + 0.03).abs() < 1e-15);
+    assert!(touches(&wall, DVec3::new(0.0, 0.0, 0.8), 0.1).is_empty());
+    // Two-sided, the same places feel both faces from inside.
+    let wall = shape(&cube(), false);
+    assert_eq!(touches(&wall, DVec3::new(0.96, 0.1, 0.97), 0.1).len(), 2);
+}
+
+/// Sheets that are there twice, seams of more than two triangles and cracks thinner than the precision give one contact.
+#[test]
+fn repeated_and_unwelded_triangles_are_one_contact() {
+    let corners = |x: f64| {
+        [
+            DVec3::ZERO,
+            DVec3::new(x, 0.0, 0.0),
+            DVec3::new(0.5, x, 0.0),
+        ]
+    };
+    let twice = mesh(corners(1.0).to_vec(), vec![[0, 1, 2], [0, 1, 2], [0, 2, 1]]);
+    for y in [0.2, 0.0, -0.01] {
+        let found = touches(&shape(&twice, false), DVec3::new(0.5, y, 0.09), 0.1);
+        assert_eq!(found.len(), 1, "{y}: {found:?}");
+    }
+    // Two halves of a square whose common side differs in the last digits of single precision.
+    let crack = 1.0 + f64::from(f32::EPSILON);
+    let halves = mesh(
+        vec![
+            DVec3::new(1.0, -1.0, 0.0),
+            DVec3::new(1.0, 1.0, 0.0),
+            DVec3::new(-1.0, 0.0, 0.0),
+            DVec3::new(crack, 1.0, 0.0),
+            DVec3::new(crack, -1.0, 0.0),
+            DVec3::new(3.0, 0.0, 0.0),
+        ],
+        vec![[0, 1, 2], [3, 4, 5]],
+    );
+    let wall = shape(&halves, false);
+    for offset in [-0.09, -0.03, -1e-8, 0.0, 3e-8, 6e-8, 1e-7, 0.03, 0.09] {
+        let found = touches(&wall, DVec3::new(1.0 + offset, 0.2, 0.05), 0.12);
+        assert_eq!(found.len(), 1, "{offset}: {found:?}");
+    }
+}
+
+#[test]
+fn triangles_without_area_are_left_out() {
+    let mut triangles = cube();
+    triangles.triangles.extend([[0, 0, 1], [3, 3, 3]]);
+    triangles.vertices.push(DVec3::new(0.0, -1.0, -1.0));
+    triangles.triangles.push([0, 8, 1]);
+    let wall = Mesh::new(&triangles, |x| x, false).unwrap();
+    assert_eq!((wall.len(), wall.dropped()), (12, 3));
+    assert_eq!(wall.edge_counts(), [0, 18, 0]);
+    let error = Mesh::new(
+        &mesh(vec![DVec3::ZERO, DVec3::X], vec![[0, 1, 0]]),
+        |x| x,
+        false,
+    );
+    assert_eq!(error, Err(WallError::NoTriangle { count: 1 }));
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "file: none of the 1 triangles has an area"
+    );
+    let error = Mesh::new(&triangles, |x| x / 0.0, false).unwrap_err();
+    assert!(matches!(error, WallError::NotFinite { key: "file", .. }));
+}
+
+/// A cylinder of radius 1 about z, of `around` facets.
+pub(super) fn cylinder(around: u32) -> TriangleMesh {
+    let corner = |k: u32, z: f64| {
+        let angle = TAU * f64::from(k % around) / f64::from(around);
+        DVec3::new(angle.cos(), angle.sin(), z)
+    };
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for k in 0..around {
+        vertices.extend([corner(k, -1.0), corner(k, 1.0)]);
+        let [a, b, c, d] = [2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3].map(|i| i % (2 * around));
+        triangles.extend([[a, c, b], [c, d, b]]);
+    }
+    mesh(vertices, triangles)
+}
+
+/// Inside and outside there is one contact everywhere; its distance is off by at most the sagitta 1 - cos(pi/n) of the facets,
+/// its normal by at most the angle that leaves the centre: pi/n / (1 - r) inside, where r is the sphere's radius.
+#[test]
+fn a_tessellated_cylinder_becomes_a_cylinder() {
+    for around in [32, 64, 256] {
+        let wall = shape(&cylinder(around), false);
+        let half = TAU / 2.0 / f64::from(around);
+        assert!(2.0 * half < SMOOTH_ANGLE.to_radians());
+        let sagitta = 1.0 - half.cos();
+        // Spheres of two fifths and nine tenths of the drum's radius, and one outside.
+        for (from_axis, radius) in [(0.61, 0.4), (0.13, 0.9), (1.29, 0.3)] {
+            for k in 0..500 {
+                let angle = 0.01357 * f64::from(k);
+                let outward = DVec3::new(angle.cos(), angle.sin(), 0.0);
+                let centre = outward * from_axis + DVec3::Z * (0.3 * (7.0 * angle).sin());
+                let found = touches(&wall, centre, radius);
+                assert_eq!(found.len(), 1, "{around} {radius} {angle}: {found:?}");
+                let analytic = (1.0f64 - from_axis).abs();
+                let difference = (found[0].distance - analytic).abs();
+                assert!(difference <= sagitta * 1.0001, "{difference} {sagitta}");
+                let normal = outward * (from_axis - 1.0f64).signum();
+                let turn = found[0].normal.angle_between(normal);
+                let limit = if from_axis < 1.0 { half } else { 2.0 * half };
+                assert!(
+                    turn <= limit + 1e-12,
+                    "{around} {radius} {angle}: {turn} {limit}"
+                );
+            }
+        }
+    }
+}
+
+/// A contact is followed over edges, round a convex edge, and not into the other face of a corner.
+#[test]
+fn contacts_go_on_over_edges() {
+    let Shape::Mesh(wall) = shape(&cube(), false) else {
+        unreachable!("it is a mesh")
+    };
+    let only = |centre: DVec3| {
+        let found = touches(&Shape::Mesh(wall.clone()), centre, 0.1);
+        assert_eq!(found.len(), 1, "{found:?}");
+        found[0]
+    };
+    // Along the upper face and round its edge: every contact continues the one before.
+    let path = (0..200).map(|k| {
+        let way = 0.01 * f64::from(k);
+        if way < 1.0 {
+            DVec3::new(way, 0.1, 1.095)
+        } else {
+            let angle = (way - 1.0) * 1.5;
+            DVec3::new(1.0 + 0.095 * angle.sin(), 0.1, 1.0 + 0.095 * angle.cos())
+        }
+    });
+    let mut last = None;
+    for centre in path {
+        let touch = only(centre);
+        if let Some(feature) = last {
+            assert!(
+                wall.continues(feature, &touch, centre).is_some(),
+                "{centre}"
+            );
+        }
+        last = Some(touch.feature);
+    }
+    let corner = DVec3::new(0.95, 0.0, 0.95);
+    let found = touches(&Shape::Mesh(wall.clone()), corner, 0.1);
+    assert_eq!(wall.continues(found[0].feature, &found[1], corner), None);
+}

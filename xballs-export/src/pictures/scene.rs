@@ -1,0 +1,156 @@
+//! A snapshot, and the walls and contacts beside it, as a frame to be drawn.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use mercury_common::frames::{Column, ContactReader, WallReader};
+use mercury_common::surfaces::{self, faces_of_one_box};
+use mercury_pictures::{Contact, Frame, Sphere, Surface};
+
+use super::PictureChoice;
+use super::quantity::Quantity;
+use crate::source::RunSource;
+use crate::{ExportError, Snapshot, Source};
+
+/// What a run has beside its particles.
+pub(super) struct Scenery<'a> {
+    contacts: Option<&'a ContactReader>,
+    walls: Option<&'a WallReader>,
+    title: Option<&'a str>,
+    /// Fallback title: the name of the input.
+    name: String,
+}
+
+impl<'a> Scenery<'a> {
+    pub(super) fn new(source: &'a Source, choice: &'a PictureChoice) -> Self {
+        let run = match source {
+            Source::Run(run) => Some(run.as_ref()),
+            Source::Data(_) => None,
+        };
+        Self {
+            contacts: run
+                .and_then(RunSource::contacts)
+                .filter(|_| choice.contacts),
+            walls: run.and_then(RunSource::walls).filter(|_| choice.walls),
+            title: choice.title.as_deref(),
+            name: source.prefix().to_owned(),
+        }
+    }
+
+    /// The frame of a snapshot, coloured by a quantity.
+    pub(super) fn frame(
+        &mut self,
+        snapshot: &Snapshot,
+        quantity: &Quantity,
+    ) -> Result<Frame, ExportError> {
+        let header = &snapshot.header;
+        let title = self.title.unwrap_or(if header.title.is_empty() {
+            &self.name
+        } else {
+            &header.title
+        });
+        Ok(Frame {
+            title: title.to_owned(),
+            time: Some(snapshot.frame.time),
+            flat: snapshot.dimensions() == 2,
+            gravity: header.gravity.unwrap_or_default(),
+            domain: header.domain,
+            spheres: spheres(snapshot, quantity)?,
+            surfaces: self.surfaces(snapshot)?,
+            lines: Vec::new(),
+            contacts: self.contacts(snapshot)?,
+        })
+    }
+
+    /// The walls of this step where they stand.
+    fn surfaces(&self, snapshot: &Snapshot) -> Result<Vec<Surface>, ExportError> {
+        let Some(reader) = self.walls else {
+            return Ok(Vec::new());
+        };
+        let mut infos = reader.frames().infos();
+        let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
+            return Ok(Vec::new());
+        };
+        let frame = reader.frame(number)?;
+        let domain = snapshot.domain()?;
+        let ends = faces_of_one_box(&reader.header().walls);
+        let mut drawn = Vec::new();
+        for (k, surface) in reader.surfaces().iter().enumerate() {
+            if !frame.present[k] {
+                continue;
+            }
+            let others = ends.get(k).map_or(&[][..], Vec::as_slice);
+            let cuts: Vec<_> = others
+                .iter()
+                .filter(|other| frame.present[**other])
+                .filter_map(|other| reader.surfaces()[*other].half_space(&frame.placement[*other]))
+                .collect();
+            let mesh = surface.triangles(&frame.placement[k], domain, &cuts);
+            let corner = |k: u32| mesh.vertices[k as usize];
+            let triangles = mesh.triangles.iter().map(|t| t.map(corner)).collect();
+            let mut wall = Surface::wall(triangles);
+            if matches!(surface, surfaces::Surface::Plane { .. }) {
+                // Planes are the box around the scene: six sheets would be a fog. Their outlines are enough.
+                wall.opacity = 0.0;
+            }
+            drawn.push(wall);
+        }
+        Ok(drawn)
+    }
+
+    /// The contacts of this step between particles that are shown.
+    fn contacts(&self, snapshot: &Snapshot) -> Result<Vec<Contact>, ExportError> {
+        let Some(reader) = self.contacts else {
+            return Ok(Vec::new());
+        };
+        let mut infos = reader.frames().infos();
+        let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
+            return Ok(Vec::new());
+        };
+        let frame = reader.frame(number)?;
+        let ids = snapshot
+            .column("id")
+            .and_then(Column::as_u32)
+            .unwrap_or_default();
+        let centres: HashMap<u32, DVec3> = ids.iter().copied().zip(centres(snapshot)?).collect();
+        let shown = |k: usize| {
+            let from = *centres.get(&frame.i[k])?;
+            if let Some(j) = frame.j[k] {
+                centres.get(&j)?;
+            }
+            Some(Contact {
+                from,
+                to: from - frame.branch[k],
+                strength: frame.force[k].length(),
+            })
+        };
+        Ok((0..frame.len()).filter_map(shown).collect())
+    }
+}
+
+/// The positions.
+pub(super) fn centres(snapshot: &Snapshot) -> Result<Vec<DVec3>, ExportError> {
+    snapshot.vectors(["x", "y", "z"]).ok_or_else(|| {
+        let path = snapshot.path.display();
+        ExportError::Input(format!("{path}: no positions x, y, z"))
+    })
+}
+
+fn spheres(snapshot: &Snapshot, quantity: &Quantity) -> Result<Vec<Sphere>, ExportError> {
+    let centres = centres(snapshot)?;
+    let radii = snapshot.numbers("radius")?;
+    let values = quantity.values(snapshot)?;
+    let flags = match snapshot.column("flags") {
+        Some(Column::U8(flags)) => flags.as_slice(),
+        _ => &[],
+    };
+    let rows = centres.into_iter().zip(radii).zip(values).enumerate();
+    let sphere = |(row, ((centre, radius), value)): (usize, ((DVec3, &f64), f64))| Sphere {
+        centre,
+        radius: *radius,
+        value,
+        // Bit 0: fixed, bit 1: prescribed motion.
+        fixed: flags.get(row).is_some_and(|flags| flags & 3 != 0),
+    };
+    Ok(rows.map(sphere).collect())
+}

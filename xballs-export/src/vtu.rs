@@ -1,0 +1,172 @@
+//! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
+//!
+//! Kinds: `particles`, `contacts` (as lines), `walls` (as triangles where they stand). A further kind is a further series.
+
+use std::collections::{HashMap, HashSet};
+use std::path::PathBuf;
+
+use glam::DVec3;
+use mercury_common::formats::vtu::{VtuError, VtuOptions};
+use mercury_common::frames::Column;
+use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
+
+use crate::output::Output;
+use crate::selection::retain;
+use crate::source::RunSource;
+use crate::{ExportError, FrameChoice, Selection, Snapshot, Source, Told, for_each_snapshot};
+
+/// What goes into the files, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VtuChoice {
+    /// Precision and compression.
+    pub options: VtuOptions,
+    /// With contacts, where the run has them.
+    pub contacts: bool,
+    /// With walls, where the run has them.
+    pub walls: bool,
+}
+
+/// Writes the series; `progress` hears of every frame. Returns what was read, and the files to open.
+///
+/// # Errors
+/// When the input cannot be read, a list of an earlier export is in the way, or a file cannot be written.
+pub fn export(
+    source: &Source,
+    selection: &Selection,
+    output: &Output,
+    choice: VtuChoice,
+    mut progress: impl FnMut(&Snapshot),
+) -> Result<(Told, Vec<PathBuf>), ExportError> {
+    let run = match source {
+        Source::Run(run) => Some(run.as_ref()),
+        Source::Data(_) => None,
+    };
+    let contact_reader = run
+        .and_then(RunSource::contacts)
+        .filter(|_| choice.contacts);
+    let wall_reader = run.and_then(RunSource::walls).filter(|_| choice.walls);
+    let script = output.path("paraview.py");
+    let mut files = vec![script.clone(), output.path("particles.pvd")];
+    files.extend(contact_reader.map(|_| output.path("contacts.pvd")));
+    files.extend(wall_reader.map(|_| output.path("walls.pvd")));
+    for file in &files {
+        output.claim(file)?;
+    }
+    let series = |kind: &str| -> Result<Series, VtuError> {
+        let stem = format!("{}.{kind}", output.prefix);
+        Series::create(&output.folder, &stem, choice.options)
+    };
+    let mut particles: Option<Series> = None;
+    let mut span: Option<(f64, f64)> = None;
+    let mut steps = HashMap::new();
+    let told = for_each_snapshot(source, selection, |snapshot| {
+        let list = match &mut particles {
+            Some(list) => list,
+            // Only now, so that a wrong input leaves what is there.
+            None => particles.insert(series("particles")?),
+        };
+        progress(&snapshot);
+        let grid = paraview::particles(&snapshot.specs, &snapshot.frame)
+            .map_err(|reason| unfit(&snapshot, &reason))?;
+        list.write(snapshot.number, &grid)?;
+        let time = snapshot.frame.time;
+        span = Some(span.map_or((time, time), |(first, _)| (first, time)));
+        let ids = snapshot.column("id").and_then(Column::as_u32);
+        let ids = selection
+            .is_partial()
+            .then(|| ids.unwrap_or_default().to_vec());
+        steps.insert(snapshot.frame.step, (snapshot.number, ids));
+        Ok(())
+    })?;
+    if let (Some(reader), Some(run)) = (contact_reader, run) {
+        let mut list = series("contacts")?;
+        for number in 0..reader.frames().len() {
+            let Some(info) = reader.frames().info(number) else {
+                break;
+            };
+            let beside = steps.get(&info.step);
+            if !is_wanted(info.time, beside.is_some(), span, selection) {
+                continue;
+            }
+            let mut frame = reader.frames().frame(number)?;
+            let specs = reader.frames().schema().columns();
+            if let Some((_, Some(ids))) = beside {
+                keep_contacts(specs, &mut frame.columns, ids);
+            }
+            let centres = centres(run, info.step)?;
+            let grid = paraview::contacts(specs, &frame, &centres).map_err(|reason| {
+                ExportError::Input(format!("{}: {reason}", reader.frames().path().display()))
+            })?;
+            list.write(number, &grid)?;
+        }
+    }
+    if let Some(reader) = wall_reader {
+        let mut list = series("walls")?;
+        let scene = WallScene {
+            names: &reader.header().walls,
+            surfaces: reader.surfaces(),
+            domain: reader.header().domain.unwrap_or_default(),
+        };
+        for number in 0..reader.frames().len() {
+            let step = reader.frames().info(number).map(|info| info.step);
+            if let Some((particles, _)) = step.and_then(|step| steps.get(&step)) {
+                list.write(*particles, &paraview::walls(&scene, &reader.frame(number)?))?;
+            }
+        }
+    }
+    let parts = ScriptParts {
+        contacts: contact_reader.is_some(),
+        walls: wall_reader.is_some(),
+    };
+    output.write(&script, paraview::script(&output.prefix, parts).as_bytes())?;
+    Ok((told, files))
+}
+
+fn unfit(snapshot: &Snapshot, reason: &str) -> ExportError {
+    let (path, number) = (snapshot.path.display(), snapshot.number);
+    ExportError::Input(format!("{path}: frame {number}: {reason}"))
+}
+
+/// Contacts may be written at other times than particles. Whoever wants all frames of a span wants those too; whoever picks
+/// frames or particles wants the contacts of just these.
+fn is_wanted(time: f64, beside: bool, span: Option<(f64, f64)>, selection: &Selection) -> bool {
+    let within = span.is_some_and(|(first, last)| first <= time && time <= last);
+    let every = matches!(selection.frames, FrameChoice::All | FrameChoice::Range(..));
+    beside || (within && every && !selection.is_partial())
+}
+
+/// Leaves out contacts of particles that are not selected.
+fn keep_contacts(
+    specs: &[mercury_common::frames::ColumnSpec],
+    columns: &mut [Column],
+    ids: &[u32],
+) {
+    let ids: HashSet<u32> = ids.iter().copied().collect();
+    let place = |name: &str| specs.iter().position(|spec| spec.name == name);
+    let (Some(i), Some(j)) = (place("i"), place("j")) else {
+        return;
+    };
+    let (Column::U32(i), Column::OptionalU32(j)) = (&columns[i], &columns[j]) else {
+        return;
+    };
+    let both = i.iter().zip(j);
+    let keep: Vec<bool> = both
+        .map(|(i, j)| ids.contains(i) && j.is_none_or(|j| ids.contains(&j)))
+        .collect();
+    for column in columns {
+        retain(column, &keep);
+    }
+}
+
+/// Positions by id in the particles' frame of a step; empty if there is none.
+fn centres(run: &RunSource, step: u64) -> Result<HashMap<u32, DVec3>, ExportError> {
+    let frames = run.particles();
+    let mut infos = frames.infos();
+    let Some(number) = infos.position(|info| info.step == step) else {
+        return Ok(HashMap::new());
+    };
+    let columns = frames.columns(number, &["id", "x", "y", "z"])?;
+    let positions = paraview::vectors(&columns, [1, 2, 3]).unwrap_or_default();
+    let ids = columns[0].as_u32().unwrap_or_default();
+    Ok(ids.iter().copied().zip(positions).collect())
+}
