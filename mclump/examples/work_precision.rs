@@ -22,7 +22,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::register_font;
 
-const FONT: &[u8] = include_bytes!("../../solver/assets/DejaVuSans-subset.ttf");
+const FONT: &[u8] = include_bytes!("../../pictures/assets/DejaVuSans-subset.ttf");
 const NUMBERS: [usize; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
 
 type Failure = Box<dyn Error>;
