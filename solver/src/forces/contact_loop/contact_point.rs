@@ -7,6 +7,7 @@ use crate::particles::{Bodies, NO_PEBBLE, Particle};
 /// The velocity along `normal` that a unit impulse along it at the contact point gives that point, 1/kg:
 /// 1/M + (r x n).I^-1 (r x n), the inverse of the effective mass of impact dynamics (Stronge 2000, section 3.1). The arm from
 /// the pebble's centre to the contact point is along n and does not count. A sphere's is 1/m.
+#[inline(never)]
 pub(super) fn mobility(bodies: &Bodies, row: usize, record: &Particle, normal: DVec3) -> f64 {
     let place = bodies.of_row[row];
     if place == NO_PEBBLE || record.inverse_mass == 0.0 {

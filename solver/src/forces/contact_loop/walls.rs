@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::contact_point::mobility;
 use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::{NearWall, Observation, Partner, Watch};
+use crate::forces::{NearMeshes, NearWall, Observation, Partner, Watch};
 use crate::particles::{Load, Particle};
 use crate::walls::{Mesh, Scratch, Shape, Touch, Touches, Wall, WallState};
 
@@ -17,8 +17,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         loads: &mut [Load],
     ) {
         let context = self.context;
-        let mut touches = Touches::default();
-        let mut scratch = Scratch::default();
+        let mut memory = (Touches::default(), Scratch::default());
         let mut first = 0;
         for near in &mut block.near_walls {
             let wall = &context.walls[near.wall as usize];
@@ -26,80 +25,90 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
             let centre = a.position + context.images.shift(u32::from(near.image));
-            if !matches!(wall.shape, Shape::Plane(_)) {
-                touches.clear();
-                if state.present {
-                    let place = state.into_wall(centre);
-                    match &wall.shape {
-                        Shape::Mesh(mesh) => {
-                            block.near_meshes.touches(
-                                near.mesh,
-                                mesh,
-                                place,
-                                a.radius,
-                                &mut scratch,
-                                &mut touches,
-                            );
-                        }
-                        shape => shape.touches(place, a.radius, &mut touches),
-                    }
-                }
-                // On its way into a concave corner a particle may meet a face onto which its centre did not project when
-                // the list was built.
-                while (near.features as usize) < touches.len() {
-                    let end = first + near.features as usize;
-                    block.wall_slots.insert(end, WallSlot::free());
-                    near.features += 1;
-                }
-            }
-            let slots = &mut block.wall_slots[first..first + near.features as usize];
-            first += near.features as usize;
             let side = WallSide {
-                near,
+                near: *near,
                 wall,
                 state,
                 centre,
             };
             let load = &mut loads[row];
-            let observation = &mut block.observation;
-            if let Shape::Plane(plane) = &wall.shape {
-                // A plane has one feature: most walls of most scenes need no search.
-                let touch = if state.present {
-                    plane.touch(state.into_wall(centre), a.radius)
-                } else {
-                    None
-                };
-                match touch {
-                    Some(touch) => {
-                        slots[0].feature = touch.feature;
-                        self.touch_wall::<WATCHED>(
-                            a,
-                            &side,
-                            &touch,
-                            &mut slots[0],
-                            load,
-                            observation,
-                        );
-                    }
-                    None => slots[0].clear(),
-                }
+            let Shape::Plane(plane) = &wall.shape else {
+                near.features = self.features::<WATCHED>(
+                    a,
+                    &side,
+                    (&mut block.wall_slots, first),
+                    &mut block.near_meshes,
+                    &mut memory,
+                    load,
+                    &mut block.observation,
+                );
+                first += near.features as usize;
                 continue;
-            }
-            match &wall.shape {
-                Shape::Mesh(mesh) => {
-                    assign_on_mesh(slots, &touches, mesh, || state.into_wall(centre));
+            };
+            // A plane has one feature: most walls of most scenes need no search.
+            let slot = &mut block.wall_slots[first];
+            first += near.features as usize;
+            let touch = if state.present {
+                plane.touch(state.into_wall(centre), a.radius)
+            } else {
+                None
+            };
+            match touch {
+                Some(touch) => {
+                    slot.feature = touch.feature;
+                    let observation = &mut block.observation;
+                    self.touch_wall::<WATCHED>(a, &side, &touch, slot, load, observation);
                 }
-                shape => assign(slots, &touches, shape),
-            }
-            for slot in slots {
-                match touches.iter().find(|touch| touch.feature == slot.feature) {
-                    Some(touch) => {
-                        self.touch_wall::<WATCHED>(a, &side, touch, slot, load, observation);
-                    }
-                    None => slot.clear(),
-                }
+                None => slot.clear(),
             }
         }
+    }
+
+    /// The contacts of a particle with the features of a wall that is no plane; its slots begin at `first`. Returns how many it has
+    /// then. Apart from the loop, which is faster without.
+    #[inline(never)]
+    fn features<const WATCHED: bool>(
+        &self,
+        a: &Particle,
+        side: &WallSide<'_>,
+        (wall_slots, first): (&mut Vec<WallSlot<Histories<N, T, R>>>, usize),
+        near_meshes: &mut NearMeshes,
+        (touches, scratch): &mut (Touches, Scratch),
+        load: &mut Load,
+        observation: &mut Observation,
+    ) -> u8 {
+        let (near, state) = (&side.near, side.state);
+        let place = state.into_wall(side.centre);
+        touches.clear();
+        if state.present {
+            match &side.wall.shape {
+                Shape::Mesh(mesh) => {
+                    near_meshes.touches(near.mesh, mesh, place, a.radius, scratch, touches);
+                }
+                shape => shape.touches(place, a.radius, touches),
+            }
+        }
+        let mut features = near.features;
+        // On its way into a concave corner a particle may meet a face onto which its centre did not project when
+        // the list was built.
+        while (features as usize) < touches.len() {
+            wall_slots.insert(first + features as usize, WallSlot::free());
+            features += 1;
+        }
+        let slots = &mut wall_slots[first..first + features as usize];
+        match &side.wall.shape {
+            Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place),
+            shape => assign(slots, touches, shape),
+        }
+        for slot in slots {
+            match touches.iter().find(|touch| touch.feature == slot.feature) {
+                Some(touch) => {
+                    self.touch_wall::<WATCHED>(a, side, touch, slot, load, observation);
+                }
+                None => slot.clear(),
+            }
+        }
+        features
     }
 
     /// The contact of a particle with one feature of a wall.
@@ -115,6 +124,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     ) {
         let (context, state) = (self.context, side.state);
         let normal = state.out_of_wall(touch.normal);
+        // First, while there is little that the call could push out of registers.
+        let effective_mass = match self.bodies {
+            None => 1.0 / a.inverse_mass,
+            Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
+        };
         let overlap = a.radius - touch.distance;
         let lever = a.radius - 0.5 * overlap;
         let arm = normal * -lever;
@@ -134,10 +148,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             } else {
                 a.radius
             },
-            effective_mass: match self.bodies {
-                None => 1.0 / a.inverse_mass,
-                Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
-            },
+            effective_mass,
             normal_velocity,
             tangential_velocity: velocity - normal * normal_velocity,
             centre_velocity: DVec3::ZERO,
@@ -195,7 +206,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
 
 /// The wall's side of a contact.
 struct WallSide<'a> {
-    near: &'a NearWall,
+    near: NearWall,
     wall: &'a Wall,
     state: &'a WallState,
     /// Centre of the particle's image that is near, m.
