@@ -49,13 +49,17 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", requires = "generate", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) pebbles: Option<u32>,
 
-    /// Make pebbles until the volume of their union differs from the surface's by at most this fraction
+    /// Make pebbles until the volume of their union falls short of the surface's by at most this fraction (favier: differs)
     #[arg(long, value_name = "FRACTION", requires = "generate", value_parser = positive)]
     pub(crate) fidelity: Option<f64>,
 
     /// No pebble smaller than this radius in m [default: 1/1000 of the body]
     #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
     pub(crate) smallest_radius: Option<f64>,
+
+    /// How far each pebble may stand out of the surface in m; a little makes clumps of the same volume truer [default: 0]
+    #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
+    pub(crate) protrusion: Option<f64>,
 
     /// Seed of the generator's random points
     #[arg(long, value_name = "N", default_value_t = 0)]

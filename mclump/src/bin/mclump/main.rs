@@ -359,6 +359,7 @@ fn generated(
             volume_error: arguments.fidelity,
         },
         smallest_radius: arguments.smallest_radius.unwrap_or(0.0),
+        protrusion: arguments.protrusion.unwrap_or(0.0),
         seed: arguments.seed,
         ..Request::default()
     };
@@ -369,6 +370,9 @@ fn generated(
     }
     if let Some(fidelity) = arguments.fidelity {
         entries.push(("volume_error".into(), fidelity.into()));
+    }
+    if let Some(protrusion) = arguments.protrusion {
+        entries.push(("protrusion".into(), protrusion.into()));
     }
     let seed = i64::try_from(arguments.seed).unwrap_or(i64::MAX);
     entries.push(("seed".into(), Remark::Whole(seed)));
