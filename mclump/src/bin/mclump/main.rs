@@ -361,7 +361,6 @@ fn generated(
         smallest_radius: arguments.smallest_radius.unwrap_or(0.0),
         protrusion: arguments.protrusion.unwrap_or(0.0),
         seed: arguments.seed,
-        ..Request::default()
     };
     let word = format!("{method:?}").to_lowercase();
     let mut entries: Vec<(String, Remark)> = vec![("method".into(), word.into())];
