@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Shoot the steel sphere of a penetration scene into its bed with LIGGGHTS, and compare its height with Mercury's.
+
+    apt-get install liggghts
+    mercury-solve SCENES/penetration-25k.toml --set time.end=0.045 --output /tmp/penetration
+    benches/penetration.py SCENES/penetration-25k.toml /tmp/penetration/penetration-25k.track.csv
+
+Same particles, same mesh, same law (LIGGGHTS' Mindlin factor is 1, the scene's 2/3), same step. Prints height by both codes
+each millisecond and the largest difference.
+"""
+import csv, os, re, subprocess, sys, tempfile, tomllib
+
+
+def main(scene, track):
+    cfg = tomllib.load(open(scene, "rb"))
+    here = os.path.dirname(os.path.abspath(scene))
+    table, intruder = cfg["particles"]
+    rows = list(csv.DictReader(open(os.path.join(here, table["file"]))))
+    ours = {round(float(r["time"]), 6): float(r["z"]) for r in csv.DictReader(open(track))}
+    end, step = max(ours), cfg["time"]["step"]
+    names = ["m1", "steel"]
+    normal = [cfg["materials"][n]["normal"] for n in names]
+    density = [cfg["materials"][n]["density"] for n in names]
+    pair = cfg["contacts"][0]
+    e = [normal[0]["restitution"], pair["normal"]["restitution"], normal[1]["restitution"]]
+    mu = [cfg["materials"]["m1"]["tangential"]["friction"], pair["tangential"]["friction"],
+          cfg["materials"]["steel"].get("tangential", {}).get("friction", pair["tangential"]["friction"])]
+    last = len(rows) + 1
+    with tempfile.TemporaryDirectory() as d:
+        data = os.path.join(d, "in.data")
+        lo, hi = cfg["domain"]["min"], cfg["domain"]["max"]
+        with open(data, "w") as f:
+            f.write("spheres\n\n%d atoms\n2 atom types\n\n" % last)
+            for k, a in enumerate("xyz"):
+                f.write("%.9g %.9g %slo %shi\n" % (lo[k], hi[k], a, a))
+            f.write("\nAtoms\n\n")
+            for i, r in enumerate(rows, 1):
+                f.write("%d 1 %.12g %g %s %s %s\n" % (i, 2 * float(r["radius"]), density[0], r["x"], r["y"], r["z"]))
+            f.write("%d 2 %g %g %g %g %g\n" % (last, 2 * intruder["radius"], density[1], *intruder["position"]))
+            f.write("\nVelocities\n\n")
+            for i, r in enumerate(rows, 1):
+                f.write("%d %s %s %s 0 0 0\n" % (i, *(r.get(k) or 0 for k in ("vx", "vy", "vz"))))
+            f.write("%d %g %g %g 0 0 0\n" % (last, *intruder["velocity"]))
+        wall = cfg["walls"][0]
+        every = round(1e-3 / step)
+        text = """atom_style granular
+atom_modify map array
+boundary f f f
+newton off
+communicate single vel yes
+units si
+hard_particles yes
+read_data %s
+neighbor 4e-4 bin
+neigh_modify delay 0
+fix m1 all property/global youngsModulus peratomtype %g %g
+fix m2 all property/global poissonsRatio peratomtype %g %g
+fix m3 all property/global coefficientRestitution peratomtypepair 2 %g %g %g %g
+fix m4 all property/global coefficientFriction peratomtypepair 2 %g %g %g %g
+pair_style gran model hertz tangential history
+pair_coeff * *
+fix mesh all mesh/surface file %s type 2 precision 1e-9
+fix w1 all wall/gran model hertz tangential history mesh n_meshes 1 meshes mesh
+timestep %g
+fix grav all gravity 9.81 vector 0.0 0.0 -1.0
+fix integr all nve/sphere
+variable height equal z[%d]
+variable now equal step*%g
+thermo_style custom step atoms ke
+thermo %d
+fix say all print %d "HEIGHT ${now} ${height}" screen yes
+run %d
+""" % (data, normal[0]["youngs_modulus"], normal[1]["youngs_modulus"], normal[0]["poisson_ratio"], normal[1]["poisson_ratio"],
+       e[0], e[1], e[1], e[2], mu[0], mu[1], mu[1], mu[2], os.path.join(here, wall["file"]), step, last, step, every, every, round(end / step))
+        inp = os.path.join(d, "in.script")
+        open(inp, "w").write(text)
+        run = subprocess.run(["liggghts", "-in", inp, "-log", os.path.join(d, "log")], capture_output=True, text=True, cwd=d,
+                             env=dict(os.environ, OMP_NUM_THREADS="1"))
+    if run.returncode:
+        sys.exit("liggghts failed:\n%s" % (run.stdout + run.stderr)[-2000:])
+    largest = 0.0
+    print("time_s,mercury_m,liggghts_m")
+    for time, height in re.findall(r"^HEIGHT (\S+) (\S+)", run.stdout, re.M):
+        mine = ours.get(round(float(time), 6))
+        if mine is not None:
+            largest = max(largest, abs(mine - float(height)))
+            print("%s,%.6f,%.6f" % (time, mine, float(height)))
+    loop = re.findall(r"Loop time of ([\d.eE+-]+) on", run.stdout)
+    print("largest difference %.3g mm; LIGGGHTS' loop %s s" % (1e3 * largest, loop[-1] if loop else "?"))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
