@@ -12,12 +12,13 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, Finish, NO_MESH, NearMeshes, NearWall, NearWalls, Observation, Partner,
-    SavedSlot, StepContext, block_size,
+    ContactForces, Fastest, Finish, NearWall, Observation, Partner, SavedSlot, StepContext,
+    block_size,
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
 use crate::particles::{Bodies, Load, Particle, Particles};
+use crate::walls::NearMeshes;
 
 type Histories<N, T, R> = (
     <N as NormalLaw>::History,
@@ -87,7 +88,7 @@ struct Block<H> {
     near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
     wall_slots: Vec<WallSlot<H>>,
-    /// Facets for those of `near_walls` that are near a mesh.
+    /// Facets for those of `near_walls` that are near a mesh, by index.
     near_meshes: NearMeshes,
     outbox: Outbox,
     /// Later blocks into which listed pairs reach, ascending.
@@ -122,7 +123,7 @@ impl<H: History> Block<H> {
         &mut self,
         list: &CandidateList,
         carried: &Carried<H>,
-        near_walls: &NearWalls,
+        near_walls: &[NearWall],
         from_walls: &[CarriedFromWall<H>],
     ) {
         let first = self.rows.start as u32;
@@ -142,10 +143,9 @@ impl<H: History> Block<H> {
                 });
             }
         }
-        let near = &near_walls.near;
-        let begin = near.partition_point(|near| near.row < first);
-        let end = near.partition_point(|near| (near.row as usize) < self.rows.end);
-        for near in &near[begin..end] {
+        let begin = near_walls.partition_point(|near| near.row < first);
+        let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
+        for near in &near_walls[begin..end] {
             let key = (near.row, near.wall, near.image);
             let run = from_walls.partition_point(|kept| kept.0 < key);
             let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
@@ -153,18 +153,26 @@ impl<H: History> Block<H> {
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
                 features: held as u8,
-                mesh: match near.mesh {
-                    NO_MESH => NO_MESH,
-                    mesh => {
-                        let (centre, facets) = near_walls.meshes.list(mesh);
-                        self.near_meshes.push(centre, facets)
-                    }
-                },
                 ..*near
             });
             for _ in 0..held {
                 let slot = kept.next().map(|kept| kept.1);
                 self.wall_slots.push(slot.unwrap_or(WallSlot::free()));
+            }
+        }
+    }
+}
+
+impl<H> Block<H> {
+    /// Takes over the lists of facets of the particles and meshes in `near_walls`.
+    fn take_over(&mut self, carried: &CarriedNearMeshes) {
+        for (index, near) in self.near_walls.iter().enumerate() {
+            let key = (near.row, near.wall, near.image);
+            let place = carried.places.binary_search_by_key(&key, |place| place.0);
+            if let Ok(place) = place {
+                let (block, number) = carried.places[place].1;
+                let lists = &carried.of_block[block];
+                self.near_meshes.take_over(index, lists, number);
             }
         }
     }
@@ -278,6 +286,32 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
         carried.sort_by_key(|&(key, _)| key);
         carried
     }
+
+    /// Takes the lists of facets out of the blocks.
+    fn carried_near_meshes(&mut self, new_row: &[u32]) -> CarriedNearMeshes {
+        let (mut of_block, mut places) = (Vec::new(), Vec::new());
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let lists = std::mem::take(&mut block.near_meshes);
+            let listed = block.near_walls.iter().take(lists.len()).enumerate();
+            for (index, near) in listed.filter(|&(index, _)| lists.holds(index)) {
+                let row = new_row[near.row as usize];
+                if row != u32::MAX {
+                    places.push(((row, near.wall, near.image), (number, index)));
+                }
+            }
+            of_block.push(lists);
+        }
+        places.sort_unstable();
+        CarriedNearMeshes { of_block, places }
+    }
+}
+
+/// Lists of facets that go on when a candidate list is built: they are dear to make on fine meshes.
+struct CarriedNearMeshes {
+    /// The lists of each block before.
+    of_block: Vec<NearMeshes>,
+    /// By new row, wall and image: block and number there.
+    places: Vec<(NearKey, (usize, usize))>,
 }
 
 /// Histories of contacts that go on when a list is built, by the lower of their new rows.
@@ -313,21 +347,28 @@ impl<H: History> Carried<H> {
     }
 }
 
-type CarriedFromWall<H> = ((u32, u16, u8), WallSlot<H>);
+/// Row, wall and image.
+type NearKey = (u32, u16, u8);
+
+type CarriedFromWall<H> = (NearKey, WallSlot<H>);
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoop<N, T, R> {
     fn adopt(
         &mut self,
         list: &CandidateList,
-        near_walls: &NearWalls,
+        near_walls: &[NearWall],
         new_row: &[u32],
         parallel: bool,
     ) {
         let rows = list.start.len() - 1;
         let carried = self.carried(new_row, rows, parallel);
         let from_walls = self.carried_from_walls(new_row);
+        let near_meshes = self.carried_near_meshes(new_row);
         self.cut(rows);
-        let fill = |block: &mut Block<_>| block.fill(list, &carried, near_walls, &from_walls);
+        let fill = |block: &mut Block<_>| {
+            block.fill(list, &carried, near_walls, &from_walls);
+            block.take_over(&near_meshes);
+        };
         if parallel {
             self.blocks.par_iter_mut().for_each(fill);
         } else {
@@ -404,17 +445,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                     touching: slot.state & TOUCHING != 0,
                     feature: FREE,
                     history: numbers(&slot.history),
-                    near_mesh: None,
                 });
             }
             let mut first = 0;
             for near in &block.near_walls {
                 let slots = &block.wall_slots[first..first + near.features as usize];
-                for (k, slot) in slots.iter().enumerate() {
-                    let near_mesh = (k == 0 && near.mesh != NO_MESH).then(|| {
-                        let (centre, facets) = block.near_meshes.list(near.mesh);
-                        (centre, facets.to_vec())
-                    });
+                for slot in slots {
                     walls.push(SavedSlot {
                         row: near.row,
                         partner: u32::from(near.wall),
@@ -422,7 +458,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                         touching: slot.feature != FREE,
                         feature: slot.feature,
                         history: numbers(&slot.history),
-                        near_mesh,
                     });
                 }
                 first += near.features as usize;
@@ -461,10 +496,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                         wall: saved.partner as u16,
                         image: saved.image as u8,
                         features: 1,
-                        mesh: match &saved.near_mesh {
-                            Some((centre, facets)) => block.near_meshes.push(*centre, facets),
-                            None => NO_MESH,
-                        },
                     }),
                 }
                 block.wall_slots.push(WallSlot {

@@ -12,15 +12,13 @@ mod observation;
 
 pub use blocks::block_size;
 pub use contact_loop::ContactLoop;
-pub use near_walls::{NO_MESH, NearMeshes, NearWall, NearWalls, find_near_walls};
+pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
-
-use glam::DVec3;
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
 use crate::particles::{Load, Particle, Particles};
-use crate::walls::{NearFacet, Wall, WallState};
+use crate::walls::{Wall, WallState};
 
 /// What the force evaluation of one step is told.
 pub struct StepContext<'a> {
@@ -78,8 +76,6 @@ pub struct SavedSlot {
     pub feature: u32,
     /// The numbers of the history.
     pub history: Vec<f64>,
-    /// The first slot of a particle near a mesh: where it was listed (m, in the wall's frame), and the facets near it.
-    pub near_mesh: Option<(DVec3, Vec<NearFacet>)>,
 }
 
 /// A contact loop with its slots, whatever its laws.
@@ -89,7 +85,7 @@ pub trait ContactForces: Send {
     fn adopt(
         &mut self,
         list: &CandidateList,
-        near_walls: &NearWalls,
+        near_walls: &[NearWall],
         new_row: &[u32],
         parallel: bool,
     );

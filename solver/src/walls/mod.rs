@@ -62,7 +62,7 @@ pub use cone::Cone;
 pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
-pub use mesh::{Mesh, NearFacet, SMOOTH_ANGLE, Scratch};
+pub use mesh::{Mesh, NearMeshes, SMOOTH_ANGLE, Scratch};
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use outline::Outline;

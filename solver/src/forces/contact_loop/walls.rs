@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::contact_point::mobility;
 use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::{NearMeshes, NearWall, Observation, Partner, Watch};
+use crate::forces::{NearWall, Observation, Partner, Watch};
 use crate::particles::{Load, Particle};
-use crate::walls::{Mesh, Scratch, Shape, Touch, Touches, Wall, WallState};
+use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn walls<const WATCHED: bool>(
@@ -19,7 +19,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let context = self.context;
         let mut memory = (Touches::default(), Scratch::default());
         let mut first = 0;
-        for near in &mut block.near_walls {
+        for (index, near) in block.near_walls.iter_mut().enumerate() {
             let wall = &context.walls[near.wall as usize];
             let state = &context.wall_states[near.wall as usize];
             let row = near.row as usize - block.rows.start;
@@ -38,7 +38,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     &side,
                     &mut block.wall_slots,
                     first,
-                    &mut block.near_meshes,
+                    (index, &mut block.near_meshes),
                     &mut memory,
                     load,
                     &mut block.observation,
@@ -74,7 +74,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         side: &WallSide<'_>,
         wall_slots: &mut Vec<WallSlot<Histories<N, T, R>>>,
         first: usize,
-        near_meshes: &mut NearMeshes,
+        (index, near_meshes): (usize, &mut NearMeshes),
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
@@ -85,7 +85,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         if state.present {
             match &side.wall.shape {
                 Shape::Mesh(mesh) => {
-                    near_meshes.touches(near.mesh, mesh, place, a.radius, scratch, touches);
+                    near_meshes.touches(index, mesh, place, a.radius, scratch, touches);
                 }
                 shape => shape.touches(place, a.radius, touches),
             }

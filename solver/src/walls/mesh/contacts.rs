@@ -4,7 +4,9 @@ use glam::DVec3;
 
 use super::super::touch::{Touch, Touches};
 use super::facet::{Facet, Nearest, Part};
-use super::{Mesh, NearFacet, SMOOTH_ANGLE};
+use super::near::NearFacet;
+use super::patches::NO_GROUP;
+use super::{Mesh, SMOOTH_ANGLE, Scratch};
 
 /// Part of the distance within which a point is taken to lie on a triangle.
 const THIN: f64 = 1e-6;
@@ -24,37 +26,92 @@ pub(super) struct Minimum {
     seen: bool,
 }
 
+/// The nearest point of a facet.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    nearest: Nearest,
+    facet: u32,
+    feature: u32,
+    /// Patch and side; [`NO_GROUP`] if a facet at the rim of a patch, or of none, has the feature too.
+    group: u32,
+}
+
 impl Mesh {
-    /// Replaces `minima` by the local minima of the distance from `centre` below `reach` (m) among the facets `near` with listed
-    /// distances up to `farthest`, which must be all that are closer than `reach`.
+    /// Finds the local minima of the distance from `centre` below `reach` (m) among the facets `near`, of each patch the
+    /// nearest only. `scratch.bounds` says what the squares of their distances are at least. Which of them are tested, and in which order,
+    /// changes nothing in the result.
     pub(super) fn collect(
         &self,
         near: &[NearFacet],
-        farthest: f32,
         centre: DVec3,
         reach: f64,
-        minima: &mut Vec<Minimum>,
+        scratch: &mut Scratch,
     ) {
+        let Scratch {
+            minima,
+            best,
+            found,
+            bounds,
+            ..
+        } = scratch;
         minima.clear();
+        best.clear();
+        found.clear();
         let mut nearest_of_all: Option<(Nearest, u32, u32)> = None;
-        for candidate in near.iter().filter(|near| near.distance <= farthest) {
-            let facet = &self.facets[candidate.facet as usize];
-            let Some(nearest) = facet.nearest(&self.vertices, centre, reach) else {
-                continue;
-            };
-            let feature = self.feature(candidate.facet, nearest.part);
-            if nearest_of_all.is_none_or(|(other, _, theirs)| {
-                (nearest.distance, feature) < (other.distance, theirs)
-            }) {
-                nearest_of_all = Some((nearest, candidate.facet, feature));
+        // What seems nearest goes first: it saves the others of its patch from being tested.
+        let mut first = (0, f32::INFINITY);
+        for (k, &bound) in bounds.iter().enumerate() {
+            if bound < first.1 {
+                first = (k, bound);
             }
-            if nearest.part != Part::Face
-                && (minima.iter().any(|minimum| minimum.feature == feature)
-                    || !self.is_minimum(&nearest, centre))
+        }
+        let others = (0..bounds.len()).filter(|&k| k != first.0);
+        for k in std::iter::once(first.0).chain(others) {
+            if bounds
+                .get(k)
+                .is_none_or(|&square| f64::from(square) >= reach * reach)
             {
                 continue;
             }
-            let minimum = self.minimum(&nearest, facet, feature, centre);
+            let bound = f64::from(bounds[k]).sqrt();
+            if best.beats(near[k].group, bound) {
+                continue;
+            }
+            let index = near[k].facet;
+            let facet = &self.facets[index as usize];
+            let Some(nearest) = facet.nearest(centre, reach) else {
+                continue;
+            };
+            let group = facet.group(centre, 0.0);
+            if best.beats(group, nearest.distance) {
+                continue;
+            }
+            best.note(group, nearest.distance);
+            let feature = self.feature(index, nearest.part);
+            if nearest_of_all.is_none_or(|(other, _, theirs)| {
+                (nearest.distance, feature) < (other.distance, theirs)
+            }) {
+                nearest_of_all = Some((nearest, index, feature));
+            }
+            let known = |other: &Found| other.feature == feature && nearest.part != Part::Face;
+            match found.iter_mut().find(|other| known(other)) {
+                Some(other) if group == NO_GROUP => other.group = NO_GROUP,
+                Some(_) => {}
+                None => found.push(Found {
+                    nearest,
+                    facet: index,
+                    feature,
+                    group,
+                }),
+            }
+        }
+        for point in found.iter() {
+            let nearest = &point.nearest;
+            if best.beats(point.group, nearest.distance) || !self.is_minimum(nearest, centre) {
+                continue;
+            }
+            let facet = &self.facets[point.facet as usize];
+            let minimum = self.minimum(nearest, facet, point.feature, centre);
             // From behind only the nearest of all acts.
             if !(self.front_only && minimum.distance < 0.0) {
                 minima.push(minimum);
@@ -117,8 +174,8 @@ impl Mesh {
         let feature = feature as usize;
         if feature < faces {
             let facet = &self.facets[feature];
-            let nearest = facet.nearest(&self.vertices, centre, f64::INFINITY);
-            nearest.map_or(facet.corner, |nearest| nearest.point)
+            let nearest = facet.nearest(centre, f64::INFINITY);
+            nearest.map_or(facet.corners[0], |nearest| nearest.point)
         } else if feature < faces + edges {
             let ends = self.topology.ends((feature - faces) as u32);
             let [start, end] = ends.map(|k| self.vertices[k as usize]);
@@ -163,13 +220,11 @@ impl Mesh {
         let same = self.tolerance.max(THIN * distance);
         near.iter().any(|other| {
             let facet = &self.facets[other.facet as usize];
-            (point - facet.corner).dot(facet.normal).abs() <= same
+            (point - facet.corners[0]).dot(facet.normal).abs() <= same
                 && facet
-                    .nearest(&self.vertices, point, 2.0 * same)
+                    .nearest(point, 2.0 * same)
                     .is_some_and(|foot| foot.distance <= same)
-                && facet
-                    .nearest(&self.vertices, centre, distance * (1.0 - NEARER))
-                    .is_some()
+                && facet.nearest(centre, distance * (1.0 - NEARER)).is_some()
         })
     }
 

@@ -2,19 +2,24 @@
 
 use glam::DVec3;
 
-/// A triangle, prepared for queries.
+use super::patches::Membership;
+
+/// A triangle, prepared for queries. On large meshes memory is what they wait for: all that a query needs lies in two cache lines.
 #[derive(Debug, Clone, PartialEq)]
+#[repr(align(64))]
 pub(super) struct Facet {
-    /// First corner, m.
-    pub corner: DVec3,
+    /// Corners, m.
+    pub corners: [DVec3; 3],
     /// Unit normal; the corners turn counter-clockwise about it.
     pub normal: DVec3,
-    /// `(x - corner) . dual` are the barycentric coordinates of x for the second and third corner, 1/m.
-    pub dual: [DVec3; 2],
-    /// Corners.
+    /// Indices of the corners.
     pub vertices: [u32; 3],
     /// Edges: from the first corner to the second, from there to the third, and back.
     pub edges: [u32; 3],
+    /// What it is a part of.
+    pub patch: Membership,
+    /// How far its normal is from that of its corners, for slivers whose own is not exact; rounded up.
+    pub skew: f32,
 }
 
 /// Which part of a triangle is nearest.
@@ -36,55 +41,67 @@ pub(super) struct Nearest {
 }
 
 impl Facet {
-    pub(super) fn new(vertices: &[DVec3], corners: [u32; 3], edges: [u32; 3]) -> Self {
-        let [a, b, c] = corners.map(|k| vertices[k as usize]);
-        let mut new = Self {
-            corner: a,
+    pub(super) fn new(vertices: &[DVec3], indices: [u32; 3], edges: [u32; 3]) -> Self {
+        let corners = indices.map(|k| vertices[k as usize]);
+        let [a, b, c] = corners;
+        Self {
+            corners,
             normal: (b - a).cross(c - a).normalize(),
-            dual: [DVec3::ZERO; 2],
-            vertices: corners,
+            vertices: indices,
             edges,
-        };
-        new.find_duals(vertices);
-        new
+            patch: Membership::NONE,
+            skew: 0.0,
+        }
+    }
+
+    /// With the normal of its corners.
+    pub(super) fn with_own_normal(&self) -> Self {
+        let [a, b, c] = self.corners;
+        Self {
+            normal: (b - a).cross(c - a).normalize(),
+            ..self.clone()
+        }
     }
 
     /// Takes another normal, for slivers whose own is not exact.
-    pub(super) fn set_normal(&mut self, normal: DVec3, vertices: &[DVec3]) {
+    pub(super) fn set_normal(&mut self, normal: DVec3) {
+        self.skew = (1.0 + 1e-6) * normal.distance(self.normal) as f32;
         self.normal = normal;
-        self.find_duals(vertices);
     }
 
-    /// They must be normal to the normal, or what is above a sliver would be taken for beside it.
-    fn find_duals(&mut self, vertices: &[DVec3]) {
-        let [a, b, c] = self.vertices.map(|k| vertices[k as usize]);
-        let (ab, ac) = (b - a, c - a);
-        let twice_area = ab.cross(ac).dot(self.normal);
-        self.dual = [
-            ac.cross(self.normal) / twice_area,
-            self.normal.cross(ab) / twice_area,
-        ];
+    /// Area, m^2.
+    pub(super) fn area(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        0.5 * (b - a).cross(c - a).length()
     }
 
-    /// Barycentric coordinates of the foot of `x` for the second and third corner.
+    /// Whether its corners are passed in the sense from the first to the second end of one of its edges.
+    pub(super) fn runs(&self, ends: [u32; 2]) -> bool {
+        (0..3).any(|k| [self.vertices[k], self.vertices[(k + 1) % 3]] == ends)
+    }
+
+    /// Distance from the plane, m; negative behind it.
     #[inline]
-    pub(super) fn barycentric(&self, x: DVec3) -> (f64, f64) {
-        let from_corner = x - self.corner;
-        (from_corner.dot(self.dual[0]), from_corner.dot(self.dual[1]))
+    pub(super) fn height(&self, x: DVec3) -> f64 {
+        (x - self.corners[0]).dot(self.normal)
     }
 
     /// The nearest point to `centre` if it is closer than `reach` (m).
     #[inline]
-    pub(super) fn nearest(&self, vertices: &[DVec3], centre: DVec3, reach: f64) -> Option<Nearest> {
-        let height = (centre - self.corner).dot(self.normal);
-        if height.abs() >= reach {
+    pub(super) fn nearest(&self, centre: DVec3, reach: f64) -> Option<Nearest> {
+        let [a, b, c] = self.corners;
+        if self.height(centre).abs() >= reach {
             return None;
         }
-        let (v, w) = self.barycentric(centre);
-        if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
+        // Twice the area of the triangle, and those that the foot spans with two sides, as seen along the normal. They must be normal
+        // to the normal, or what is above a sliver would be taken for beside it.
+        let (ab, ac) = (b - a, c - a);
+        let across = self.normal.cross(centre - a);
+        let area = ab.cross(ac).dot(self.normal);
+        let (v, w) = (across.dot(ac), -across.dot(ab));
+        if v >= 0.0 && w >= 0.0 && v + w <= area {
             // From the corners, not from the height: the normal of a sliver is less exact than its corners.
-            let [b, c] = [1, 2].map(|k| vertices[self.vertices[k] as usize]);
-            let point = self.corner + (b - self.corner) * v + (c - self.corner) * w;
+            let point = a + ab * (v / area) + ac * (w / area);
             let distance = centre.distance(point);
             return (distance < reach).then_some(Nearest {
                 distance,
@@ -94,14 +111,18 @@ impl Facet {
         }
         // The nearest point lies on an edge beyond whose line the centre is.
         let mut best: Option<Nearest> = None;
-        for (k, beyond) in [w < 0.0, v + w > 1.0, v < 0.0].into_iter().enumerate() {
+        for (k, beyond) in [w < 0.0, v + w > area, v < 0.0].into_iter().enumerate() {
             if !beyond {
                 continue;
             }
             // Always from the lower index, so that both triangles of an edge find the same bits.
-            let (one, other) = (self.vertices[k], self.vertices[(k + 1) % 3]);
-            let (from, to) = (one.min(other), one.max(other));
-            let (start, end) = (vertices[from as usize], vertices[to as usize]);
+            let end_of = |k: usize| (self.vertices[k], self.corners[k]);
+            let (one, other) = (end_of(k), end_of((k + 1) % 3));
+            let ((from, start), (to, end)) = if one.0 < other.0 {
+                (one, other)
+            } else {
+                (other, one)
+            };
             let along = end - start;
             let t = (centre - start).dot(along) / along.length_squared();
             let (point, part) = if t <= 0.0 {

@@ -7,8 +7,12 @@
 
 mod contacts;
 mod facet;
+mod near;
+mod patches;
 mod topology;
 mod tree;
+
+use std::ops::Range;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
@@ -17,8 +21,11 @@ use super::error::WallError;
 use super::outline::Outline;
 use super::pose::Pose;
 use super::touch::{Touch, Touches};
-use contacts::Minimum;
+use contacts::{Found, Minimum};
 use facet::Facet;
+use near::NearFacet;
+pub use near::NearMeshes;
+use patches::{Best, find_patches};
 use topology::Topology;
 use tree::Tree;
 
@@ -52,6 +59,8 @@ pub struct Mesh {
     bounds: (DVec3, DVec3),
     /// Middle of the bounds and the largest distance of a vertex from it, m.
     ball: (DVec3, f64),
+    /// Of a triangle, m^2.
+    mean_area: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
     /// Places nearer to each other than this are the same, m.
@@ -61,34 +70,25 @@ pub struct Mesh {
     dropped: usize,
 }
 
-/// A facet near a particle, with its distance from the particle's centre when the list was built, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NearFacet {
-    /// Index of the facet.
-    pub facet: u32,
-    /// Distance, m; rounded down.
-    pub distance: f32,
-}
-
-impl NearFacet {
-    fn new(facet: u32, distance: f64) -> Self {
-        // Round-off of 1e-7 of the distance must not hide a facet.
-        Self {
-            facet,
-            distance: (distance * (1.0 - 2.5e-7)) as f32,
-        }
-    }
-}
-
-/// The limit for [`NearFacet::distance`].
-fn farthest(distance: f64) -> f32 {
-    (distance * (1.0 + 1e-6)) as f32
-}
-
 /// Memory that queries use again.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     minima: Vec<Minimum>,
+    best: Best,
+    found: Vec<Found>,
+    near: Vec<NearFacet>,
+    bounds: Vec<f32>,
+    search: Search,
+}
+
+/// The part of it that the search for facets uses.
+#[derive(Debug, Clone, Default)]
+struct Search {
+    layers: [Vec<u32>; 2],
+    leaves: Vec<Range<u32>>,
+    candidates: Vec<u32>,
+    /// Distance, index, normal, nearest point.
+    found: Vec<(f64, u32, DVec3, DVec3)>,
     stack: Vec<u32>,
 }
 
@@ -122,24 +122,27 @@ impl Mesh {
         }
         let dropped = triangles.triangles.len() - kept.len();
         let tree = Tree::build(&vertices, &mut kept);
-        let corners: Vec<[u32; 3]> = kept.iter().map(|&(_, corners)| corners).collect();
+        let (vertices, corners) = in_order_of_use(&vertices, &kept);
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
         let mut facets: Vec<Facet> = corners
             .iter()
             .zip(edges)
             .map(|(&corners, edges)| Facet::new(&vertices, corners, edges))
             .collect();
-        steady_normals(&mut facets, &vertices, &topology, tolerance);
-        let used = || corners.iter().flatten().map(|&k| vertices[k as usize]);
-        let low = used().fold(DVec3::INFINITY, DVec3::min);
-        let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
+        steady_normals(&mut facets, &topology, tolerance);
+        find_patches(&mut facets, &topology, vertices.len());
+        let area = facets.iter().map(Facet::area).sum::<f64>();
+        let all = || vertices.iter().copied();
+        let low = all().fold(DVec3::INFINITY, DVec3::min);
+        let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = 0.5 * (low + high);
-        let radius = used().fold(0.0f64, |r, x| r.max(x.distance(middle)));
+        let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
         Ok(Self {
             facets,
             file_order: kept.iter().map(|&(index, _)| index).collect(),
             topology,
             tree,
+            mean_area: area / kept.len() as f64,
             bounds: (low, high),
             ball: (middle, radius),
             front_only,
@@ -197,64 +200,34 @@ impl Mesh {
     pub fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         let mut scratch = Scratch::default();
         let mut near = Vec::new();
-        self.near(centre, reach, &mut scratch, &mut near);
-        self.touches_of(&near, 0.0, centre, reach, &mut scratch, out);
+        self.list(centre, reach, (0.0, 0.0), &mut scratch.search, &mut near);
+        let sphere = (centre, reach);
+        self.touches_of(&near, DVec3::ZERO, sphere, &mut scratch, out);
     }
 
-    /// Appends the facets closer than `reach` (m) to `centre`.
-    pub fn near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch, out: &mut Vec<NearFacet>) {
-        self.tree.visit(centre, reach, &mut scratch.stack, |range| {
-            for facet in range {
-                let candidate = &self.facets[facet];
-                if let Some(nearest) = candidate.nearest(&self.vertices, centre, reach) {
-                    out.push(NearFacet::new(facet as u32, nearest.distance));
-                }
-            }
-        });
+    /// Whether a facet may be closer than `reach` (m) to `centre`: it is, or a small box around it is.
+    #[must_use]
+    pub fn may_be_near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch) -> bool {
+        let near = |facet: usize| self.facets[facet].nearest(centre, reach).is_some();
+        let stack = &mut scratch.search.stack;
+        self.tree
+            .has_near(centre, reach, stack, |mut facets| facets.any(near))
     }
 
-    /// Puts those of the facets `near`, which [`Mesh::near`] found when the centre was `moved` (m) from where it is now, into
-    /// `closest` that are closer than `reach` (m) now. Returns how many they are.
-    pub fn sift(
-        &self,
-        near: &[NearFacet],
-        moved: f64,
-        centre: DVec3,
-        reach: f64,
-        closest: &mut [NearFacet],
-    ) -> usize {
-        let farthest = farthest(reach + moved);
-        let mut count = 0;
-        for candidate in near.iter().filter(|near| near.distance <= farthest) {
-            let facet = &self.facets[candidate.facet as usize];
-            if let Some(nearest) = facet.nearest(&self.vertices, centre, reach) {
-                closest[count] = NearFacet::new(candidate.facet, nearest.distance);
-                count += 1;
-            }
-        }
-        count
-    }
-
-    /// Replaces the content of `out` by the contacts of a sphere of radius `reach` (m) with the facets `near`, which
-    /// [`Mesh::near`] or [`Mesh::sift`] found when the centre was `moved` (m) from where it is now.
+    /// Replaces the content of `out` by the contacts of a sphere (centre and radius, m) with the facets `near`, which [`Mesh::list`]
+    /// found for that radius when the centre was `moved` (m) from where it is now, no more than the skin.
     #[inline]
-    pub fn touches_of(
+    fn touches_of(
         &self,
         near: &[NearFacet],
-        moved: f64,
-        centre: DVec3,
-        reach: f64,
+        moved: DVec3,
+        (centre, reach): (DVec3, f64),
         scratch: &mut Scratch,
         out: &mut Touches,
     ) {
         out.clear();
-        self.collect(
-            near,
-            farthest(reach + moved),
-            centre,
-            reach,
-            &mut scratch.minima,
-        );
+        near::bounds(near, moved, reach, &mut scratch.bounds);
+        self.collect(near, centre, reach, scratch);
         self.merge(&mut scratch.minima, out);
     }
 
@@ -321,6 +294,29 @@ impl Mesh {
     }
 }
 
+/// The vertices in the order in which the triangles use them, and the triangles by their new numbers: what is near in space is near
+/// in memory, which is worth a factor of two on large meshes.
+fn in_order_of_use(
+    vertices: &[DVec3],
+    triangles: &[(u32, [u32; 3])],
+) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut number = vec![u32::MAX; vertices.len()];
+    let mut sorted = Vec::with_capacity(vertices.len());
+    let mut renumber = |old: u32| {
+        let new = &mut number[old as usize];
+        if *new == u32::MAX {
+            *new = sorted.len() as u32;
+            sorted.push(vertices[old as usize]);
+        }
+        *new
+    };
+    let triangles = triangles
+        .iter()
+        .map(|&(_, corners)| corners.map(&mut renumber))
+        .collect();
+    (sorted, triangles)
+}
+
 /// How far apart equal places can be: a few units of round-off of the largest coordinate, at least [`SAME_PLACE`] of the size.
 /// Files that hold single precision say so by their numbers.
 fn tolerance(file: &[DVec3], placed: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> f64 {
@@ -360,10 +356,10 @@ fn short_sides_first([a, b, c]: [u32; 3], vertices: &[DVec3]) -> [u32; 3] {
 
 /// Gives slivers the normal of a wider neighbour where the two differ by no more than the precision of the sliver's corners
 /// allows: a tolerance over its height.
-fn steady_normals(facets: &mut [Facet], vertices: &[DVec3], topology: &Topology, tolerance: f64) {
+fn steady_normals(facets: &mut [Facet], topology: &Topology, tolerance: f64) {
     // The side opposite to the first corner is the longest.
     let height = |facet: &Facet| {
-        let [a, b, c] = facet.vertices.map(|k| vertices[k as usize]);
+        let [a, b, c] = facet.corners;
         (b - a).cross(c - a).length() / (c - b).length()
     };
     let heights: Vec<f64> = facets.iter().map(height).collect();
@@ -389,7 +385,7 @@ fn steady_normals(facets: &mut [Facet], vertices: &[DVec3], topology: &Topology,
                 normal
             };
             if normal.distance(own) * heights[k] <= tolerance {
-                facets[k].set_normal(normal, vertices);
+                facets[k].set_normal(normal);
             }
         }
     }

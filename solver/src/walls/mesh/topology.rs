@@ -113,6 +113,15 @@ impl Topology {
         &self.around_edge[self.edge_start[edge] as usize..self.edge_start[edge + 1] as usize]
     }
 
+    /// The triangle on the other side of an edge; None at rims and seams.
+    #[inline]
+    pub(super) fn across(&self, edge: u32, from: u32) -> Option<u32> {
+        match *self.triangles_at(edge) {
+            [(one, _), (other, _)] => Some(if one == from { other } else { one }),
+            _ => None,
+        }
+    }
+
     /// Corners to which edges lead from this one.
     #[inline]
     pub(super) fn neighbours(&self, corner: u32) -> &[u32] {

@@ -6,6 +6,8 @@ use glam::DVec3;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
+/// Boxes smaller than this part of the reach are taken for what they hold, where that may be.
+const SMALL: f64 = 0.5;
 
 /// A bounding volume hierarchy: each node halves its triangles at the median of their middles along the longest edge of the box
 /// around these. It lives in the mesh's own frame, so motion costs nothing.
@@ -24,6 +26,22 @@ struct Node {
     count: u32,
     /// The second child of a branch.
     second: u32,
+}
+
+impl Node {
+    /// Square of the distance from the box, m^2.
+    #[inline]
+    fn square_distance(&self, x: DVec3) -> f64 {
+        (self.low - x)
+            .max(x - self.high)
+            .max(DVec3::ZERO)
+            .length_squared()
+    }
+}
+
+/// Triangles are cut off by exact distances later, so boxes may be a little generous.
+fn square_of(reach: f64) -> f64 {
+    reach * reach * (1.0 + 1e-9)
 }
 
 impl Tree {
@@ -85,31 +103,70 @@ impl Tree {
         self.split(vertices, right, first + half);
     }
 
-    /// Calls `leaf` with the triangles of every leaf whose box is closer than `reach` (m) to `centre`.
-    pub(super) fn visit(
+    /// Replaces `leaves` by the triangles of every leaf whose box is closer than `reach` (m) to `centre`. `layers`: memory.
+    ///
+    /// Goes down level by level and without branches on what it finds, so that a processor waits for the memory of all nodes of a
+    /// level at once: large trees are not in the cache.
+    pub(super) fn leaves(
+        &self,
+        centre: DVec3,
+        reach: f64,
+        layers: &mut [Vec<u32>; 2],
+        leaves: &mut Vec<Range<u32>>,
+    ) {
+        let square = square_of(reach);
+        let [layer, next] = layers;
+        layer.clear();
+        layer.push(0);
+        leaves.clear();
+        while !layer.is_empty() {
+            let (mut branches, mut found) = (0, leaves.len());
+            next.resize(2 * layer.len(), 0);
+            leaves.resize(found + layer.len(), 0..0);
+            for &index in &*layer {
+                let node = &self.nodes[index as usize];
+                let near = node.square_distance(centre) <= square;
+                let leaf = node.count > 0;
+                next[branches] = index + 1;
+                next[branches + 1] = node.second;
+                branches += 2 * usize::from(near & !leaf);
+                leaves[found] = node.first..node.first + node.count;
+                found += usize::from(near & leaf);
+            }
+            next.truncate(branches);
+            leaves.truncate(found);
+            std::mem::swap(layer, next);
+        }
+    }
+
+    /// Whether `near` is true of the triangles of a leaf whose box is closer than `reach` (m) to `centre`. It is not asked if the
+    /// box is small against the reach.
+    pub(super) fn has_near(
         &self,
         centre: DVec3,
         reach: f64,
         stack: &mut Vec<u32>,
-        mut leaf: impl FnMut(Range<usize>),
-    ) {
+        mut near: impl FnMut(Range<usize>) -> bool,
+    ) -> bool {
         stack.clear();
         stack.push(0);
-        // Triangles are cut off by exact distances later, so boxes may be a little generous.
-        let square = reach * reach * (1.0 + 1e-9);
+        let square = square_of(reach);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
-            let outside = (node.low - centre).max(centre - node.high).max(DVec3::ZERO);
-            if outside.length_squared() > square {
+            if node.square_distance(centre) > square {
                 continue;
             }
             if node.count > 0 {
+                let small = node.low.distance_squared(node.high) < SMALL * SMALL * square;
                 let first = node.first as usize;
-                leaf(first..first + node.count as usize);
+                if small || near(first..first + node.count as usize) {
+                    return true;
+                }
             } else {
                 stack.push(node.second);
                 stack.push(index + 1);
             }
         }
+        false
     }
 }

@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::touches;
-use crate::walls::{Mesh, Pose, SMOOTH_ANGLE, Scratch, Shape, Touches, WallError};
+use crate::walls::{Mesh, NearMeshes, Pose, SMOOTH_ANGLE, Scratch, Shape, Touches, WallError};
 
 fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
     TriangleMesh {
@@ -119,23 +119,41 @@ proptest! {
         }
     }
 
-    /// The list of near facets with the distance moved since gives what a fresh query gives.
+    /// Contacts by lists that go on from place to place are those of fresh queries, bit by bit.
     #[test]
-    fn a_list_gives_the_same_as_a_query(
+    fn lists_give_the_same_as_queries(
         seed in any::<u64>(),
         count in 1usize..60,
         centre in prop::array::uniform3(-1.0..1.0f64),
-        step in prop::array::uniform3(-0.05..0.05f64),
+        step in 0.001..0.2f64,
         reach in 0.05..0.5f64,
     ) {
-        let (centre, step) = (DVec3::from(centre), DVec3::from(step));
-        let Ok(wall) = Mesh::new(&soup(seed, count), |x| x, false) else { return Ok(()) };
-        let (mut near, mut scratch, mut out) = (Vec::new(), Scratch::default(), Touches::new());
-        wall.near(centre, reach + 0.09, &mut scratch, &mut near);
-        wall.touches_of(&near, step.length(), centre + step, reach, &mut scratch, &mut out);
-        let listed: Vec<_> = out.iter().copied().collect();
-        wall.touches(centre + step, reach, &mut out);
-        prop_assert_eq!(listed, out.as_slice());
+        let Ok(wall) = Mesh::new(&soup(seed, count), |x| x, seed.is_multiple_of(2)) else { return Ok(()) };
+        lists_and_queries_agree(&wall, seed, centre.into(), step * reach, reach)?;
+    }
+
+    /// The same on a fine wavy sheet, where patches are large and lists are long.
+    #[test]
+    fn lists_give_the_same_as_queries_on_fine_meshes(
+        seed in any::<u64>(),
+        cells in 2usize..40,
+        waves in 0.0..0.3f64,
+        place in prop::array::uniform2(-0.8..0.8f64),
+        height in -0.9..0.9f64,
+        step in 0.0001..0.1f64,
+        reach in 0.05..0.5f64,
+        single in any::<bool>(),
+    ) {
+        let mut triangles = sheet(cells, waves);
+        if single {
+            // As in a binary STL: normals are then steadied.
+            for vertex in &mut triangles.vertices {
+                *vertex = (*vertex * 0.9).as_vec3().as_dvec3();
+            }
+        }
+        let wall = Mesh::new(&triangles, |x| x, false).unwrap();
+        let centre = DVec3::new(place[0], place[1], height * reach);
+        lists_and_queries_agree(&wall, seed, centre, step * reach, reach)?;
     }
 
     /// No vertex moves by more than the bound.
@@ -157,6 +175,56 @@ proptest! {
             prop_assert!(from.to_global(vertex).distance(to.to_global(vertex)) <= bound + 1e-12);
         }
     }
+}
+
+/// Walks with steps of a random direction, and asks both ways at each place.
+fn lists_and_queries_agree(
+    wall: &Mesh,
+    seed: u64,
+    mut centre: DVec3,
+    step: f64,
+    reach: f64,
+) -> Result<(), TestCaseError> {
+    let mut random = Stream::new(seed, "walk", 0);
+    let (mut lists, mut scratch) = (NearMeshes::default(), Scratch::default());
+    let (mut listed, mut asked) = (Touches::new(), Touches::new());
+    for _ in 0..30 {
+        // The second sphere has its lists made again and again in the room that the first leaves.
+        for (index, place) in [centre, -centre].into_iter().enumerate() {
+            lists.touches(index, wall, place, reach, &mut scratch, &mut listed);
+            wall.touches(place, reach, &mut asked);
+            prop_assert_eq!(listed.as_slice(), asked.as_slice());
+            if !asked.is_empty() {
+                prop_assert!(wall.may_be_near(place, reach, &mut scratch));
+            }
+        }
+        centre += step
+            * DVec3::new(
+                random.uniform() - 0.5,
+                random.uniform() - 0.5,
+                random.uniform() - 0.5,
+            );
+    }
+    Ok(())
+}
+
+/// A square sheet from -1 to 1 of twice `cells` squared triangles, with a wave of height `waves` along x.
+fn sheet(cells: usize, waves: f64) -> TriangleMesh {
+    let mut vertices = Vec::new();
+    let mut triangles = Vec::new();
+    for j in 0..=cells {
+        for i in 0..=cells {
+            let [x, y] = [i, j].map(|k| 2.0 * k as f64 / cells as f64 - 1.0);
+            vertices.push(DVec3::new(x, y, waves * (4.0 * x).sin()));
+            if i < cells && j < cells {
+                let k = (j * (cells + 1) + i) as u32;
+                let above = k + cells as u32 + 1;
+                triangles.push([k, k + 1, above + 1]);
+                triangles.push([k, above + 1, above]);
+            }
+        }
+    }
+    mesh(vertices, triangles)
 }
 
 /// Triangles between random corners of a small set: they share edges, in twos and threes, cross and repeat.
