@@ -9,6 +9,10 @@ pub struct ScriptParts {
     pub contacts: bool,
     /// `<prefix>.walls.pvd`.
     pub walls: bool,
+    /// `<prefix>.bodies.pvd`.
+    pub bodies: bool,
+    /// `<prefix>.clumps.pvd`.
+    pub clumps: bool,
 }
 
 /// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
@@ -65,6 +69,26 @@ wall_display.ColorArrayName = ["POINTS", ""]
 "#,
         );
     }
+    if parts.clumps {
+        text.push_str(
+            r#"
+clumps = series("clumps")
+clump_display = Show(clumps, view)
+clump_display.SetRepresentationType("Surface")
+ColorBy(clump_display, ("CELLS", "speed"))
+"#,
+        );
+    }
+    if parts.bodies {
+        text.push_str(
+            r#"
+bodies = series("bodies")
+body_display = Show(bodies, view)
+body_display.SetRepresentationType("Points")
+Hide(bodies, view)
+"#,
+        );
+    }
     if parts.contacts {
         text.push_str(
             r#"
@@ -82,7 +106,8 @@ Hide(contacts, view)
 scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
-shown.RescaleTransferFunctionToDataRange(False, True)
+for display in [shown] + ([clump_display] if "clump_display" in globals() else []):
+    display.RescaleTransferFunctionToDataRange(display is not shown, True)
 view.CameraPosition = [0.0, -1.0, 0.0]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]
 view.CameraViewUp = [0.0, 0.0, 1.0]

@@ -1,6 +1,9 @@
 //! `[clumps.NAME]`: clump files as templates of bodies.
 
-use mercury_common::formats::clump::read_clump;
+use std::path::Path;
+
+use mercury_common::formats::clump::{ClumpFile, read_clump};
+use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{Dimensions, Scene, SceneError};
 
 use super::parameter::short;
@@ -41,6 +44,7 @@ pub(super) fn clumps(
                 short(ratio)
             ));
         }
+        let surface = surface(&clump.name.value, &file, &clump.file.value, notes);
         let built = Clump::new(
             &clump.name.value,
             clump.material.value.0 as u32,
@@ -50,9 +54,30 @@ pub(super) fn clumps(
             file.principal_moments * ratio,
         );
         match built {
-            Ok(built) => clumps.push(built),
+            Ok(built) => clumps.push(Clump { surface, ..built }),
             Err(error) => errors.push(clump.file.error(error.to_string())),
         }
     }
     (errors.len() == before).then_some(clumps)
+}
+
+/// The surface that a clump file names. Nothing in a run needs it but its pictures: where it cannot be read they show the pebbles, and
+/// a note says so.
+fn surface(
+    name: &str,
+    file: &ClumpFile,
+    path: &Path,
+    notes: &mut Vec<String>,
+) -> Option<TriangleMesh> {
+    match read_mesh(file.surface_path(path)?) {
+        Ok(mesh) => Some(mesh),
+        Err(error) => {
+            notes.push(format!(
+                "clump `{name}` is shown by its pebbles, its surface cannot be read: {}: {}",
+                error.path.display(),
+                error.found
+            ));
+            None
+        }
+    }
 }
