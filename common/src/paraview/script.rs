@@ -106,9 +106,15 @@ Hide(contacts, view)
 scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
-for display in [shown] + ([clump_display] if "clump_display" in globals() else []):
-    display.RescaleTransferFunctionToDataRange(display is not shown, True)
-view.CameraPosition = [0.0, -1.0, 0.0]
+shown.RescaleTransferFunctionToDataRange(False, True)
+"#,
+    );
+    if parts.clumps {
+        // One range of colours for speeds of spheres and of clumps.
+        text.push_str("clump_display.RescaleTransferFunctionToDataRange(True, True)\n");
+    }
+    text.push_str(
+        r#"view.CameraPosition = [0.0, -1.0, 0.0]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]
 view.CameraViewUp = [0.0, 0.0, 1.0]
 view.ResetCamera()
