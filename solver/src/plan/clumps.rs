@@ -98,7 +98,7 @@ mod tests {
         fs::write(path("ball.clump.toml"), clump).unwrap();
         let facet = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1e-3 0 0\nvertex 0 1e-3 0\nendloop\nendfacet\n";
         fs::write(path("ball.stl"), format!("solid a\n{facet}endsolid a\n")).unwrap();
-        let text = "[time]\nend = 1.0\nstep = \"auto\"\n\
+        let text = "[time]\nend = 1.0\nstep = 1e-5\n\
             [domain]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\
             [materials.ball]\ndensity = 1000\nnormal = { law = \"linear\", stiffness = 1000.0, restitution = 0.5 }\n\
             [clumps.ball]\nfile = \"ball.clump.toml\"\nmaterial = \"ball\"\n\
