@@ -13,6 +13,8 @@
 // A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
+mod bodies;
+mod clump_surfaces;
 mod contacts;
 mod frame;
 mod header;
@@ -25,6 +27,8 @@ mod table;
 mod walls;
 mod writer;
 
+pub use bodies::{BodyFrame, BodyReader, BodyWriter};
+pub use clump_surfaces::ClumpKind;
 pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};
 pub use frame::{Column, Frame};
 pub use header::FramesHeader;

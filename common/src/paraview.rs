@@ -2,9 +2,10 @@
 //!
 //! Every column of a frame becomes an array, also those that this version does not know: three columns that end in x, y, z
 //! become a vector, four in w, x, y, z a quaternion. [`particles`] adds what glyphs need, [`contacts`] joins centres by lines,
-//! [`walls`] puts surfaces where they stand; a further kind (membranes, bridges, droplets) is a further function that
+//! [`walls`] and [`clumps`] put surfaces where they stand; a further kind (membranes, bridges, droplets) is a further function that
 //! returns a [`VtuGrid`](crate::formats::vtu::VtuGrid), and a further [`Series`].
 
+mod clumps;
 mod columns;
 mod grids;
 mod script;
@@ -12,6 +13,7 @@ mod series;
 #[cfg(test)]
 mod tests;
 
+pub use clumps::clumps;
 pub use columns::{Group, groups, vectors};
 pub use grids::{WallScene, contacts, particles, walls};
 pub use script::{ScriptParts, script};

@@ -146,6 +146,7 @@ pub fn build(input: &Input, options: &Options) -> Result<Built, BuildError> {
         rotation: alignment.frame.rotation,
         inertia_method: route.name().to_owned(),
         pebbles,
+        surface: None,
         source: options.source.clone(),
         checks: Vec::new(),
     };

@@ -58,14 +58,7 @@ pub enum OutputError {
 /// if wished `rod.png`, and, where there is a surface, `rod.surface.stl` and `rod.surface.vtu`.
 #[must_use]
 pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> {
-    let name = path
-        .file_name()
-        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
-    let stem = name
-        .strip_suffix(".clump.toml")
-        .or_else(|| name.strip_suffix(".toml"))
-        .unwrap_or(&name);
-    let beside = |ending: &str| path.with_file_name(format!("{stem}.{ending}"));
+    let beside = |ending: &str| beside(path, ending);
     let mut all = vec![
         path.to_owned(),
         beside("pebbles.csv"),
@@ -75,12 +68,29 @@ pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> 
         all.push(beside("png"));
     }
     if has_surface {
-        all.extend([beside("surface.stl"), beside("surface.vtu")]);
+        all.extend([surface_path(path), beside("surface.vtu")]);
     }
     all
 }
 
-/// The contents of all files of a clump, in the order of [`paths`].
+/// The file of this ending that goes with the clump file `path`.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let name = path
+        .file_name()
+        .map_or(String::new(), |name| name.to_string_lossy().into_owned());
+    let stem = name
+        .strip_suffix(".clump.toml")
+        .or_else(|| name.strip_suffix(".toml"))
+        .unwrap_or(&name);
+    path.with_file_name(format!("{stem}.{ending}"))
+}
+
+/// Where the surface goes that the clump file at `path` names.
+fn surface_path(path: &Path) -> PathBuf {
+    beside(path, "surface.stl")
+}
+
+/// The contents of all files of a clump, in the order of [`paths`]; the clump file names its surface.
 ///
 /// # Errors
 /// If a coordinate does not fit the format of a file.
@@ -101,9 +111,15 @@ pub fn contents(
             Err(reason) => Err(OutputError::Content { path, reason }),
         }
     };
+    let surface = built.surface.as_ref().map(|_| surface_path(path));
+    let surface = surface.as_deref().and_then(Path::file_name);
+    let file = ClumpFile {
+        surface: surface.map(|name| name.to_string_lossy().into_owned()),
+        ..built.file.clone()
+    };
     add(&|| {
         let mut out = Vec::new();
-        push_clump(&built.file, &mut out).map_err(|problem| problem.to_string())?;
+        push_clump(&file, &mut out).map_err(|problem| problem.to_string())?;
         Ok(out)
     })?;
     add(&|| {

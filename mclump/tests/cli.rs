@@ -222,8 +222,10 @@ fn a_surface_gives_the_inertia_and_is_aligned_with_its_pebbles() {
     let expected = mass / 3.0 * DVec3::new(5.0, 10.0, 13.0) * 1e-6;
     assert!((clump.mass / mass - 1.0).abs() < 1e-12);
     assert!((clump.principal_moments / expected).abs_diff_eq(DVec3::ONE, 1e-12));
-    // The longest edge lies along the first axis now, of surface and pebbles.
-    let aligned = read_mesh(folder.path().join("slab.surface.stl")).unwrap();
+    // The longest edge lies along the first axis now, of surface and pebbles. The clump file names the surface beside it.
+    let surface = clump.surface_path(&folder.path().join("slab.clump.toml"));
+    assert_eq!(clump.surface.as_deref(), Some("slab.surface.stl"));
+    let aligned = read_mesh(surface.unwrap()).unwrap();
     let (low, high) = aligned.bounds().unwrap();
     assert!(
         (high - low).abs_diff_eq(DVec3::new(6e-3, 4e-3, 2e-3), 1e-9),

@@ -101,6 +101,7 @@ fn sheet<'a>(clump: &ClumpScene, frame: &'a Frame, options: &Options) -> Sheet<'
             look: Look {
                 theme,
                 sphere_colours: (0..number).map(colour).collect(),
+                grain_colours: Vec::new(),
                 sphere_opacity: 1.0,
                 contacts: Vec::new(),
                 domain: false,

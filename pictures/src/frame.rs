@@ -23,7 +23,9 @@ pub struct Frame {
     /// The particles. Those whose centre or radius is not finite or whose radius is not positive are left out and
     /// counted in the heading.
     pub spheres: Vec<Sphere>,
-    /// Mesh walls, surfaces of clumps.
+    /// Particles of other shapes, drawn like the spheres.
+    pub grains: Vec<Grain>,
+    /// Mesh walls.
     pub surfaces: Vec<Surface>,
     /// Walls as lines, paths.
     pub lines: Vec<Line>,
@@ -49,6 +51,29 @@ impl Sphere {
     /// Whether it can be drawn at all.
     pub(crate) fn is_drawable(&self) -> bool {
         is_place(self.centre) && self.radius > 0.0 && self.radius < FARTHEST
+    }
+}
+
+/// A particle of any shape, given by its surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grain {
+    /// Corners of the triangles (m); those that are not finite are left out.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// What its colour shows, as for a [`Sphere`].
+    pub value: f64,
+    /// Fixed and driven particles are drawn in a grey of their own.
+    pub fixed: bool,
+}
+
+impl Grain {
+    /// A sphere about all that can be drawn of it: middle of its box and farthest corner; none if that is nothing.
+    pub(crate) fn sphere(&self) -> Option<(DVec3, f64)> {
+        let whole = |t: &&[DVec3; 3]| t.iter().all(|corner| is_place(*corner));
+        let corners = || self.triangles.iter().filter(whole).flatten();
+        let low = corners().copied().reduce(DVec3::min)?;
+        let middle = 0.5 * (low + corners().copied().reduce(DVec3::max)?);
+        let reach = corners().map(|corner| corner.distance(middle));
+        Some((middle, reach.fold(0.0, f64::max)))
     }
 }
 

@@ -39,7 +39,7 @@ pub use colour_map::{ColourMap, category_colour};
 pub use error::PictureError;
 pub use file::write_whole;
 pub use film::{Apng, Gif, delays};
-pub use frame::{Contact, Frame, Line, Sphere, Surface};
+pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;

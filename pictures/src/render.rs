@@ -17,6 +17,7 @@ mod strokes;
 
 pub(crate) use compose::paint;
 pub(crate) use facets::folded_edges;
+pub(crate) use light::shaded;
 
 use crate::colour::Colour;
 use crate::theme::Theme;
@@ -32,6 +33,9 @@ pub(crate) struct Look<'a> {
     pub(crate) theme: Theme,
     /// One colour for each sphere of the frame.
     pub(crate) sphere_colours: Vec<Colour>,
+    /// One colour for each grain of the frame.
+    pub(crate) grain_colours: Vec<Colour>,
+    /// Of spheres and grains.
     pub(crate) sphere_opacity: f64,
     /// Colour and width (pixels) of each contact of the frame.
     pub(crate) contacts: Vec<(Colour, f64)>,

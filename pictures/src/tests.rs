@@ -2,6 +2,7 @@
 
 mod blending;
 mod films;
+mod grains;
 mod numbers;
 mod robustness;
 mod silhouettes;

@@ -2,11 +2,11 @@
 """Reads what mercury-export wrote with other people's readers and compares every value.
 
     pip install vtk pyvista meshio pyarrow pandas
-    cargo build --release --bin mercury-solve --bin mercury-export
+    cargo build --release --bin mercury-solve --bin mercury-export --bin mclump
     tests/checks/export.py [--bin target/release] [--keep FOLDER]
 
 Solves scenes/drum.toml for 0.3 s (with contacts and vtk = true), exports it in every way, and reads the files with VTK (pyvista), meshio, pyarrow
-and pandas; with ParaView's own reader too if pvpython is installed. The truth is the run's Arrow files, read by pyarrow.
+and pandas; with ParaView's own reader too if pvpython is installed. Then a box of clumps, of which one kind is made from a surface by mclump. The truth is the run's Arrow files, read by pyarrow.
 Prints one line per check; exits 1 if one fails.
 """
 import argparse, json, os, shutil, subprocess, sys, tempfile
@@ -39,7 +39,7 @@ def ids(batch, name):
     return np.array([-1 if v is None else v for v in batch[name].to_pylist()])
 
 
-VECTORS = {"velocity": "v", "angular_velocity": "w", "force": "f", "torque": "t"}
+VECTORS = {"velocity": "v", "angular_velocity": "w", "force": "f", "torque": "t", "principal_moments": "i"}
 
 
 def compare_particles(what, grid, batch, exact):
@@ -155,6 +155,119 @@ def check_paraview(folder, run):
     check("ParaView's own reader: all times, points and speeds", bool(found) and np.allclose(found[0], expected, rtol=1e-12), "%d frames" % len(expected))
 
 
+STONE = "v 3 0 0\nv -3 0 0\nv 0 2 0\nv 0 -2 0\nv 0 0 1\nv 0 0 -2\n" + "".join(
+    "f %d %d %d\n" % face for face in [(1, 3, 5), (3, 2, 5), (2, 4, 5), (4, 1, 5), (3, 1, 6), (2, 3, 6), (4, 2, 6), (1, 4, 6)])
+
+CLUMPS = """
+title   = "Stones and rods"
+seed    = 1
+gravity = [0.0, 0.0, -9.81]
+[time]
+end  = 0.06
+step = 2e-5
+[domain]
+min = [0.0, 0.0, 0.0]
+max = [0.04, 0.04, 0.04]
+[materials.rock]
+density    = 2000.0
+normal     = { law = "linear", stiffness = 1000.0, restitution = 0.5 }
+tangential = { law = "linear", stiffness_ratio = 0.2857142857142857, friction = 0.4 }
+[clumps.rod]
+file     = "ROD"
+material = "rock"
+[clumps.stone]
+file     = "stone.clump.toml"
+material = "rock"
+[[walls]]
+name     = "box"
+shape    = "box"
+material = "rock"
+[[insertions]]
+name     = "fill"
+region   = { shape = "box", min = [0.0, 0.0, 0.0], max = [0.04, 0.04, 0.04] }
+mixture  = [
+    { clump = "rod", psd = { kind = "uniform", min_diameter = 4e-3, max_diameter = 5e-3, weighting = "number" }, share = 0.5 },
+    { clump = "stone", psd = { kind = "uniform", min_diameter = 4e-3, max_diameter = 6e-3, weighting = "number" }, share = 0.5 },
+]
+share_by = "number"
+total    = { number = 40 }
+[output]
+interval = 0.02
+"""
+
+
+def rotated(q, points):
+    """Points turned by a unit quaternion w, x, y, z."""
+    w, v = q[0], q[1:]
+    return points + 2 * np.cross(v, np.cross(v, points) + w * points)
+
+
+def check_clumps(work, binary, go):
+    run, out = os.path.join(work, "stones"), os.path.join(work, "stones-out")
+    solve, export, mclump = (os.path.join(binary, name) for name in ("mercury-solve", "mercury-export", "mclump"))
+    for name, text in (("stone.obj", STONE), ("stones.toml", CLUMPS.replace("ROD", os.path.abspath(os.path.join(ROOT, "scenes", "clumps", "rod.clump.toml"))))):
+        with open(os.path.join(work, name), "w") as file:
+            file.write(text)
+    stone = os.path.join(work, "stone")
+    go(mclump, stone + ".obj", "--scale", "1e-3", "--generate", "tangent", "--pebbles", "40", "-o", stone + ".clump.toml", "--quiet", "--force")
+    go(solve, stone + "s.toml", "--output", run, "--force", "--quiet", "--set", "output.vtk=true")
+    go(export, "vtu", run, "-o", out, "--force", "--quiet", "--clumps", "surface")
+    bodies, particles = (frames(os.path.join(run, "stones.%s.arrow" % kind)) for kind in ("bodies", "particles"))
+    good = all(compare_particles("bodies", pv.read(os.path.join(folder, "stones.bodies.%04d.vtu" % k)), batch, True)
+               for folder in (out, os.path.join(run, "vtk")) for k, (_, batch) in enumerate(bodies))
+    check("bodies: VTK reads every value, of mercury-export and of vtk = true", good, "%d frames of %d bodies" % (len(bodies), bodies[-1][1].num_rows))
+
+    surface = frames(os.path.join(run, "stones.clumps.arrow"))[0][1]
+    own = columns(surface, *(c + k for c in "abc" for k in "xyz")).reshape(-1, 3, 3)
+    good = good_volume = good_rest = True
+    reader = pv.get_reader(os.path.join(out, "stones.clumps.pvd"))
+    check("clumps: times of the .pvd", reader.time_values == [time for time, _ in bodies])
+    for k, (_, batch) in enumerate(bodies):
+        path = os.path.join(out, "stones.clumps.%04d.vtu" % k)
+        grid, table = pv.read(path), batch.to_pandas()
+        stones = table[table.clump == 1]
+        corners = grid.points[grid.cells.reshape(-1, 4)[:, 1:]].reshape(len(stones), len(own), 3, 3)
+        data = {name: np.asarray(grid.cell_data[name]).reshape((len(stones), len(own)) + grid.cell_data[name].shape[1:]) for name in grid.cell_data}
+        for (_, row), found, place in zip(stones.iterrows(), corners, range(len(stones))):
+            centre = row[["x", "y", "z"]].to_numpy(float)
+            expected = centre + rotated(row[["qw", "qx", "qy", "qz"]].to_numpy(float), row.scale * own.reshape(-1, 3)).reshape(own.shape)
+            v = row[["vx", "vy", "vz"]].to_numpy(float)
+            good = (good and np.allclose(found, expected, rtol=0, atol=1e-15) and (data["body"][place] == row.id).all() and (data["mass"][place] == row.mass).all()
+                    and (data["velocity"][place] == v).all() and np.allclose(data["speed"][place], np.linalg.norm(v), rtol=1e-15)
+                    and (data["angular_velocity"][place] == row[["wx", "wy", "wz"]].to_numpy(float)).all() and (data["material"][place] == row.material).all())
+            # What the surface encloses is the body: its mass at 2000 kg/m3, its centre of mass. The STL has single precision.
+            six = np.einsum("ij,ij->i", found[:, 0] - centre, np.cross(found[:, 1] - centre, found[:, 2] - centre))
+            middle = (six[:, None] * (found - centre).sum(axis=1)).sum(axis=0) / (4 * six.sum())
+            good_volume = good_volume and abs(2000 * six.sum() / 6 / row.mass - 1) < 1e-6 and np.linalg.norm(middle) < 1e-6 * row.radius
+        rods = set(table[table.clump == 0].id)
+        left = pv.read(os.path.join(out, "stones.particles.%04d.vtu" % k))
+        all_particles = particles[k][1].to_pandas()
+        rest = all_particles[[body in rods for body in all_particles.body]]
+        good_rest = good_rest and np.array_equal(left.point_data["id"], rest.id) and len(rest) < len(all_particles)
+        other = meshio.read(path)
+        good = good and np.array_equal(other.points, grid.points)
+        sums = all_particles.groupby("body").agg({"mass": "sum", "volume": "sum"})
+        good_rest = good_rest and np.allclose(sums.loc[table.id].mass, table.mass, rtol=1e-14) and np.allclose(sums.loc[table.id].volume, table.volume, rtol=1e-14)
+    check("clumps: surfaces placed, turned and scaled, every value", good, "%d triangles" % grid.n_cells)
+    check("clumps: the surface encloses the body's mass about its centre", good_volume)
+    check("clumps: pebbles are left of those without a surface, and sum to their bodies", good_rest)
+
+    for command in ("csv", "parquet"):
+        go(export, command, run, "-o", out, "--force", "--quiet", "--table", "bodies")
+    found = pd.read_csv(os.path.join(out, "stones.bodies.%04d.csv" % k))
+    check("CSV of bodies: pandas reads the same numbers", list(found) == list(table) and all(np.array_equal(found[c], table[c]) for c in table))
+    found = pq.read_table(os.path.join(out, "stones.bodies.parquet"))
+    whole = pa.Table.from_batches([b for _, b in bodies])
+    same = found.drop(["step"]).cast(whole.schema.remove_metadata()).equals(whole.replace_schema_metadata(None))
+    check("Parquet of bodies: pyarrow reads the same table", same, "%d rows" % found.num_rows)
+    for choice, rows, radii in (("bodies", len(table), table.radius), ("pebbles", len(all_particles), all_particles.radius)):
+        again = os.path.join(work, "stones-" + choice)
+        go(solve, stone + "s.toml", "--output", again, "--force", "--quiet", "--set", "output.clumps_as=" + choice)
+        lines = open(os.path.join(again, "stones.data")).read().splitlines()
+        last = np.array([line.split() for line in lines[-rows:]], float)
+        check(".data with clumps_as = %s: a row for each" % choice, lines[-rows - 1].split()[0] == str(rows) and np.array_equal(last[:, 6], radii), "%d rows" % rows)
+
+
 def check_tables(folder, run):
     for table in ("particles", "contacts"):
         truth = frames(os.path.join(run, "drum.%s.arrow" % table))
@@ -204,6 +317,7 @@ def main():
     go(export, "xballs", os.path.join(run, "drum.data"), "-o", os.path.join(out, "again"), "--force", "--quiet")
     again = open(os.path.join(out, "again", "drum.data"), "rb").read()
     check(".data goes round byte for byte", again == own)
+    check_clumps(work, given.bin, go)
     if not given.keep:
         shutil.rmtree(work)
     print("%d checks failed" % len(failed) if failed else "all checks passed")

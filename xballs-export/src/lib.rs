@@ -11,6 +11,7 @@
     reason = "an error ends the export, so its size does not matter"
 )]
 
+mod bodies;
 mod error;
 pub mod lammps;
 pub mod output;
@@ -24,6 +25,7 @@ pub mod tables;
 pub mod vtu;
 pub mod xballs;
 
+pub use bodies::ClumpsAs;
 pub use error::ExportError;
 pub use pipeline::{Told, for_each_snapshot};
 pub use selection::{FrameChoice, Region, Selection};

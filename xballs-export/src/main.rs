@@ -16,7 +16,7 @@ use mercury_export::tables::{self, Table};
 use mercury_export::vtu::{self, VtuChoice};
 use mercury_export::xballs::{self, Info, XballsChoice};
 use mercury_export::{
-    ExportError, FrameChoice, Region, Selection, Source, Told, lammps, particle_csv,
+    ClumpsAs, ExportError, FrameChoice, Region, Selection, Source, Told, lammps, particle_csv,
 };
 
 use picture_command::Look;
@@ -27,6 +27,7 @@ Examples:
   mercury-export vtu drum --frames last --region \"z=0..0.05\" --precision single -o small
   mercury-export xballs drum                     drum/xballs/drum.data and drum.disp, which starts XBalls
   mercury-export vtu old.data                    a file of MercuryDPM, or the .disp or .xballs that shows it
+  mercury-export vtu stones --clumps surface     clumps as their own surfaces, stones.clumps.pvd
   mercury-export csv drum --frames \"every 10\"    a table per frame
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
@@ -65,6 +66,9 @@ enum Command {
         /// Leave walls out
         #[arg(long)]
         no_walls: bool,
+        /// Clumps as spheres, as their own surfaces (.clumps.pvd), or both
+        #[arg(long, value_enum, default_value_t)]
+        clumps: ClumpsName,
     },
     /// .data as XBalls and MercuryDPM's tools read it, and the script .disp that starts XBalls
     Xballs {
@@ -84,7 +88,7 @@ enum Command {
     Csv {
         #[command(flatten)]
         common: Common,
-        /// Particles or contacts
+        /// Particles, contacts or bodies (clumps)
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
@@ -92,7 +96,7 @@ enum Command {
     Parquet {
         #[command(flatten)]
         common: Common,
-        /// Particles or contacts
+        /// Particles, contacts or bodies (clumps)
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
@@ -191,10 +195,29 @@ enum Precision {
 }
 
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum ClumpsName {
+    #[default]
+    Pebbles,
+    Surface,
+    Both,
+}
+
+impl From<ClumpsName> for ClumpsAs {
+    fn from(name: ClumpsName) -> Self {
+        match name {
+            ClumpsName::Pebbles => Self::Pebbles,
+            ClumpsName::Surface => Self::Surface,
+            ClumpsName::Both => Self::Both,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum TableName {
     #[default]
     Particles,
     Contacts,
+    Bodies,
 }
 
 impl From<TableName> for Table {
@@ -202,6 +225,7 @@ impl From<TableName> for Table {
         match name {
             TableName::Particles => Self::Particles,
             TableName::Contacts => Self::Contacts,
+            TableName::Bodies => Self::Bodies,
         }
     }
 }
@@ -288,6 +312,9 @@ impl Job {
             }
         }
         let _ = write!(std::io::stdout(), "{out}");
+        for note in told.notes.iter().filter(|_| !self.quiet) {
+            let _ = writeln!(std::io::stderr(), "note: {note}");
+        }
         if let Some(damage) = told.damage {
             let _ = writeln!(
                 std::io::stderr(),
@@ -319,6 +346,7 @@ fn execute(command: Command) -> Result<(), ExportError> {
             compression,
             no_contacts,
             no_walls,
+            clumps,
         } => {
             let job = Job::new(&common, "vtu")?;
             let choice = VtuChoice {
@@ -332,6 +360,7 @@ fn execute(command: Command) -> Result<(), ExportError> {
                 },
                 contacts: !no_contacts,
                 walls: !no_walls,
+                clumps: clumps.into(),
             };
             let told = vtu::export(
                 &job.source,

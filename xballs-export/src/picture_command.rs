@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use super::ClumpsName;
 use clap::Args;
 use glam::DVec3;
 use mercury_export::pictures::PictureChoice;
@@ -51,6 +52,9 @@ pub(crate) struct Look {
     /// Contacts as lines, wider and darker with the force (runs with fstat = true)
     #[arg(long)]
     contacts: bool,
+    /// Clumps as spheres, as their own surfaces, or both
+    #[arg(long, value_enum, default_value_t)]
+    clumps: ClumpsName,
     /// Leave walls out
     #[arg(long)]
     no_walls: bool,
@@ -101,6 +105,7 @@ impl Look {
             map: self.map,
             contacts: self.contacts,
             walls: !self.no_walls,
+            clumps: self.clumps.into(),
             title: self.title.clone(),
         }
     }

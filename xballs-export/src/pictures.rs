@@ -12,8 +12,9 @@ use mercury_pictures::{
     Apng, ColourBy, ColourMap, Frame, Gif, Image, Options, Overview, Painter, delays,
 };
 
+use crate::bodies;
 use crate::output::Output;
-use crate::{ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
+use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
 use quantity::Quantity;
 use scene::Scenery;
 
@@ -33,6 +34,8 @@ pub struct PictureChoice {
     pub contacts: bool,
     /// With walls, where the run has them.
     pub walls: bool,
+    /// How clumps are shown.
+    pub clumps: ClumpsAs,
     /// The heading instead of the run's title.
     pub title: Option<String>,
 }
@@ -124,7 +127,7 @@ impl Job<'_> {
         // What to show may depend on whether anything moves in any frame: both are looked at.
         let mut candidates: Vec<(Quantity, Options, Overview)> = Vec::new();
         let mut is_moving = false;
-        let mut scenery = Scenery::new(self.source, self.choice);
+        let mut scenery = Scenery::new(self.source, self.selection, self.choice)?;
         for_each_snapshot(self.source, self.selection, |snapshot| {
             if candidates.is_empty() {
                 for quantity in Quantity::candidates(&self.choice.quantity, &snapshot)? {
@@ -175,9 +178,9 @@ impl Job<'_> {
             _ => None,
         };
         let delays = delays(&seen.times, duration.unwrap_or(number as f64 / RATE));
-        let mut scenery = Scenery::new(self.source, self.choice);
+        let mut scenery = Scenery::new(self.source, self.selection, self.choice)?;
         let mut count = 0;
-        let told = for_each_snapshot(self.source, self.selection, |snapshot| {
+        let mut told = for_each_snapshot(self.source, self.selection, |snapshot| {
             // A run may have grown since the first reading; its new frames wait for the next picture.
             let Some(delay) = delays.get(count) else {
                 return Ok(());
@@ -191,6 +194,7 @@ impl Job<'_> {
             Ok(())
         })?;
         let files = reel.finish(&painter, self.output)?;
+        told.notes = bodies::notes(bodies::reader_for(self.source, self.choice.clumps)?);
         Ok((told, files))
     }
 }

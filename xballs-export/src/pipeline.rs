@@ -13,6 +13,8 @@ pub struct Told {
     pub frames: usize,
     /// What is wrong with the rest of the input.
     pub damage: Option<FormatError>,
+    /// What the user should know.
+    pub notes: Vec<String>,
 }
 
 /// Gives the selected frames with the selected particles to `write`, in order, one after the other; a thread reads ahead by
@@ -51,7 +53,11 @@ pub fn for_each_snapshot(
     match (told.frames, told.damage) {
         (0, Some(damage)) => Err(damage.into()),
         (0, None) => Err(ExportError::Input(no_frame(source))),
-        (frames, damage) => Ok(Told { frames, damage }),
+        (frames, damage) => Ok(Told {
+            frames,
+            damage,
+            notes: Vec::new(),
+        }),
     }
 }
 

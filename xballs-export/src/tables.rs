@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use mercury_common::formats::number::{NumberStyle, push_number};
 use mercury_common::frames::{Column, ColumnKind, ColumnSpec, Frame, FrameReader};
 
+use crate::bodies;
 use crate::output::{Growing, Output};
 use crate::parquet::ParquetWriter;
-use crate::{ExportError, FrameChoice, Selection, Source, Told, for_each_snapshot};
+use crate::{ExportError, FrameChoice, Selection, Snapshot, Source, Told, for_each_snapshot};
 
 /// Which table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -17,6 +18,8 @@ pub enum Table {
     Particles,
     /// The contacts, which only native frames have.
     Contacts,
+    /// The rigid bodies (clumps), which only native frames have.
+    Bodies,
 }
 
 /// Gives the selected frames of a table to `write`.
@@ -29,6 +32,22 @@ fn for_each_frame(
     if table == Table::Particles {
         return for_each_snapshot(source, selection, |snapshot| {
             write(snapshot.number, &snapshot.specs, &snapshot.frame)
+        });
+    }
+    if table == Table::Bodies {
+        let Some(reader) = bodies::reader(source) else {
+            return Err(bodies::missing(source, "--table particles has the spheres"));
+        };
+        return frames_of(reader.frames(), selection.frames, |number, specs, frame| {
+            let mut snapshot = Snapshot {
+                path: reader.frames().path().to_owned(),
+                number,
+                specs: specs.to_vec(),
+                frame,
+                header: reader.header().clone(),
+            };
+            selection.apply(&mut snapshot)?;
+            write(number, &snapshot.specs, &snapshot.frame)
         });
     }
     let contacts = match source {
@@ -46,22 +65,25 @@ fn for_each_frame(
         let found = "--region and --material select particles; contacts have neither";
         return Err(ExportError::Input(found.to_owned()));
     }
-    contact_frames(contacts, selection.frames, &mut write)
+    frames_of(contacts, selection.frames, |number, specs, frame| {
+        write(number, specs, &frame)
+    })
 }
 
-fn contact_frames(
+fn frames_of(
     reader: &FrameReader,
     choice: FrameChoice,
-    write: &mut impl FnMut(usize, &[ColumnSpec], &Frame) -> Result<(), ExportError>,
+    mut write: impl FnMut(usize, &[ColumnSpec], Frame) -> Result<(), ExportError>,
 ) -> Result<Told, ExportError> {
     let last = reader.len().saturating_sub(1);
     let chosen = |k: &usize| choice.has(*k) && (choice != FrameChoice::Last || *k == last);
     let mut told = Told {
         frames: 0,
         damage: reader.damage().cloned(),
+        notes: Vec::new(),
     };
     for number in (0..reader.len()).filter(chosen) {
-        write(number, reader.schema().columns(), &reader.frame(number)?)?;
+        write(number, reader.schema().columns(), reader.frame(number)?)?;
         told.frames += 1;
     }
     if told.frames == 0 {
@@ -75,6 +97,7 @@ fn name(table: Table) -> &'static str {
     match table {
         Table::Particles => "particles",
         Table::Contacts => "contacts",
+        Table::Bodies => "bodies",
     }
 }
 

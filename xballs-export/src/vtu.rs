@@ -1,6 +1,7 @@
 //! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
 //!
-//! Kinds: `particles`, `contacts` (as lines), `walls` (as triangles where they stand). A further kind is a further series.
+//! Kinds: `particles`, `contacts` (as lines), `walls` (as triangles where they stand), `bodies` (centres of mass of clumps), `clumps` (their own
+//! surfaces). A further kind is a further series.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -10,10 +11,13 @@ use mercury_common::formats::vtu::{VtuError, VtuOptions};
 use mercury_common::frames::Column;
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
+use crate::bodies;
 use crate::output::Output;
 use crate::selection::retain;
 use crate::source::RunSource;
-use crate::{ExportError, FrameChoice, Selection, Snapshot, Source, Told, for_each_snapshot};
+use crate::{
+    ClumpsAs, ExportError, FrameChoice, Selection, Snapshot, Source, Told, for_each_snapshot,
+};
 
 /// What goes into the files, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +28,8 @@ pub struct VtuChoice {
     pub contacts: bool,
     /// With walls, where the run has them.
     pub walls: bool,
+    /// How clumps are shown.
+    pub clumps: ClumpsAs,
 }
 
 /// Writes the series; `progress` hears of every frame. Returns what was read, and the files to open.
@@ -45,10 +51,14 @@ pub fn export(
         .and_then(RunSource::contacts)
         .filter(|_| choice.contacts);
     let wall_reader = run.and_then(RunSource::walls).filter(|_| choice.walls);
+    let body_reader = bodies::reader(source);
+    let surface_reader = bodies::reader_for(source, choice.clumps)?;
     let script = output.path("paraview.py");
     let mut files = vec![script.clone(), output.path("particles.pvd")];
     files.extend(contact_reader.map(|_| output.path("contacts.pvd")));
     files.extend(wall_reader.map(|_| output.path("walls.pvd")));
+    files.extend(body_reader.map(|_| output.path("bodies.pvd")));
+    files.extend(surface_reader.map(|_| output.path("clumps.pvd")));
     for file in &files {
         output.claim(file)?;
     }
@@ -59,7 +69,8 @@ pub fn export(
     let mut particles: Option<Series> = None;
     let mut span: Option<(f64, f64)> = None;
     let mut steps = HashMap::new();
-    let told = for_each_snapshot(source, selection, |snapshot| {
+    let mut body_lists: Option<(Series, Option<Series>)> = None;
+    let mut told = for_each_snapshot(source, selection, |mut snapshot| {
         let list = match &mut particles {
             Some(list) => list,
             // Only now, so that a wrong input leaves what is there.
@@ -74,10 +85,31 @@ pub fn export(
             .then(|| ids.unwrap_or_default().to_vec());
         let number = snapshot.number;
         steps.insert(snapshot.frame.step, (number, ids));
+        let path = snapshot.path.clone();
         let unfit = |reason| {
-            let path = snapshot.path.display();
+            let path = path.display();
             ExportError::Input(format!("{path}: frame {number}: {reason}"))
         };
+        if let Some(reader) = body_reader
+            && let Some(shown) = bodies::at_step(reader, snapshot.frame.step, selection)?
+        {
+            let (bodies, clumps) = match &mut body_lists {
+                Some(lists) => lists,
+                None => {
+                    let clumps = surface_reader.map(|_| series("clumps")).transpose()?;
+                    body_lists.insert((series("bodies")?, clumps))
+                }
+            };
+            if let Some(clumps) = clumps {
+                let grid = paraview::clumps(reader.kinds(), &shown.frame);
+                clumps.write(number, &grid)?;
+            }
+            if choice.clumps == ClumpsAs::Surface {
+                shown.hide_pebbles(&mut snapshot);
+            }
+            let grid = paraview::particles(&shown.table.specs, shown.table.frame).map_err(unfit)?;
+            bodies.write(number, &grid)?;
+        }
         let grid = paraview::particles(&snapshot.specs, snapshot.frame).map_err(unfit)?;
         list.write(number, &grid)?;
         Ok(())
@@ -121,7 +153,10 @@ pub fn export(
     let parts = ScriptParts {
         contacts: contact_reader.is_some(),
         walls: wall_reader.is_some(),
+        bodies: body_reader.is_some(),
+        clumps: surface_reader.is_some(),
     };
+    told.notes = bodies::notes(surface_reader);
     output.write(&script, paraview::script(&output.prefix, parts).as_bytes())?;
     Ok((told, files))
 }

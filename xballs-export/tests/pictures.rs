@@ -90,6 +90,7 @@ fn choice(quantity: &str) -> PictureChoice {
         map: ColourMap::Viridis,
         contacts: true,
         walls: true,
+        clumps: Default::default(),
         title: None,
     }
 }

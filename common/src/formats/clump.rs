@@ -8,6 +8,8 @@ mod rules;
 mod tests;
 mod writer;
 
+use std::path::{Path, PathBuf};
+
 use glam::{DMat3, DVec3};
 
 pub use crate::scene::{parse_clump, read_clump};
@@ -48,6 +50,8 @@ pub struct ClumpFile {
     pub inertia_method: String,
     /// Spheres that touch in place of the body, centres in the body frame; at least one.
     pub pebbles: Vec<Pebble>,
+    /// The file (STL, OBJ) of the body's own surface in the body frame, in m, relative to the clump file; for pictures only.
+    pub surface: Option<String>,
     /// Where the body came from: files with their hashes, scale. No tool depends on it.
     pub source: Vec<(String, Remark)>,
     /// What was checked and found. No tool depends on it.
@@ -109,6 +113,13 @@ impl ClumpFile {
             .iter()
             .map(|pebble| pebble.position.length() + pebble.radius)
             .fold(0.0, f64::max)
+    }
+
+    /// Where the file of the surface is, for a clump file at `path`.
+    #[must_use]
+    pub fn surface_path(&self, path: &Path) -> Option<PathBuf> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        self.surface.as_ref().map(|surface| folder.join(surface))
     }
 
     /// What keeps this from being a rigid body, each with its key; empty for a sound one.

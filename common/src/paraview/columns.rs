@@ -17,7 +17,7 @@ pub enum Group {
 }
 
 /// What the columns with a short stem mean in the frames of Mercury.
-const STEMS: [(&str, &str); 9] = [
+const STEMS: [(&str, &str); 10] = [
     ("", "position"),
     ("v", "velocity"),
     ("w", "angular_velocity"),
@@ -27,6 +27,7 @@ const STEMS: [(&str, &str); 9] = [
     ("p", "contact_point"),
     ("b", "branch"),
     ("n", "normal"),
+    ("i", "principal_moments"),
 ];
 
 /// The groups of columns in their order, each with its name.

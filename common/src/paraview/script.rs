@@ -9,6 +9,10 @@ pub struct ScriptParts {
     pub contacts: bool,
     /// `<prefix>.walls.pvd`.
     pub walls: bool,
+    /// `<prefix>.bodies.pvd`.
+    pub bodies: bool,
+    /// `<prefix>.clumps.pvd`.
+    pub clumps: bool,
 }
 
 /// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
@@ -65,6 +69,26 @@ wall_display.ColorArrayName = ["POINTS", ""]
 "#,
         );
     }
+    if parts.clumps {
+        text.push_str(
+            r#"
+clumps = series("clumps")
+clump_display = Show(clumps, view)
+clump_display.SetRepresentationType("Surface")
+ColorBy(clump_display, ("CELLS", "speed"))
+"#,
+        );
+    }
+    if parts.bodies {
+        text.push_str(
+            r#"
+bodies = series("bodies")
+body_display = Show(bodies, view)
+body_display.SetRepresentationType("Points")
+Hide(bodies, view)
+"#,
+        );
+    }
     if parts.contacts {
         text.push_str(
             r#"
@@ -83,7 +107,14 @@ scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
 shown.RescaleTransferFunctionToDataRange(False, True)
-view.CameraPosition = [0.0, -1.0, 0.0]
+"#,
+    );
+    if parts.clumps {
+        // One range of colours for speeds of spheres and of clumps.
+        text.push_str("clump_display.RescaleTransferFunctionToDataRange(True, True)\n");
+    }
+    text.push_str(
+        r#"view.CameraPosition = [0.0, -1.0, 0.0]
 view.CameraFocalPoint = [0.0, 0.0, 0.0]
 view.CameraViewUp = [0.0, 0.0, 1.0]
 view.ResetCamera()

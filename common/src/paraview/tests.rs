@@ -235,10 +235,12 @@ fn the_script_names_the_series_that_there_are() {
     let all = ScriptParts {
         contacts: true,
         walls: true,
+        bodies: true,
+        clumps: true,
     };
     let text = script("my \"run\"", all);
     assert!(text.contains(r#"prefix = "my \"run\"""#));
-    for kind in ["particles", "contacts", "walls"] {
+    for kind in ["particles", "contacts", "walls", "bodies", "clumps"] {
         assert!(text.contains(&format!("series(\"{kind}\")")));
     }
     let few = script("run", ScriptParts::default());

@@ -104,6 +104,10 @@ fn read_document(context: &Context, document: &Node, whole: &Place) -> Option<Cl
             .collect();
         read.into_iter().collect::<Option<Vec<Pebble>>>()
     });
+    let surface = match root.get("surface") {
+        Some(item) => item.name().map(|name| Some(name.value)),
+        None => Some(None),
+    };
     let source = remarks(&root, "source");
     let checks = remarks(&root, "checks");
     root.finish();
@@ -118,6 +122,7 @@ fn read_document(context: &Context, document: &Node, whole: &Place) -> Option<Cl
         rotation: rotation?,
         inertia_method: inertia_method?,
         pebbles: pebbles?,
+        surface: surface?,
         source: source?,
         checks: checks?,
     };

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::extent::Extent;
 use super::{Axes, Lens, Window};
-use crate::frame::{Frame, is_place};
+use crate::frame::{Frame, Grain, is_place};
 use crate::options::{Framing, Options};
 use crate::value_range::ValueRange;
 
@@ -65,9 +65,12 @@ impl Overview {
     pub fn add(&mut self, frame: &Frame, options: &Options) {
         // The first frame decides where the camera stands.
         let axes = *(self.axes).get_or_insert_with(|| Axes::new(frame, options.view));
-        let seen: Vec<(DVec3, f64)> = (frame.spheres.iter())
-            .filter(|sphere| sphere.is_drawable())
-            .map(|sphere| (axes.coordinates(sphere.centre), sphere.radius))
+        let spheres = frame.spheres.iter().filter(|sphere| sphere.is_drawable());
+        let spheres = spheres.map(|sphere| (sphere.centre, sphere.radius));
+        let grains = frame.grains.iter().filter_map(Grain::sphere);
+        let seen: Vec<(DVec3, f64)> = spheres
+            .chain(grains)
+            .map(|(centre, radius)| (axes.coordinates(centre), radius))
             .collect();
         self.bed = self.bed.union(Extent::of_bed(&seen));
         for (centre, radius) in &seen {
@@ -96,15 +99,19 @@ impl Overview {
     }
 
     fn add_values(&mut self, frame: &Frame) {
-        let shown = || frame.spheres.iter().filter(|s| s.is_drawable());
-        self.values
-            .add(shown().filter(|s| !s.fixed).map(|s| s.value));
+        let spheres = || frame.spheres.iter().filter(|s| s.is_drawable());
+        let shown = || {
+            let grains = frame.grains.iter().map(|g| (g.value, g.fixed));
+            spheres().map(|s| (s.value, s.fixed)).chain(grains)
+        };
+        let values = || shown().filter(|(_, fixed)| !fixed).map(|(value, _)| value);
+        self.values.add(values());
         self.strengths
             .add(frame.contacts.iter().map(|c| c.strength.abs()));
-        self.has_fixed |= shown().any(|s| s.fixed);
-        self.has_missing |= shown().any(|s| !s.fixed && s.value.is_nan());
-        for sphere in shown().filter(|s| !s.fixed && s.value >= 0.0) {
-            let number = sphere.value as usize;
+        self.has_fixed |= shown().any(|(_, fixed)| fixed);
+        self.has_missing |= values().any(f64::is_nan);
+        for value in values().filter(|value| *value >= 0.0) {
+            let number = value as usize;
             if self.categories.len() < MOST_CATEGORIES
                 && let Err(place) = self.categories.binary_search(&number)
             {

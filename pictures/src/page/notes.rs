@@ -45,7 +45,7 @@ pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
         parts.push(time_label(time));
     }
     let number = frame.spheres.len();
-    if number > 0 || frame.surfaces.is_empty() {
+    if number > 0 || (frame.surfaces.is_empty() && frame.grains.is_empty()) {
         let what = if frame.flat { "disc" } else { "sphere" };
         let plural = if number == 1 { "" } else { "s" };
         let mut text = format!("{} {what}{plural}", count(number));
@@ -58,6 +58,15 @@ pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
         if lost > 0 {
             parts.push(format!("{} without place or size", count(lost)));
         }
+    }
+    if !frame.grains.is_empty() {
+        let plural = if frame.grains.len() == 1 { "" } else { "s" };
+        let mut text = format!("{} grain{plural}", count(frame.grains.len()));
+        let fixed = frame.grains.iter().filter(|g| g.fixed).count();
+        if fixed > 0 {
+            text += &format!(" ({} fixed)", count(fixed));
+        }
+        parts.push(text);
     }
     if !frame.contacts.is_empty() {
         let plural = if frame.contacts.len() == 1 { "" } else { "s" };

@@ -6,7 +6,7 @@ use crate::PictureError;
 use crate::camera::Overview;
 use crate::colour::Colour;
 use crate::colour_map::{ColourMap, category_colour};
-use crate::frame::{Frame, Sphere};
+use crate::frame::Frame;
 use crate::image::Image;
 use crate::options::{ColourBy, Options};
 use crate::render::Look;
@@ -156,7 +156,12 @@ impl Painter {
         });
         Look {
             theme: self.theme,
-            sphere_colours: frame.spheres.iter().map(|s| self.colour(s)).collect(),
+            sphere_colours: (frame.spheres.iter())
+                .map(|s| self.colour(s.value, s.fixed))
+                .collect(),
+            grain_colours: (frame.grains.iter())
+                .map(|g| self.colour(g.value, g.fixed))
+                .collect(),
             sphere_opacity: self.options.sphere_opacity,
             contacts: contacts.collect(),
             domain: self.options.domain,
@@ -165,17 +170,15 @@ impl Painter {
         }
     }
 
-    fn colour(&self, sphere: &Sphere) -> Colour {
-        if sphere.fixed {
+    fn colour(&self, value: f64, fixed: bool) -> Colour {
+        if fixed {
             return self.theme.fixed;
         }
         match (&self.options.colour, self.bar) {
             (ColourBy::Plain, _) => self.theme.plain,
-            (_, _) if sphere.value.is_nan() => self.theme.missing,
-            (ColourBy::Category { .. }, _) if sphere.value >= 0.0 => {
-                category_colour(sphere.value as usize)
-            }
-            (ColourBy::Scalar { .. }, Some((range, map))) => map.colour(share(sphere.value, range)),
+            (_, _) if value.is_nan() => self.theme.missing,
+            (ColourBy::Category { .. }, _) if value >= 0.0 => category_colour(value as usize),
+            (ColourBy::Scalar { .. }, Some((range, map))) => map.colour(share(value, range)),
             _ => self.theme.missing,
         }
     }

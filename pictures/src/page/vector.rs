@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::camera::Lens;
 use crate::colour::Colour;
 use crate::frame::{is_place, is_width};
-use crate::render::{Look, folded_edges};
+use crate::render::{Look, folded_edges, shaded};
 use crate::svg::short;
 
 /// The most circles of a file, ...
@@ -187,27 +187,35 @@ fn polygons(
     shapes: &mut Vec<Shape>,
 ) {
     let mut left = MOST_TRIANGLES;
+    let mut push = |triangle: &[DVec3; 3], opacity: f64, colour: &dyn Fn(DVec3) -> Colour| {
+        if left == 0 || !triangle.iter().all(|corner| is_place(*corner)) {
+            return;
+        }
+        let places = triangle.map(|corner| lens.place(corner));
+        let [Some(a), Some(b), Some(c)] = places.map(&on_page) else {
+            return;
+        };
+        left -= 1;
+        let normal = (places[1] - places[0]).cross(places[2] - places[0]);
+        shapes.push(Shape {
+            depth: places.iter().map(|place| place.z).sum::<f64>() / 3.0,
+            what: What::Polygon {
+                points: [a, b, c],
+                colour: colour(normal),
+                opacity: opacity.clamp(0.0, 1.0),
+            },
+        });
+    };
     for surface in &look.frame.surfaces {
         let colour = surface.colour.unwrap_or(look.theme.surface);
         for triangle in &surface.triangles {
-            if left == 0 {
-                return;
-            }
-            if !triangle.iter().all(|corner| is_place(*corner)) {
-                continue;
-            }
-            let places = triangle.map(|corner| lens.place(corner));
-            let [Some(a), Some(b), Some(c)] = places.map(&on_page) else {
-                continue;
-            };
-            left -= 1;
-            shapes.push(Shape {
-                depth: places.iter().map(|place| place.z).sum::<f64>() / 3.0,
-                what: What::Polygon {
-                    points: [a, b, c],
-                    colour,
-                    opacity: surface.opacity.clamp(0.0, 1.0),
-                },
+            push(triangle, surface.opacity, &|_| colour);
+        }
+    }
+    for (grain, colour) in look.frame.grains.iter().zip(&look.grain_colours) {
+        for triangle in &grain.triangles {
+            push(triangle, look.sphere_opacity, &|normal| {
+                shaded(*colour, normal)
             });
         }
     }

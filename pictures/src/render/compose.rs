@@ -64,7 +64,8 @@ impl<'a> Painting<'a> {
         let (columns, rows) = (window.width * SAMPLES, window.height * SAMPLES);
         let spheres = spheres::seen(&look.frame.spheres, lens, columns, rows);
         let surface = look.theme.surface;
-        let facets = facets::seen(&look.frame.surfaces, surface, lens, columns, rows);
+        let mut facets = facets::seen(&look.frame.surfaces, surface, lens, columns, rows);
+        facets.extend(facets::of_grains(look, lens, columns, rows));
         let strokes = strokes::seen(look, lens, columns, rows);
         let distance = lens.distance();
         let rects: Vec<Rect> = spheres.iter().map(|sphere| sphere.rect).collect();
@@ -164,8 +165,13 @@ impl<'a> Painting<'a> {
         };
         for place in self.facet_bins.tile(column, band) {
             let facet = &self.facets[self.translucent[*place as usize]];
-            let colour = light::facet(facet.colour, facet.normal, 1.0);
-            let light = Light::new(colour, light::slanted(facet.opacity, facet.normal));
+            let light = if facet.solid {
+                let colour = light::grain(facet.colour, facet.normal, 1.0);
+                Light::new(colour, facet.opacity)
+            } else {
+                let colour = light::facet(facet.colour, facet.normal, 1.0);
+                Light::new(colour, light::slanted(facet.opacity, facet.normal))
+            };
             each(facet.rect, &|u, v| {
                 facet
                     .owns(u, v)
@@ -214,7 +220,11 @@ impl<'a> Painting<'a> {
         };
         let colour = if owner >= FACET {
             let facet = &self.facets[(owner - FACET) as usize];
-            light::facet(facet.colour, facet.normal, shade(depth))
+            if facet.solid {
+                light::grain(facet.colour, facet.normal, shade(depth))
+            } else {
+                light::facet(facet.colour, facet.normal, shade(depth))
+            }
         } else {
             let sphere = &self.spheres[owner as usize];
             let (u, v) = self.place(column, row);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::Look;
 use super::bins::Rect;
 use crate::camera::Lens;
 use crate::colour::Colour;
@@ -21,6 +22,8 @@ pub(super) struct Facet {
     pub(super) normal: DVec3,
     pub(super) colour: Colour,
     pub(super) opacity: f64,
+    /// The skin of something, not a thin sheet.
+    pub(super) solid: bool,
     pub(super) rect: Rect,
 }
 
@@ -83,6 +86,7 @@ impl Facet {
             normal,
             colour,
             opacity,
+            solid: false,
             rect: Rect::around(low, high, columns, rows)?,
         })
     }
@@ -129,20 +133,58 @@ pub(super) fn seen(
     for surface in surfaces {
         let colour = surface.colour.unwrap_or(wall_colour);
         let opacity = surface.opacity.clamp(0.0, 1.0);
-        if opacity.is_nan() || opacity == 0.0 {
+        push(
+            &surface.triangles,
+            colour,
+            opacity,
+            lens,
+            (columns, rows),
+            &mut facets,
+        );
+    }
+    facets
+}
+
+fn push(
+    triangles: &[[DVec3; 3]],
+    colour: Colour,
+    opacity: f64,
+    lens: &Lens,
+    (columns, rows): (usize, usize),
+    facets: &mut Vec<Facet>,
+) {
+    if opacity.is_nan() || opacity == 0.0 {
+        return;
+    }
+    for triangle in triangles {
+        if !triangle.iter().all(|corner| is_place(*corner)) {
             continue;
         }
-        for triangle in &surface.triangles {
-            if !triangle.iter().all(|corner| is_place(*corner)) {
-                continue;
-            }
-            let places = triangle.map(|corner| lens.place(corner));
-            let pieces = in_front(&places, lens);
-            for k in 2..pieces.len() {
-                let piece = [pieces[0], pieces[k - 1], pieces[k]];
-                facets.extend(Facet::new(piece, lens, colour, opacity, columns, rows));
-            }
+        let places = triangle.map(|corner| lens.place(corner));
+        let pieces = in_front(&places, lens);
+        for k in 2..pieces.len() {
+            let piece = [pieces[0], pieces[k - 1], pieces[k]];
+            facets.extend(Facet::new(piece, lens, colour, opacity, columns, rows));
         }
+    }
+}
+
+/// The triangles of the grains that lie in the window, with a colour for each grain.
+pub(super) fn of_grains(look: &Look, lens: &Lens, columns: usize, rows: usize) -> Vec<Facet> {
+    let mut facets = Vec::new();
+    for (grain, colour) in look.frame.grains.iter().zip(&look.grain_colours) {
+        let opacity = look.sphere_opacity.clamp(0.0, 1.0);
+        push(
+            &grain.triangles,
+            *colour,
+            opacity,
+            lens,
+            (columns, rows),
+            &mut facets,
+        );
+    }
+    for facet in &mut facets {
+        facet.solid = true;
     }
     facets
 }

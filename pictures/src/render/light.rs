@@ -48,6 +48,17 @@ pub(super) fn sphere(colour: Colour, normal: DVec3, radius: f64, shade: f64) -> 
         .mix(Colour::WHITE, GLOSS * light.powi(24))
 }
 
+/// The colour of a facet of a grain: lit like a sphere, without an outline, which is where the grain ends and not each facet.
+pub(super) fn grain(colour: Colour, normal: DVec3, shade: f64) -> Colour {
+    sphere(colour, normal, 0.0, shade)
+}
+
+/// The colour of a grain's facet where nothing else casts a shade; `normal` may be of any length and of either side.
+pub(crate) fn shaded(colour: Colour, normal: DVec3) -> Colour {
+    let normal = normal.normalize_or(DVec3::NEG_Z);
+    grain(colour, if normal.z > 0.0 { -normal } else { normal }, 1.0)
+}
+
 /// The colour of a disc, `away` from its centre in radii: flat, with a dark rim.
 pub(super) fn disc(colour: Colour, normal: DVec3, radius: f64) -> Colour {
     let away = normal.x.hypot(normal.y);

@@ -78,6 +78,7 @@ fn in_perspective_the_outline_is_the_tangent_cone() {
     let look = crate::render::Look {
         theme: crate::theme::Theme::new(Background::Transparent),
         sphere_colours: vec![crate::Colour::WHITE],
+        grain_colours: Vec::new(),
         sphere_opacity: 1.0,
         contacts: Vec::new(),
         domain: false,

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
+use mercury_common::formats::mesh::TriangleMesh;
 
 /// A template of rigid bodies, at scale 1 and with the density of its material.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,8 @@ pub struct Clump {
     pub radius: f64,
     /// The mass on which the contacts act that the stiffest pose has at once, over their number, kg; see [`Clump::new`].
     pub contact_mass: f64,
+    /// The body's own surface in the principal frame, m, where the clump file names one: for what draws the run, not for contacts.
+    pub surface: Option<TriangleMesh>,
 }
 
 /// Why pebbles and moments are no rigid body.
@@ -104,6 +107,7 @@ impl Clump {
             moments,
             radius,
             contact_mass,
+            surface: None,
         })
     }
 

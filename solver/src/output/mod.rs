@@ -4,6 +4,7 @@
 //! one `Stream` for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
 //! up, one room for each file writes; `folder` guards what is already there, `whole_file` replaces files at once.
 
+mod body_frames;
 mod contact_frames;
 mod data_file;
 mod data_rows;

@@ -73,20 +73,22 @@ impl Stream for ParticleFrames {
     }
 }
 
+/// The flags that files of frames have.
+pub(super) fn frame_flags(flags: u32) -> u8 {
+    let bit = |mine, theirs| if flags & mine != 0 { theirs } else { 0 };
+    bit(FIXED, FLAG_FIXED) | bit(PRESCRIBED, FLAG_PRESCRIBED)
+}
+
 impl ParticleTable {
     /// The particles of a state.
     pub(super) fn frame(&self, state: &State) -> ParticleFrame {
         let particles = &state.particles;
-        let flags = |flags: u32| {
-            let bit = |mine, theirs| if flags & mine != 0 { theirs } else { 0 };
-            bit(FIXED, FLAG_FIXED) | bit(PRESCRIBED, FLAG_PRESCRIBED)
-        };
         ParticleFrame {
             time: state.time,
             step: state.step,
             id: state.ids.clone(),
             material: particles.iter().map(|p| p.material).collect(),
-            flags: particles.iter().map(|p| flags(p.flags)).collect(),
+            flags: particles.iter().map(|p| frame_flags(p.flags)).collect(),
             mass: state.masses.clone(),
             volume: particles
                 .iter()

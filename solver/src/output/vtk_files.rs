@@ -1,14 +1,15 @@
-//! `vtk/`: particles, contacts and walls as series of `.vtu` files with their `.pvd`, for ParaView while the run goes on.
+//! `vtk/`: particles, contacts, walls and bodies as series of `.vtu` files with their `.pvd`, for ParaView while the run goes on.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
-use mercury_common::frames::{ColumnSpec, ContactColumns};
+use mercury_common::frames::{BodyFrame, ColumnSpec, ContactColumns};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 use mercury_common::surfaces::Surface;
 
+use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::ParticleTable;
 use super::stream::Stream;
@@ -35,6 +36,7 @@ pub(super) struct VtkFiles {
     contacts: Series,
     contact_columns: ContactColumns,
     walls: Option<Walls>,
+    bodies: Option<Bodies>,
 }
 
 struct Walls {
@@ -42,6 +44,12 @@ struct Walls {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     domain: (DVec3, DVec3),
+}
+
+/// Centres of mass; the surfaces of bodies are made from the frames afterwards (`mercury-export vtu --clumps surface`).
+struct Bodies {
+    series: Series,
+    table: BodyTable,
 }
 
 impl VtkFiles {
@@ -67,9 +75,17 @@ impl VtkFiles {
                 domain: (plan.domain_min, plan.domain_max),
             })
         });
+        let bodies = plan.has_bodies().then(|| {
+            Ok::<_, VtuError>(Bodies {
+                series: series("bodies")?,
+                table: BodyTable::new(plan),
+            })
+        });
         let parts = ScriptParts {
             contacts: true,
             walls: walls.is_some(),
+            bodies: plan.has_bodies(),
+            clumps: false,
         };
         let script = folder.join(format!("{}.paraview.py", plan.prefix));
         write_whole(&script, paraview::script(&plan.prefix, parts).as_bytes())?;
@@ -82,15 +98,16 @@ impl VtkFiles {
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, history),
             walls: walls.transpose()?,
+            bodies: bodies.transpose()?,
             folder,
         })
     }
+}
 
-    fn unfit(&self, reason: String) -> VtuError {
-        VtuError::Grid {
-            path: self.folder.clone(),
-            reason,
-        }
+fn unfit(folder: &Path, reason: String) -> VtuError {
+    VtuError::Grid {
+        path: folder.to_owned(),
+        reason,
     }
 }
 
@@ -118,11 +135,17 @@ impl Stream for VtkFiles {
             .collect();
         let frame = contact_frame(state, &self.contact_columns).into_frame();
         let grid = paraview::contacts(&self.contact_columns.specs(), frame, &centres)
-            .map_err(|reason| self.unfit(reason))?;
+            .map_err(|reason| unfit(&self.folder, reason))?;
         self.contacts.write(number, &grid)?;
+        if let Some(bodies) = &mut self.bodies {
+            let frame = bodies.table.frame(state).into_frame();
+            let grid = paraview::particles(&BodyFrame::specs(), frame);
+            let grid = grid.map_err(|reason| unfit(&self.folder, reason))?;
+            bodies.series.write(number, &grid)?;
+        }
         let frame = self.table.frame(state).into_frame();
         let grid = paraview::particles(&self.particle_columns, frame)
-            .map_err(|reason| self.unfit(reason))?;
+            .map_err(|reason| unfit(&self.folder, reason))?;
         self.particles.write(number, &grid)?;
         Ok(())
     }

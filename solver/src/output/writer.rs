@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use glam::DVec3;
 use mercury_pictures::EnergyRow;
 
+use super::body_frames::BodyFrames;
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::ene_file::EneFile;
@@ -111,6 +112,9 @@ fn streams(
     }
     if output.frames && !plan.walls.is_empty() {
         streams.push(Box::new(WallFrames::create(folder, plan)?));
+    }
+    if output.frames && plan.has_bodies() {
+        streams.push(Box::new(BodyFrames::create(folder, plan)?));
     }
     if output.vtk {
         streams.push(Box::new(VtkFiles::create(folder, plan, history)?));

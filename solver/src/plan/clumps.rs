@@ -1,6 +1,9 @@
 //! `[clumps.NAME]`: clump files as templates of bodies.
 
-use mercury_common::formats::clump::read_clump;
+use std::path::Path;
+
+use mercury_common::formats::clump::{ClumpFile, read_clump};
+use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{Dimensions, Scene, SceneError};
 
 use super::parameter::short;
@@ -41,6 +44,7 @@ pub(super) fn clumps(
                 short(ratio)
             ));
         }
+        let surface = surface(&clump.name.value, &file, &clump.file.value, notes);
         let built = Clump::new(
             &clump.name.value,
             clump.material.value.0 as u32,
@@ -50,9 +54,72 @@ pub(super) fn clumps(
             file.principal_moments * ratio,
         );
         match built {
-            Ok(built) => clumps.push(built),
+            Ok(built) => clumps.push(Clump { surface, ..built }),
             Err(error) => errors.push(clump.file.error(error.to_string())),
         }
     }
     (errors.len() == before).then_some(clumps)
+}
+
+/// The surface that a clump file names. Nothing in a run needs it but its pictures: where it cannot be read they show the pebbles, and
+/// a note says so.
+fn surface(
+    name: &str,
+    file: &ClumpFile,
+    path: &Path,
+    notes: &mut Vec<String>,
+) -> Option<TriangleMesh> {
+    match read_mesh(file.surface_path(path)?) {
+        Ok(mesh) => Some(mesh),
+        Err(error) => {
+            notes.push(format!(
+                "clump `{name}` is shown by its pebbles, its surface cannot be read: {}: {}",
+                error.path.display(),
+                error.found
+            ));
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use mercury_common::scene::{Files, parse_scene};
+
+    #[test]
+    fn a_run_knows_the_surface_of_a_clump_and_does_without_it() {
+        let place = tempfile::tempdir().unwrap();
+        let path = |name: &str| place.path().join(name);
+        let clump = "name = \"ball\"\ndensity = 1000\nmass = 4.19e-6\nvolume = 4.19e-9\n\
+            principal_moments = [1.676e-12, 1.676e-12, 1.676e-12]\nsurface = \"ball.stl\"\n\
+            pebbles = [{ position = [0, 0, 0], radius = 1e-3 }]\n";
+        fs::write(path("ball.clump.toml"), clump).unwrap();
+        let facet = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1e-3 0 0\nvertex 0 1e-3 0\nendloop\nendfacet\n";
+        fs::write(path("ball.stl"), format!("solid a\n{facet}endsolid a\n")).unwrap();
+        let text = "[time]\nend = 1.0\nstep = 1e-5\n\
+            [domain]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\
+            [materials.ball]\ndensity = 1000\nnormal = { law = \"linear\", stiffness = 1000.0, restitution = 0.5 }\n\
+            [clumps.ball]\nfile = \"ball.clump.toml\"\nmaterial = \"ball\"\n\
+            [[particles]]\nclump = \"ball\"\nposition = [0, 0, 0]\n";
+        let planned = || {
+            let scene = parse_scene(&path("test.toml"), text, &[], Files::Unchecked).unwrap();
+            crate::plan::plan(&scene).unwrap()
+        };
+        let plan = planned();
+        let surface = plan.clumps[0].surface.as_ref();
+        assert_eq!(surface.map(|mesh| mesh.triangles.len()), Some(1));
+        assert!(plan.notes.iter().all(|note| !note.contains("surface")));
+
+        fs::remove_file(path("ball.stl")).unwrap();
+        let plan = planned();
+        assert_eq!(plan.clumps[0].surface, None);
+        let expected = format!(
+            "clump `ball` is shown by its pebbles, its surface cannot be read: {}: the file cannot be read: ",
+            path("ball.stl").display()
+        );
+        let told = |note: &String| note.starts_with(&expected);
+        assert!(plan.notes.iter().any(told), "{:?}", plan.notes);
+    }
 }

@@ -1,5 +1,7 @@
 //! Whole runs of small scenes: what they write, and when.
 
+mod bodies;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

@@ -97,6 +97,17 @@ impl Quantity {
         }
     }
 
+    /// Whether a table has what it takes.
+    pub(super) fn is_of(&self, snapshot: &Snapshot) -> bool {
+        match self {
+            Self::None | Self::Height => true,
+            Self::Material => has(snapshot, "material"),
+            Self::Body => has(snapshot, "body"),
+            Self::Column { name, .. } => snapshot.column(name).and_then(numbers).is_some(),
+            Self::Length { columns, .. } => columns.iter().all(|name| has(snapshot, name)),
+        }
+    }
+
     /// The value of each particle.
     pub(super) fn values(&self, snapshot: &Snapshot) -> Result<Vec<f64>, ExportError> {
         let named = |name: &str| {

@@ -3,38 +3,50 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use mercury_common::frames::{Column, ContactReader, WallReader};
+use mercury_common::frames::{BodyReader, ClumpKind, Column, ContactReader, WallReader};
 use mercury_common::surfaces::{self, faces_of_one_box};
-use mercury_pictures::{Contact, Frame, Sphere, Surface};
+use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface};
 
 use super::PictureChoice;
 use super::quantity::Quantity;
+use crate::bodies::{self, Shown};
 use crate::source::RunSource;
-use crate::{ExportError, Snapshot, Source};
+use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
 /// What a run has beside its particles.
 pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
     walls: Option<&'a WallReader>,
+    /// Where clumps are shown as surfaces.
+    bodies: Option<&'a BodyReader>,
+    hide_pebbles: bool,
+    selection: &'a Selection,
     title: Option<&'a str>,
     /// Fallback title: the name of the input.
     name: String,
 }
 
 impl<'a> Scenery<'a> {
-    pub(super) fn new(source: &'a Source, choice: &'a PictureChoice) -> Self {
+    pub(super) fn new(
+        source: &'a Source,
+        selection: &'a Selection,
+        choice: &'a PictureChoice,
+    ) -> Result<Self, ExportError> {
         let run = match source {
             Source::Run(run) => Some(run.as_ref()),
             Source::Data(_) => None,
         };
-        Self {
+        Ok(Self {
             contacts: run
                 .and_then(RunSource::contacts)
                 .filter(|_| choice.contacts),
             walls: run.and_then(RunSource::walls).filter(|_| choice.walls),
+            bodies: bodies::reader_for(source, choice.clumps)?,
+            hide_pebbles: choice.clumps == ClumpsAs::Surface,
+            selection,
             title: choice.title.as_deref(),
             name: source.prefix().to_owned(),
-        }
+        })
     }
 
     /// The frame of a snapshot, coloured by a quantity.
@@ -49,17 +61,41 @@ impl<'a> Scenery<'a> {
         } else {
             &header.title
         });
+        let (spheres, grains) = self.spheres_and_grains(snapshot, quantity)?;
         Ok(Frame {
             title: title.to_owned(),
             time: Some(snapshot.frame.time),
             flat: snapshot.dimensions() == 2,
             gravity: header.gravity.unwrap_or_default(),
             domain: header.domain,
-            spheres: spheres(snapshot, quantity)?,
+            spheres,
+            grains,
             surfaces: self.surfaces(snapshot)?,
             lines: Vec::new(),
             contacts: self.contacts(snapshot)?,
         })
+    }
+
+    /// Particles, and what stands for some of them.
+    fn spheres_and_grains(
+        &self,
+        snapshot: &Snapshot,
+        quantity: &Quantity,
+    ) -> Result<(Vec<Sphere>, Vec<Grain>), ExportError> {
+        let shown = self.bodies.map(|reader| {
+            let found = bodies::at_step(reader, snapshot.frame.step, self.selection)?;
+            Ok::<_, ExportError>(found.map(|shown| (reader, shown)))
+        });
+        let Some((reader, shown)) = shown.transpose()?.flatten() else {
+            return Ok((spheres(snapshot, quantity)?, Vec::new()));
+        };
+        let grains = grains(reader.kinds(), &shown, quantity)?;
+        if !self.hide_pebbles {
+            return Ok((spheres(snapshot, quantity)?, grains));
+        }
+        let mut rest = snapshot.clone();
+        shown.hide_pebbles(&mut rest);
+        Ok((spheres(&rest, quantity)?, grains))
     }
 
     /// The walls of this step where they stand.
@@ -153,4 +189,42 @@ fn spheres(snapshot: &Snapshot, quantity: &Quantity) -> Result<Vec<Sphere>, Expo
         fixed: flags.get(row).is_some_and(|flags| flags & 3 != 0),
     };
     Ok(rows.map(sphere).collect())
+}
+
+/// Bodies as their own surfaces. A quantity that only spheres have gives no values.
+fn grains(
+    kinds: &[ClumpKind],
+    shown: &Shown,
+    quantity: &Quantity,
+) -> Result<Vec<Grain>, ExportError> {
+    let table = &shown.table;
+    let quantity = match quantity {
+        // What is the body of a pebble is the id of a body.
+        Quantity::Body => Quantity::Column {
+            name: "id".to_owned(),
+            unit: String::new(),
+        },
+        Quantity::Column { name, .. } if name == "body" => Quantity::Column {
+            name: "id".to_owned(),
+            unit: String::new(),
+        },
+        other => other.clone(),
+    };
+    let values = if quantity.is_of(table) {
+        quantity.values(table)?
+    } else {
+        vec![f64::NAN; shown.frame.len()]
+    };
+    let frame = &shown.frame;
+    let grain = |row: usize| {
+        let mesh = kinds[frame.clump[row] as usize].surface.as_ref()?;
+        let (turn, scale) = (frame.orientation[row], frame.scale[row]);
+        let corner = |k: u32| frame.position[row] + turn * (mesh.vertices[k as usize] * scale);
+        Some(Grain {
+            triangles: mesh.triangles.iter().map(|t| t.map(corner)).collect(),
+            value: values[row],
+            fixed: frame.flags[row] & 3 != 0,
+        })
+    };
+    Ok((0..frame.len()).filter_map(grain).collect())
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
-use mercury_common::frames::{ContactReader, FrameReader, ParticleReader, WallReader};
+use mercury_common::frames::{BodyReader, ContactReader, FrameReader, ParticleReader, WallReader};
 
 use super::{Item, Snapshot};
 use crate::FrameChoice;
@@ -16,10 +16,11 @@ pub struct RunSource {
     particles: ParticleReader,
     contacts: Option<ContactReader>,
     walls: Option<WallReader>,
+    bodies: Option<BodyReader>,
 }
 
 impl RunSource {
-    /// Opens the particles, and contacts and walls if they are there.
+    /// Opens the particles, and contacts, walls and bodies if they are there.
     ///
     /// # Errors
     /// When one of the files cannot be opened or is something else.
@@ -35,6 +36,7 @@ impl RunSource {
             particles: ParticleReader::open(path)?,
             contacts: beside("contacts").map(ContactReader::open).transpose()?,
             walls: beside("walls").map(WallReader::open).transpose()?,
+            bodies: beside("bodies").map(BodyReader::open).transpose()?,
             prefix: prefix.to_owned(),
         })
     }
@@ -63,6 +65,10 @@ impl RunSource {
 
     pub(crate) fn walls(&self) -> Option<&WallReader> {
         self.walls.as_ref()
+    }
+
+    pub(crate) fn bodies(&self) -> Option<&BodyReader> {
+        self.bodies.as_ref()
     }
 
     pub(super) fn frames(&self, choice: FrameChoice) -> impl Iterator<Item = Item> + Send + '_ {

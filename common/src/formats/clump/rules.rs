@@ -72,6 +72,14 @@ pub(super) fn problems(clump: &ClumpFile) -> Vec<ClumpProblem> {
             found.positive(&format!("pebbles[{index}].radius"), pebble.radius);
         }
     }
+    if let Some(surface) = &clump.surface {
+        if surface.trim().is_empty() {
+            found.add("surface", "must not be empty");
+        } else if surface.chars().any(char::is_control) {
+            let message = "must not hold line breaks or other control characters";
+            found.add("surface", message);
+        }
+    }
     for (section, remarks) in [("source", &clump.source), ("checks", &clump.checks)] {
         table(&mut found, section, remarks);
     }

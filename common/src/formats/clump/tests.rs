@@ -56,6 +56,24 @@ fn pebbles_may_be_tables_and_what_a_hand_written_file_lacks_has_defaults() {
 }
 
 #[test]
+fn the_surface_is_found_beside_the_clump_file() {
+    let named = ROD.replace("pebbles = [", "surface = \"shapes/rod.stl\"\npebbles = [");
+    let rod = parse(&named).unwrap();
+    assert_eq!(rod.surface.as_deref(), Some("shapes/rod.stl"));
+    let path = rod.surface_path(Path::new("grains/rod.clump.toml"));
+    assert_eq!(path.as_deref(), Some(Path::new("grains/shapes/rod.stl")));
+    let path = rod.surface_path(Path::new("rod.clump.toml"));
+    assert_eq!(path.as_deref(), Some(Path::new("shapes/rod.stl")));
+    // Files of earlier versions name none.
+    let rod = parse(ROD).unwrap();
+    assert_eq!(rod.surface_path(Path::new("rod.clump.toml")), None);
+    assert_eq!(
+        complaint("pebbles = [", "surface = \"\"\npebbles = ["),
+        "rod.clump.toml:9:11: surface: must not be empty\n    surface = \"\"\n              ^^"
+    );
+}
+
+#[test]
 fn rows_of_the_rotation_are_rows() {
     let turned = ROD.replace(
         "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]",
@@ -184,6 +202,13 @@ fn what_would_not_read_back_is_not_written() {
         ),
         (
             ClumpFile {
+                surface: Some("rod\n.stl".into()),
+                ..rod.clone()
+            },
+            "surface: must not hold line breaks or other control characters",
+        ),
+        (
+            ClumpFile {
                 checks: vec![("error".into(), Remark::Number(f64::INFINITY))],
                 ..rod.clone()
             },
@@ -240,6 +265,7 @@ prop_compose! {
         method in any::<String>(),
         pebbles in prop::collection::vec((point(), magnitude()), 1..6),
         checks in prop::collection::btree_map(any::<String>(), remark(), 0..4),
+        surface in prop::option::of("[a-z ./\"\\\\'é#]{1,12}"),
         source in prop::collection::btree_map("[a-z_]{1,5}", remark(), 0..3),
     ) -> ClumpFile {
         // Ascending, and the largest at most the sum of the others.
@@ -255,6 +281,7 @@ prop_compose! {
             rotation: DMat3::from_quat(DQuat::from_array(turn).normalize()),
             inertia_method: if method.trim().is_empty() || method.chars().any(char::is_control) { "union".into() } else { method },
             pebbles: pebbles.into_iter().map(|(position, radius)| Pebble { position, radius }).collect(),
+            surface: surface.filter(|surface| !surface.trim().is_empty()),
             source: source.into_iter().collect(),
             checks: checks.into_iter().collect(),
         }

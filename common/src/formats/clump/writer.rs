@@ -40,6 +40,15 @@ pub fn push_clump(clump: &ClumpFile, out: &mut Vec<u8>) -> Result<(), ClumpProbl
         out,
         format_args!("inertia_method = {}", quoted(&clump.inertia_method)),
     );
+    if let Some(surface) = &clump.surface {
+        line(
+            out,
+            format_args!(
+                "surface = {}  # m, in the frame of the principal axes",
+                quoted(surface)
+            ),
+        );
+    }
     line(
         out,
         format_args!("# m, in the frame of the principal axes with the centre of mass as origin"),

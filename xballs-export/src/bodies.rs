@@ -1,0 +1,131 @@
+//! Rigid bodies of a run: as their pebbles, or as their own surfaces.
+
+use std::collections::HashSet;
+
+use mercury_common::frames::{BodyFrame, BodyReader, Column};
+
+use crate::selection::retain;
+use crate::{ExportError, Selection, Snapshot, Source};
+
+/// How clumps are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ClumpsAs {
+    /// Every pebble is a sphere.
+    #[default]
+    Pebbles,
+    /// Bodies are their own surfaces; those whose clump has none are pebbles.
+    Surface,
+    /// Surfaces, and all pebbles too.
+    Both,
+}
+
+/// The bodies of one instant that are selected: by their centres of mass and their materials.
+#[derive(Debug)]
+pub(crate) struct Shown {
+    /// As a table.
+    pub(crate) table: Snapshot,
+    /// The same bodies.
+    pub(crate) frame: BodyFrame,
+    /// Ids of all bodies of the run with surfaces of their own, selected or not.
+    with_surface: HashSet<u32>,
+}
+
+/// The table of bodies of a run, if it has one.
+pub(crate) fn reader(source: &Source) -> Option<&BodyReader> {
+    match source {
+        Source::Run(run) => run.bodies(),
+        Source::Data(_) => None,
+    }
+}
+
+/// The table that `clumps` needs: none for pebbles.
+///
+/// # Errors
+/// When surfaces are wanted of an input that has no table of bodies.
+pub(crate) fn reader_for(
+    source: &Source,
+    clumps: ClumpsAs,
+) -> Result<Option<&BodyReader>, ExportError> {
+    match (clumps, reader(source)) {
+        (ClumpsAs::Pebbles, _) => Ok(None),
+        (_, Some(reader)) => Ok(Some(reader)),
+        (_, None) => Err(missing(source, "--clumps pebbles shows what there is")),
+    }
+}
+
+/// That there is no table of bodies.
+pub(crate) fn missing(source: &Source, help: &str) -> ExportError {
+    let path = source.folder().join(source.prefix());
+    ExportError::Input(format!(
+        "{}: no file of bodies beside the particles: the run has no clumps, or is of an earlier version\nhelp: {help}",
+        path.display()
+    ))
+}
+
+/// What a user should know of clumps that cannot be shown as surfaces.
+pub(crate) fn notes(reader: Option<&BodyReader>) -> Vec<String> {
+    let kinds = reader.map_or(&[][..], BodyReader::kinds).iter();
+    let without = kinds.filter(|kind| kind.surface.is_none());
+    without
+        .map(|kind| {
+            format!(
+                "clump `{}` has no surface and is shown by its pebbles; mclump SURFACE.stl writes a clump file with one",
+                kind.name
+            )
+        })
+        .collect()
+}
+
+/// The bodies at the time of some particles; none if the table does not have that step.
+///
+/// # Errors
+/// When the file is damaged, or a selection fits no body's columns.
+pub(crate) fn at_step(
+    reader: &BodyReader,
+    step: u64,
+    selection: &Selection,
+) -> Result<Option<Shown>, ExportError> {
+    let mut infos = reader.frames().infos();
+    let Some(number) = infos.position(|info| info.step == step) else {
+        return Ok(None);
+    };
+    let unfit = |found: String| {
+        let path = reader.frames().path().display();
+        ExportError::Input(format!("{path}: frame {number}: {found}"))
+    };
+    let frame = reader.frames().frame(number)?;
+    let all = reader.bodies(frame.clone()).map_err(unfit)?;
+    let bodies = all.id.iter().zip(&all.clump);
+    let with_surface = bodies
+        .filter(|(_, clump)| reader.kinds()[**clump as usize].surface.is_some())
+        .map(|(&id, _)| id)
+        .collect();
+    let mut table = Snapshot {
+        path: reader.frames().path().to_owned(),
+        number,
+        specs: reader.frames().schema().columns().to_vec(),
+        frame,
+        header: reader.header().clone(),
+    };
+    selection.apply(&mut table)?;
+    let frame = reader.bodies(table.frame.clone()).map_err(unfit)?;
+    Ok(Some(Shown {
+        table,
+        frame,
+        with_surface,
+    }))
+}
+
+impl Shown {
+    /// Leaves out the pebbles of bodies that have surfaces of their own.
+    pub(crate) fn hide_pebbles(&self, particles: &mut Snapshot) {
+        let Some(Column::OptionalU32(body)) = particles.column("body") else {
+            return;
+        };
+        let hidden = |body: &Option<u32>| body.is_some_and(|id| self.with_surface.contains(&id));
+        let keep: Vec<bool> = body.iter().map(|body| !hidden(body)).collect();
+        for column in &mut particles.frame.columns {
+            retain(column, &keep);
+        }
+    }
+}
