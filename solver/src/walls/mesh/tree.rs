@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
@@ -18,22 +18,21 @@ pub(super) struct Tree {
 
 #[derive(Debug, Clone, PartialEq)]
 struct Node {
-    low: DVec3,
-    high: DVec3,
-    /// Triangles of a leaf.
-    first: u32,
-    /// Number of triangles of a leaf; 0 for a branch, whose first child follows it.
+    /// Corners of the box, rounded outwards: nodes are what a search waits for, and half as large so.
+    low: Vec3,
+    high: Vec3,
+    /// First triangle of a leaf; second child of a branch, whose first child follows it.
+    next: u32,
+    /// Number of triangles of a leaf; 0 for a branch.
     count: u32,
-    /// The second child of a branch.
-    second: u32,
 }
 
 impl Node {
     /// Square of the distance from the box, m^2.
     #[inline]
     fn square_distance(&self, x: DVec3) -> f64 {
-        (self.low - x)
-            .max(x - self.high)
+        (self.low.as_dvec3() - x)
+            .max(x - self.high.as_dvec3())
             .max(DVec3::ZERO)
             .length_squared()
     }
@@ -42,6 +41,11 @@ impl Node {
 /// Triangles are cut off by exact distances later, so boxes may be a little generous.
 fn square_of(reach: f64) -> f64 {
     reach * reach * (1.0 + 1e-9)
+}
+
+/// In single precision, and not nearer.
+fn outwards(x: DVec3, next: fn(f32) -> f32) -> Vec3 {
+    Vec3::from_array(x.as_vec3().to_array().map(next))
 }
 
 impl Tree {
@@ -83,11 +87,10 @@ impl Tree {
         let index = self.nodes.len();
         let leaf = triangles.len() <= LEAF;
         self.nodes.push(Node {
-            low,
-            high,
-            first: first as u32,
+            low: outwards(low, f32::next_down),
+            high: outwards(high, f32::next_up),
+            next: first as u32,
             count: if leaf { triangles.len() as u32 } else { 0 },
-            second: 0,
         });
         if leaf {
             return;
@@ -99,7 +102,7 @@ impl Tree {
         });
         let (left, right) = triangles.split_at_mut(half);
         self.split(vertices, left, first);
-        self.nodes[index].second = self.nodes.len() as u32;
+        self.nodes[index].next = self.nodes.len() as u32;
         self.split(vertices, right, first + half);
     }
 
@@ -128,9 +131,9 @@ impl Tree {
                 let near = node.square_distance(centre) <= square;
                 let leaf = node.count > 0;
                 next[branches] = index + 1;
-                next[branches + 1] = node.second;
+                next[branches + 1] = node.next;
                 branches += 2 * usize::from(near & !leaf);
-                leaves[found] = node.first..node.first + node.count;
+                leaves[found] = node.next..node.next + node.count;
                 found += usize::from(near & leaf);
             }
             next.truncate(branches);
@@ -157,13 +160,14 @@ impl Tree {
                 continue;
             }
             if node.count > 0 {
-                let small = node.low.distance_squared(node.high) < SMALL * SMALL * square;
-                let first = node.first as usize;
+                let size = f64::from(node.low.distance_squared(node.high));
+                let small = size < SMALL * SMALL * square;
+                let first = node.next as usize;
                 if small || near(first..first + node.count as usize) {
                     return true;
                 }
             } else {
-                stack.push(node.second);
+                stack.push(node.next);
                 stack.push(index + 1);
             }
         }
