@@ -22,6 +22,7 @@ mod positioned;
 mod reader;
 mod schema;
 mod table;
+mod triangle_loads;
 mod walls;
 mod writer;
 
@@ -33,6 +34,7 @@ pub use particles::{
 };
 pub use reader::{FrameInfo, FrameReader};
 pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
+pub use triangle_loads::{TriangleLoadFrame, TriangleLoadReader, TriangleLoadWriter};
 pub use walls::{WallFrame, WallReader, WallWriter};
 pub use writer::{FrameWriteError, FrameWriter};
 

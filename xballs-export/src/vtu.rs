@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
-use mercury_common::frames::Column;
+use mercury_common::frames::{Column, TriangleLoadFrame};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
 use crate::output::Output;
@@ -114,7 +114,17 @@ pub fn export(
         for number in 0..reader.frames().len() {
             let step = reader.frames().info(number).map(|info| info.step);
             if let Some((particles, _)) = step.and_then(|step| steps.get(&step)) {
-                list.write(*particles, &paraview::walls(&scene, &reader.frame(number)?))?;
+                let frame = reader.frame(number)?;
+                let loads = run.map(|run| triangle_loads(run, frame.step)).transpose()?;
+                let grid = paraview::walls(&scene, &frame, loads.flatten().as_ref());
+                let grid = grid.map_err(|reason| {
+                    let path = source.folder().display();
+                    ExportError::Input(format!(
+                        "{path}: loads on triangles at step {}: {reason}",
+                        frame.step
+                    ))
+                })?;
+                list.write(*particles, &grid)?;
             }
         }
     }
@@ -155,6 +165,15 @@ fn keep_contacts(
     for column in columns {
         retain(column, &keep);
     }
+}
+
+/// The loads on the triangles of walls at a step; none if the run did not write them.
+fn triangle_loads(run: &RunSource, step: u64) -> Result<Option<TriangleLoadFrame>, ExportError> {
+    let Some(reader) = run.triangle_loads() else {
+        return Ok(None);
+    };
+    let number = reader.frames().infos().position(|info| info.step == step);
+    Ok(number.map(|number| reader.frame(number)).transpose()?)
 }
 
 /// Positions by id in the particles' frame of a step; empty if there is none.

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, Finish, NO_MESH, NearMeshes, NearWall, NearWalls, Observation, Partner,
-    SavedSlot, StepContext, block_size,
+    ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NO_MESH, NearMeshes,
+    NearWall, NearWalls, Observation, Partner, SavedLoads, SavedSlot, StepContext, block_size,
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
@@ -95,6 +95,8 @@ struct Block<H> {
     /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
     work: usize,
     observation: Observation,
+    /// On features of mesh walls since the block was cut or they were taken.
+    feature_loads: FeatureLoads,
 }
 
 impl<H: History> Block<H> {
@@ -180,6 +182,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
     blocks: Vec<Block<Histories<N, T, R>>>,
     /// Of each block: the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
+    /// Loads on features of mesh walls of blocks that were cut anew since.
+    feature_loads: FeatureLoads,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
@@ -192,11 +196,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             block_size: block_size(0),
             blocks: Vec::new(),
             sources: Vec::new(),
+            feature_loads: FeatureLoads::default(),
         }
     }
 
     /// Cuts `rows` rows into empty blocks.
     fn cut(&mut self, rows: usize) {
+        for block in &self.blocks {
+            self.feature_loads.merge(&block.feature_loads);
+        }
         self.block_size = block_size(rows);
         let count = rows.div_ceil(self.block_size);
         self.blocks = (0..count)
@@ -212,6 +220,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     targets: Vec::new(),
                     work: 0,
                     observation: Observation::default(),
+                    feature_loads: FeatureLoads::default(),
                 }
             })
             .collect();
@@ -377,6 +386,38 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             sum.merge(&block.observation);
         }
         sum
+    }
+
+    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
+        let mut all = std::mem::take(&mut self.feature_loads);
+        for block in &mut self.blocks {
+            all.merge(&std::mem::take(&mut block.feature_loads));
+        }
+        all.sorted()
+    }
+
+    fn save_feature_loads(&self) -> Vec<SavedLoads> {
+        let of_blocks = (0..).zip(&self.blocks);
+        let all = std::iter::once((None, &self.feature_loads))
+            .chain(of_blocks.map(|(index, block)| (Some(index), &block.feature_loads)));
+        all.map(|(index, loads)| (index, loads.sorted()))
+            .filter(|(_, loads)| !loads.is_empty())
+            .collect()
+    }
+
+    fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
+        for (index, loads) in saved {
+            let place = match index {
+                None => Some(&mut self.feature_loads),
+                Some(index) => {
+                    let block = self.blocks.get_mut(*index as usize);
+                    block.map(|block| &mut block.feature_loads)
+                }
+            };
+            if let Some(place) = place {
+                loads.iter().for_each(|(key, load)| place.add(*key, load));
+            }
+        }
     }
 
     fn listed(&self) -> usize {

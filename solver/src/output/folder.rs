@@ -37,7 +37,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 17] = [
+const ENDINGS: [&str; 18] = [
     "data",
     "ene",
     "fstat",
@@ -45,6 +45,7 @@ const ENDINGS: [&str; 17] = [
     "contacts.arrow",
     "walls.arrow",
     "surfaces.arrow",
+    "triangle_loads.arrow",
     "track.csv",
     "walls.csv",
     "regions.csv",

@@ -12,6 +12,7 @@ use mercury_common::surfaces::Surface;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::ParticleTable;
 use super::stream::Stream;
+use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OutputError, State, write_whole};
 use crate::contact::HistoryNumber;
@@ -42,6 +43,7 @@ struct Walls {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     domain: (DVec3, DVec3),
+    triangles: TriangleTable,
 }
 
 impl VtkFiles {
@@ -65,6 +67,7 @@ impl VtkFiles {
                 names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
                 surfaces: surfaces(plan),
                 domain: (plan.domain_min, plan.domain_max),
+                triangles: TriangleTable::new(plan),
             })
         });
         let parts = ScriptParts {
@@ -107,7 +110,13 @@ impl Stream for VtkFiles {
                 surfaces: &walls.surfaces,
                 domain: walls.domain,
             };
-            let grid = paraview::walls(&scene, &wall_frame(state));
+            let [_, sums] = &state.load_sums;
+            let loads = sums.as_ref().map(|sums| walls.triangles.frame(state, sums));
+            let grid = paraview::walls(&scene, &wall_frame(state), loads.as_ref());
+            let grid = grid.map_err(|reason| VtuError::Grid {
+                path: self.folder.clone(),
+                reason,
+            })?;
             walls.series.write(number, &grid)?;
         }
         let centres: HashMap<u32, DVec3> = state

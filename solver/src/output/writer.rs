@@ -15,6 +15,7 @@ use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
 use super::stream::Stream;
 use super::track_file::TrackFile;
+use super::triangle_loads::TriangleLoads;
 use super::vtk_files::VtkFiles;
 use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
@@ -111,6 +112,9 @@ fn streams(
     }
     if output.frames && !plan.walls.is_empty() {
         streams.push(Box::new(WallFrames::create(folder, plan)?));
+    }
+    if output.frames && output.triangle_loads {
+        streams.push(Box::new(TriangleLoads::create(folder, plan)?));
     }
     if output.vtk {
         streams.push(Box::new(VtkFiles::create(folder, plan, history)?));

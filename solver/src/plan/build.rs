@@ -113,6 +113,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     }
     let domain = (*scene.domain.min, *scene.domain.max);
     meshes::remarks(&walls, domain, &mut warnings, &mut notes);
+    let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     if scene.output.restart_interval.is_some() {
         notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
     }
@@ -165,6 +166,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             vtk: *scene.output.vtk,
             frames: scene.output.frames,
             walls: scene.output.walls,
+            triangle_loads,
             pictures: scene.output.pictures,
             pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
             track,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use mercury_common::formats::mesh::read_mesh;
-use mercury_common::scene::{MeshSide, MeshSource, SceneError};
+use mercury_common::scene::{MeshSide, MeshSource, Output, SceneError};
 
 use super::parameter::short;
 use crate::walls::{Mesh, Shape, Wall};
@@ -58,6 +58,27 @@ pub(super) fn remarks(
             ));
         }
     }
+}
+
+/// Whether the loads on triangles are summed up: if asked for, if there are any, and if something is written that holds them.
+pub(super) fn has_triangle_loads(
+    walls: &[Wall],
+    output: &Output,
+    warnings: &mut Vec<String>,
+) -> bool {
+    let has_meshes = walls
+        .iter()
+        .any(|wall| matches!(wall.shape, Shape::Mesh(_)));
+    let has_files = output.frames || *output.vtk;
+    if output.triangle_loads && !has_meshes {
+        warnings
+            .push("output.triangle_loads: no wall is a mesh, so there are no triangles".to_owned());
+    } else if output.triangle_loads && !has_files {
+        warnings.push(
+            "output.triangle_loads: nothing would hold them, as output.frames and output.vtk are false".to_owned(),
+        );
+    }
+    output.triangle_loads && has_meshes && has_files
 }
 
 /// Triangles, edges and extent of a mesh, for the report.

@@ -92,6 +92,17 @@ impl WallState {
         }
     }
 
+    /// A direction of the global frame in the frame of the start.
+    #[inline]
+    #[must_use]
+    pub fn turn_into_wall(&self, direction: DVec3) -> DVec3 {
+        if self.moves {
+            self.inverse * direction
+        } else {
+            direction
+        }
+    }
+
     /// A direction of the frame of the start in the global frame.
     #[inline]
     #[must_use]

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
-use mercury_common::frames::{ContactReader, FrameReader, ParticleReader, WallReader};
+use mercury_common::frames::{
+    ContactReader, FrameReader, ParticleReader, TriangleLoadReader, WallReader,
+};
 
 use super::{Item, Snapshot};
 use crate::FrameChoice;
@@ -16,10 +18,11 @@ pub struct RunSource {
     particles: ParticleReader,
     contacts: Option<ContactReader>,
     walls: Option<WallReader>,
+    triangle_loads: Option<TriangleLoadReader>,
 }
 
 impl RunSource {
-    /// Opens the particles, and contacts and walls if they are there.
+    /// Opens the particles, and contacts, walls and the loads on their triangles if they are there.
     ///
     /// # Errors
     /// When one of the files cannot be opened or is something else.
@@ -35,6 +38,9 @@ impl RunSource {
             particles: ParticleReader::open(path)?,
             contacts: beside("contacts").map(ContactReader::open).transpose()?,
             walls: beside("walls").map(WallReader::open).transpose()?,
+            triangle_loads: beside("triangle_loads")
+                .map(TriangleLoadReader::open)
+                .transpose()?,
             prefix: prefix.to_owned(),
         })
     }
@@ -63,6 +69,10 @@ impl RunSource {
 
     pub(crate) fn walls(&self) -> Option<&WallReader> {
         self.walls.as_ref()
+    }
+
+    pub(crate) fn triangle_loads(&self) -> Option<&TriangleLoadReader> {
+        self.triangle_loads.as_ref()
     }
 
     pub(super) fn frames(&self, choice: FrameChoice) -> impl Iterator<Item = Item> + Send + '_ {

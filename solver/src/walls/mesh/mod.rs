@@ -9,6 +9,7 @@ mod contacts;
 mod facet;
 mod topology;
 mod tree;
+mod triangles;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
@@ -45,7 +46,7 @@ pub struct Mesh {
     vertices: Vec<DVec3>,
     /// Sorted in space, in the order of the tree.
     facets: Vec<Facet>,
-    /// Index of each facet in the file.
+    /// Place of each facet in the file, where those without area are not counted.
     file_order: Vec<u32>,
     topology: Topology,
     tree: Tree,
@@ -110,9 +111,9 @@ impl Mesh {
         }
         let tolerance = tolerance(&triangles.vertices, &vertices, &place);
         let mut kept: Vec<(u32, [u32; 3])> = Vec::with_capacity(triangles.triangles.len());
-        for (index, corners) in triangles.triangles.iter().enumerate() {
+        for corners in &triangles.triangles {
             if has_area(corners.map(|k| vertices[k as usize]), tolerance) {
-                kept.push((index as u32, short_sides_first(*corners, &vertices)));
+                kept.push((kept.len() as u32, short_sides_first(*corners, &vertices)));
             }
         }
         if kept.is_empty() {
@@ -172,25 +173,6 @@ impl Mesh {
     #[must_use]
     pub fn edge_counts(&self) -> [usize; 3] {
         self.topology.edge_counts()
-    }
-
-    /// Index in the file of the triangle of a feature: of an edge or corner the first of its triangles. None if there is no such
-    /// feature.
-    #[must_use]
-    pub fn triangle_of(&self, feature: u32) -> Option<u32> {
-        let (faces, edges) = (self.facets.len() as u32, self.topology.edge_count() as u32);
-        let first = |edge: u32| {
-            self.topology
-                .triangles_at(edge)
-                .first()
-                .map(|&(facet, _)| facet)
-        };
-        let facet = match feature.checked_sub(faces) {
-            None => Some(feature),
-            Some(edge) if edge < edges => first(edge),
-            Some(corner) => self.topology.first_edge(corner - edges).and_then(first),
-        };
-        facet.and_then(|facet| self.file_order.get(facet as usize).copied())
     }
 
     /// See [`super::Shape::touches`].
@@ -268,7 +250,7 @@ impl Mesh {
         (part < 1.0).then_some(part)
     }
 
-    /// What pictures and files of the surface need.
+    /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
     #[must_use]
     pub fn outline(&self) -> Outline {
         let least = DRAWN_ANGLE.to_radians().cos();

@@ -121,13 +121,13 @@ impl Topology {
             [self.corner_start[corner] as usize..self.corner_start[corner + 1] as usize]
     }
 
-    /// An edge at a corner.
-    pub(super) fn first_edge(&self, corner: u32) -> Option<u32> {
-        let other = *self
-            .around_corner
-            .get(*self.corner_start.get(corner as usize)? as usize)?;
-        let ends = [corner.min(other), corner.max(other)];
-        self.edges.binary_search(&ends).ok().map(|edge| edge as u32)
+    /// Edges at a corner.
+    pub(super) fn edges_at(&self, corner: u32) -> impl Iterator<Item = u32> + '_ {
+        self.neighbours(corner).iter().filter_map(move |&other| {
+            let ends = [corner.min(other), corner.max(other)];
+            let found = self.edges.binary_search(&ends);
+            found.ok().map(|edge| edge as u32)
+        })
     }
 
     /// The two corners of an edge.
