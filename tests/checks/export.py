@@ -154,7 +154,7 @@ file = "floor.obj"
 [[particles]]
 material = "glass"
 radius = 0.002
-lattice = { min = [0.005, 0.005, 0.0025], spacing = 0.006, counts = [5, 5, 2] }
+lattice = { min = [0.005, 0.005, 0.0025], max = [0.029, 0.029, 0.0085], spacing = 0.006 }
 velocity = [0.05, 0.02, 0.0]
 """
 

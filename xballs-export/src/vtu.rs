@@ -115,14 +115,10 @@ pub fn export(
             let step = reader.frames().info(number).map(|info| info.step);
             if let Some((particles, _)) = step.and_then(|step| steps.get(&step)) {
                 let frame = reader.frame(number)?;
-                let loads = run.map(|run| triangle_loads(run, frame.step)).transpose()?;
-                let grid = paraview::walls(&scene, &frame, loads.flatten().as_ref());
-                let grid = grid.map_err(|reason| {
-                    let path = source.folder().display();
-                    ExportError::Input(format!(
-                        "{path}: loads on triangles at step {}: {reason}",
-                        frame.step
-                    ))
+                let (path, loads) = triangle_loads(run, frame.step)?;
+                let grid = paraview::walls(&scene, &frame, loads.as_ref()).map_err(|reason| {
+                    let (path, step) = (path.display(), frame.step);
+                    ExportError::Input(format!("{path}: at step {step}: {reason}"))
                 })?;
                 list.write(*particles, &grid)?;
             }
@@ -167,13 +163,17 @@ fn keep_contacts(
     }
 }
 
-/// The loads on the triangles of walls at a step; none if the run did not write them.
-fn triangle_loads(run: &RunSource, step: u64) -> Result<Option<TriangleLoadFrame>, ExportError> {
-    let Some(reader) = run.triangle_loads() else {
-        return Ok(None);
+/// The loads on the triangles of walls at a step, none if the run did not write them, and their file.
+fn triangle_loads(
+    run: Option<&RunSource>,
+    step: u64,
+) -> Result<(PathBuf, Option<TriangleLoadFrame>), ExportError> {
+    let Some(reader) = run.and_then(RunSource::triangle_loads) else {
+        return Ok((PathBuf::new(), None));
     };
     let number = reader.frames().infos().position(|info| info.step == step);
-    Ok(number.map(|number| reader.frame(number)).transpose()?)
+    let frame = number.map(|number| reader.frame(number)).transpose()?;
+    Ok((reader.frames().path().to_owned(), frame))
 }
 
 /// Positions by id in the particles' frame of a step; empty if there is none.

@@ -147,10 +147,8 @@ impl<H: History> Block<H> {
         let near = &near_walls.near;
         let begin = near.partition_point(|near| near.row < first);
         let end = near.partition_point(|near| (near.row as usize) < self.rows.end);
-        for near in &near[begin..end] {
-            let key = (near.row, near.wall, near.image);
-            let run = from_walls.partition_point(|kept| kept.0 < key);
-            let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
+        for (near, of_wall) in with_others_of_wall(&near[begin..end]) {
+            let mut kept = going_on(near, of_wall, from_walls);
             // As many slots as features may be touched, and no fewer than hold a history.
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
@@ -170,6 +168,38 @@ impl<H: History> Block<H> {
             }
         }
     }
+}
+
+/// Each entry with all entries of the same particle and wall, by images.
+fn with_others_of_wall(near: &[NearWall]) -> impl Iterator<Item = (&NearWall, &[NearWall])> {
+    near.chunk_by(|a, b| (a.row, a.wall) == (b.row, b.wall))
+        .flat_map(|of_wall| of_wall.iter().map(move |near| (near, of_wall)))
+}
+
+/// The contacts with a wall that go on by the image `near`: those that it had. An image that the wall is met by no more was taken
+/// over by another one when the particle or the wall was wrapped: its contacts go to the first image that had none.
+fn going_on<'a, H>(
+    near: &NearWall,
+    of_wall: &[NearWall],
+    from_walls: &'a [CarriedFromWall<H>],
+) -> impl Iterator<Item = &'a CarriedFromWall<H>> + Clone + use<'a, H> {
+    let key = (near.row, near.wall);
+    let begin = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) < key);
+    let end = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) <= key);
+    let held = &from_walls[begin..end];
+    let had = |near: &NearWall| held.iter().any(|kept| kept.0.2 == near.image);
+    let is_lost = |image: u8| !of_wall.iter().any(|near| near.image == image);
+    let first_new = of_wall.iter().find(|near| !had(near));
+    let wanted = if had(near) {
+        Some(near.image)
+    } else if first_new.is_some_and(|first| first.image == near.image) {
+        held.iter()
+            .map(|kept| kept.0.2)
+            .find(|&image| is_lost(image))
+    } else {
+        None
+    };
+    held.iter().filter(move |kept| Some(kept.0.2) == wanted)
 }
 
 /// The loop over contacts for one combination of laws.

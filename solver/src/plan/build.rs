@@ -43,7 +43,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     };
 
     let mut notes = Vec::new();
-    let walls = walls(scene, &mut errors);
+    let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut notes, &mut errors);
     let start = starting_particles(scene, clumps.as_deref(), &mut errors);
     let has_clumps = clumps.is_some();
@@ -62,6 +62,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
+    meshes::go_on(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
     if errors.len() == found {
         checks::overlaps(scene, &start, &clumps, &walls, &mut errors, &mut warnings);

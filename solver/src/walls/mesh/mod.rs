@@ -7,6 +7,7 @@
 
 mod contacts;
 mod facet;
+mod periodic;
 mod topology;
 mod tree;
 mod triangles;
@@ -20,6 +21,8 @@ use super::pose::Pose;
 use super::touch::{Touch, Touches};
 use contacts::Minimum;
 use facet::Facet;
+use periodic::Continuation;
+pub use periodic::Period;
 use topology::Topology;
 use tree::Tree;
 
@@ -60,6 +63,7 @@ pub struct Mesh {
     /// Round-off of positions near the mesh, m.
     round_off: f64,
     dropped: usize,
+    continuation: Continuation,
 }
 
 /// A facet near a particle, with its distance from the particle's centre when the list was built, m.
@@ -122,7 +126,20 @@ impl Mesh {
             });
         }
         let dropped = triangles.triangles.len() - kept.len();
-        let tree = Tree::build(&vertices, &mut kept);
+        Ok(Self::assembled(
+            vertices, &mut kept, tolerance, front_only, dropped,
+        ))
+    }
+
+    /// Of these triangles, each with its place in the file.
+    fn assembled(
+        vertices: Vec<DVec3>,
+        kept: &mut [(u32, [u32; 3])],
+        tolerance: f64,
+        front_only: bool,
+        dropped: usize,
+    ) -> Self {
+        let tree = Tree::build(&vertices, kept);
         let corners: Vec<[u32; 3]> = kept.iter().map(|&(_, corners)| corners).collect();
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
         let mut facets: Vec<Facet> = corners
@@ -136,7 +153,7 @@ impl Mesh {
         let high = used().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = 0.5 * (low + high);
         let radius = used().fold(0.0f64, |r, x| r.max(x.distance(middle)));
-        Ok(Self {
+        Self {
             facets,
             file_order: kept.iter().map(|&(index, _)| index).collect(),
             topology,
@@ -147,14 +164,32 @@ impl Mesh {
             tolerance,
             round_off: 16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element(),
             dropped,
+            continuation: Continuation::default(),
             vertices,
-        })
+        }
     }
 
-    /// How many triangles act.
+    /// The same mesh with more triangles.
+    fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> Self {
+        Self {
+            bounds: self.bounds,
+            ball: self.ball,
+            ..Self::assembled(
+                vertices,
+                kept,
+                self.tolerance,
+                self.front_only,
+                self.dropped,
+            )
+        }
+    }
+
+    /// How many triangles act; what continues them along periodic axes does not count.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.facets.len()
+        (0..self.facets.len())
+            .filter(|&facet| self.is_own(facet))
+            .count()
     }
 
     /// Whether there is no triangle; there always is one.
@@ -172,7 +207,9 @@ impl Mesh {
     /// Edges with one, two and more triangles: rims, ordinary edges, seams.
     #[must_use]
     pub fn edge_counts(&self) -> [usize; 3] {
-        self.topology.edge_counts()
+        let faces = self.facets.len() as u32;
+        let is_own = |edge: u32| self.continuation.known_as(faces + edge) == faces + edge;
+        self.topology.edge_counts(is_own)
     }
 
     /// See [`super::Shape::touches`].
@@ -246,7 +283,12 @@ impl Mesh {
     pub fn continues(&self, feature: u32, touch: &Touch, centre: DVec3) -> Option<f64> {
         let foot = centre - touch.normal * touch.distance;
         let limit = SAME_PATCH * touch.distance.abs();
-        let part = self.nearest_of(feature, centre).distance_squared(foot) / (limit * limit);
+        let squared = if self.periods().is_empty() {
+            self.nearest_of(feature, centre).distance_squared(foot)
+        } else {
+            self.nearest_image(feature, centre, foot)
+        };
+        let part = squared / (limit * limit);
         (part < 1.0).then_some(part)
     }
 
@@ -254,16 +296,21 @@ impl Mesh {
     #[must_use]
     pub fn outline(&self) -> Outline {
         let least = DRAWN_ANGLE.to_radians().cos();
+        let faces = self.facets.len() as u32;
         let edges = self
             .topology
             .drawn_edges(&self.facets, least)
+            .filter(|&edge| self.continuation.known_as(faces + edge) == faces + edge)
+            .map(|edge| self.topology.ends(edge))
             .map(|ends| ends.map(|k| self.vertices[k as usize]))
             .collect();
         let mut triangles: Vec<(u32, [u32; 3])> = self
             .file_order
             .iter()
             .zip(&self.facets)
-            .map(|(&index, facet)| (index, facet.vertices))
+            .enumerate()
+            .filter(|&(facet, _)| self.is_own(facet))
+            .map(|(_, (&index, facet))| (index, facet.vertices))
             .collect();
         triangles.sort_unstable_by_key(|&(index, _)| index);
         Outline::Mesh {

@@ -164,11 +164,11 @@ impl Topology {
         self.corner_normals[corner as usize]
     }
 
-    /// Edges with one, two and more triangles.
-    pub(super) fn edge_counts(&self) -> [usize; 3] {
+    /// Edges with one, two and more triangles, of those that are counted.
+    pub(super) fn edge_counts(&self, counted: impl Fn(u32) -> bool) -> [usize; 3] {
         let mut counts = [0; 3];
-        for edge in 0..self.edges.len() {
-            counts[self.triangles_at(edge as u32).len().min(3) - 1] += 1;
+        for edge in (0..self.edges.len() as u32).filter(|&edge| counted(edge)) {
+            counts[self.triangles_at(edge).len().min(3) - 1] += 1;
         }
         counts
     }
@@ -178,15 +178,13 @@ impl Topology {
         &'a self,
         facets: &'a [Facet],
         least: f64,
-    ) -> impl Iterator<Item = [u32; 2]> + 'a {
-        (0..self.edges.len())
-            .filter(move |&edge| match self.triangles_at(edge as u32) {
-                [(a, _), (b, _)] => {
-                    let cosine = facets[*a as usize].normal.dot(facets[*b as usize].normal);
-                    cosine.abs() < least
-                }
-                _ => true,
-            })
-            .map(|edge| self.edges[edge])
+    ) -> impl Iterator<Item = u32> + 'a {
+        (0..self.edges.len() as u32).filter(move |&edge| match self.triangles_at(edge) {
+            [(a, _), (b, _)] => {
+                let cosine = facets[*a as usize].normal.dot(facets[*b as usize].normal);
+                cosine.abs() < least
+            }
+            _ => true,
+        })
     }
 }

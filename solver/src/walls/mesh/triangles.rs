@@ -33,8 +33,9 @@ impl Mesh {
     /// Areas of the triangles, m^2, counted as in [`Mesh::outline`].
     #[must_use]
     pub fn areas(&self) -> Vec<f64> {
-        let mut areas = vec![0.0; self.facets.len()];
-        for (facet, &index) in self.facets.iter().zip(&self.file_order) {
+        let mut areas = vec![0.0; self.len()];
+        let own = (0..self.facets.len()).filter(|&facet| self.is_own(facet));
+        for (facet, index) in own.map(|k| (&self.facets[k], self.file_order[k])) {
             let [a, b, c] = facet.vertices.map(|k| self.vertices[k as usize]);
             areas[index as usize] = 0.5 * (b - a).cross(c - a).length();
         }
