@@ -155,7 +155,7 @@ file = "floor.obj"
 material = "glass"
 radius = 0.002
 lattice = { min = [0.005, 0.005, 0.0025], max = [0.029, 0.029, 0.0085], spacing = 0.006 }
-velocity = [0.05, 0.02, 0.0]
+velocity = [0.01, 0.005, 0.0]
 """
 
 
@@ -179,7 +179,10 @@ def check_triangle_loads(work, solve, export):
     for k, (time, batch) in enumerate(truth):
         name = "balls.walls.%04d.vtu" % k
         grid = pv.read(os.path.join(work, "loads", name))
-        same = same and open(os.path.join(work, "loads", name), "rb").read() == open(os.path.join(run, "vtk", name), "rb").read()
+        # Corners of meshes are numbered anew when they are read back; the triangles are the same.
+        own = pv.read(os.path.join(run, "vtk", name))
+        same = same and all(np.array_equal(grid.cell_data[array], own.cell_data[array]) for array in own.cell_data) and set(own.cell_data) == set(grid.cell_data)
+        same = same and np.array_equal(grid.points[grid.cells.reshape(-1, 4)[:, 1:]], own.points[own.cells.reshape(-1, 4)[:, 1:]])
         floor = np.flatnonzero(grid.cell_data["wall"] == 1)
         rows = floor[columns(batch, "triangle")]
         for array, names in (("pressure", ["pressure"]), ("slip_power", ["slip_power"]), ("shear", ["shear_x", "shear_y", "shear_z"]), ("force", ["fx", "fy", "fz"])):
@@ -187,10 +190,10 @@ def check_triangle_loads(work, solve, export):
             expected[rows] = columns(batch, *names)
             good = good and np.array_equal(grid.cell_data[array], expected)
     check("triangles: VTK reads the loads of every frame, on their triangles", good and len(floor) == 2 * n * n, "%d frames" % len(truth))
-    check("triangles: vtk = true writes the same bytes", same)
-    # At rest the floor bears the weight, and pressure times area is force.
+    check("triangles: vtk = true writes the same triangles and values", same)
+    # At rest the floor bears the weight of those that have not rolled off it, and pressure times area is force.
     areas = grid.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
-    weight = 50 * 2500.0 * 4 / 3 * np.pi * 0.002**3 * 9.81
+    weight = columns(frames(os.path.join(run, "balls.particles.arrow"))[-1][1], "mass").sum() * 9.81
     borne = (np.asarray(grid.cell_data["pressure"]) * areas).sum()
     down = np.asarray(grid.cell_data["force"])[:, 2].sum()
     check("triangles: they bear the weight", abs(borne / weight - 1) < 0.02 and abs(down + borne) < 1e-9 * weight, "%.4f of it" % (borne / weight))
