@@ -24,6 +24,7 @@ mod positioned;
 mod reader;
 mod schema;
 mod table;
+mod triangle_loads;
 mod walls;
 mod writer;
 
@@ -37,6 +38,7 @@ pub use particles::{
 };
 pub use reader::{FrameInfo, FrameReader};
 pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
+pub use triangle_loads::{TriangleLoadFrame, TriangleLoadReader, TriangleLoadWriter};
 pub use walls::{WallFrame, WallReader, WallWriter};
 pub use writer::{FrameWriteError, FrameWriter};
 

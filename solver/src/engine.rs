@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+mod load_series;
 mod snapshot;
 #[cfg(test)]
 mod tests;
 
+pub use load_series::LoadSeries;
 pub use snapshot::Snapshot;
 
 use glam::{DQuat, DVec3};
@@ -84,6 +86,8 @@ pub struct Engine {
     pool: Option<Arc<rayon::ThreadPool>>,
     /// Running sums of the energy audit.
     audit: Audit,
+    /// Running sums of the loads on the triangles of meshes.
+    load_series: LoadSeries,
 }
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -202,6 +206,7 @@ impl Engine {
             rebuilds: 0,
             pool,
             audit: Audit::default(),
+            load_series: LoadSeries::default(),
         })
     }
 
@@ -530,6 +535,7 @@ impl Engine {
             wall_states: &self.wall_states,
             wall_curvature: self.plan.wall_curvature,
             contact_point_mass: self.plan.contact_point_mass,
+            feature_loads: self.plan.output.triangle_loads,
             watch,
         };
         // Prescribed motion is put right between kick and drift of all particles, not block by block.
@@ -552,6 +558,7 @@ impl Engine {
             self.kick_due = true;
         }
         self.answer_loads();
+        self.load_series.note_evaluation();
         if self.plan.energy_budget {
             let seen = self.forces.observation(self.plan.walls.len());
             self.audit.dissipated_normal += seen.dissipated_normal;

@@ -7,6 +7,7 @@
 
 Solves scenes/drum.toml for 0.3 s (with contacts and vtk = true), exports it in every way, and reads the files with VTK (pyvista), meshio, pyarrow
 and pandas; with ParaView's own reader too if pvpython is installed. Then a box of clumps, of which one kind is made from a surface by mclump. The truth is the run's Arrow files, read by pyarrow.
+A second run drops balls onto a tessellated floor, whose triangles must bear them.
 Prints one line per check; exits 1 if one fails.
 """
 import argparse, json, os, shutil, subprocess, sys, tempfile
@@ -120,6 +121,82 @@ def check_walls(folder, run):
     turned = np.column_stack([np.cos(angle) * first[:, 0] + np.sin(angle) * first[:, 2], first[:, 1], -np.sin(angle) * first[:, 0] + np.cos(angle) * first[:, 2]])
     check("walls: on the drum's radius in every frame", good, "%d frames" % len(truth))
     check("walls: turned by the angle of the motion (3 rad/s from 0.15 s)", np.allclose(grid.points, turned, atol=1e-12) and abs(angle - 3.0 * (time - 0.15)) < 1e-9, "%.6f rad" % angle)
+
+
+BALLS = """
+title = "Balls on a tessellated floor"
+gravity = [0.0, 0.0, -9.81]
+[time]
+end = 0.3
+step = 1e-5
+[domain]
+min = [0.0, 0.0, -0.01]
+max = [0.04, 0.04, 0.04]
+[output]
+interval = 0.02
+triangle_loads = true
+vtk = true
+[materials.glass]
+density = 2500.0
+normal = { law = "hertz", youngs_modulus = 1e7, poisson_ratio = 0.25, restitution = 0.5 }
+tangential = { law = "mindlin", friction = 0.5 }
+[[walls]]
+name = "side"
+shape = "plane"
+material = "glass"
+point = [0.0, 0.0, 0.0]
+normal = [1.0, 0.0, 0.0]
+[[walls]]
+name = "floor"
+shape = "mesh"
+material = "glass"
+file = "floor.obj"
+[[particles]]
+material = "glass"
+radius = 0.002
+lattice = { min = [0.005, 0.005, 0.0025], max = [0.029, 0.029, 0.0085], spacing = 0.006 }
+velocity = [0.01, 0.005, 0.0]
+"""
+
+
+def check_triangle_loads(work, solve, export):
+    n, edge = 8, 0.04
+    with open(os.path.join(work, "floor.obj"), "w") as obj:
+        for j in range(n + 1):
+            for i in range(n + 1):
+                obj.write("v %r %r 0\n" % (edge * i / n, edge * j / n))
+        for j in range(n):
+            for i in range(n):
+                a = j * (n + 1) + i + 1
+                obj.write("f %d %d %d\nf %d %d %d\n" % (a, a + 1, a + n + 2, a, a + n + 2, a + n + 1))
+    scene, run = os.path.join(work, "balls.toml"), os.path.join(work, "balls")
+    with open(scene, "w") as text:
+        text.write(BALLS)
+    subprocess.run([solve, scene, "--output", run, "--force", "--quiet"], check=True)
+    subprocess.run([export, "vtu", run, "-o", os.path.join(work, "loads"), "--force", "--quiet"], check=True)
+    truth = frames(os.path.join(run, "balls.triangle_loads.arrow"))
+    good = same = True
+    for k, (time, batch) in enumerate(truth):
+        name = "balls.walls.%04d.vtu" % k
+        grid = pv.read(os.path.join(work, "loads", name))
+        # Corners of meshes are numbered anew when they are read back; the triangles are the same.
+        own = pv.read(os.path.join(run, "vtk", name))
+        same = same and all(np.array_equal(grid.cell_data[array], own.cell_data[array]) for array in own.cell_data) and set(own.cell_data) == set(grid.cell_data)
+        same = same and np.array_equal(grid.points[grid.cells.reshape(-1, 4)[:, 1:]], own.points[own.cells.reshape(-1, 4)[:, 1:]])
+        floor = np.flatnonzero(grid.cell_data["wall"] == 1)
+        rows = floor[columns(batch, "triangle")]
+        for array, names in (("pressure", ["pressure"]), ("slip_power", ["slip_power"]), ("shear", ["shear_x", "shear_y", "shear_z"]), ("force", ["fx", "fy", "fz"])):
+            expected = np.zeros_like(np.asarray(grid.cell_data[array]))
+            expected[rows] = columns(batch, *names)
+            good = good and np.array_equal(grid.cell_data[array], expected)
+    check("triangles: VTK reads the loads of every frame, on their triangles", good and len(floor) == 2 * n * n, "%d frames" % len(truth))
+    check("triangles: vtk = true writes the same triangles and values", same)
+    # At rest the floor bears the weight of those that have not rolled off it, and pressure times area is force.
+    areas = grid.compute_cell_sizes(length=False, volume=False).cell_data["Area"]
+    weight = columns(frames(os.path.join(run, "balls.particles.arrow"))[-1][1], "mass").sum() * 9.81
+    borne = (np.asarray(grid.cell_data["pressure"]) * areas).sum()
+    down = np.asarray(grid.cell_data["force"])[:, 2].sum()
+    check("triangles: they bear the weight", abs(borne / weight - 1) < 0.02 and abs(down + borne) < 1e-9 * weight, "%.4f of it" % (borne / weight))
 
 
 PVPYTHON = """
@@ -307,6 +384,7 @@ def main():
     check_contacts(folder, run)
     check_walls(folder, run)
     check_paraview(folder, run)
+    check_triangle_loads(work, solve, export)
     go(export, "csv", run, "-o", out, "--force", "--quiet")
     for table in ("particles", "contacts"):
         go(export, "parquet", run, "-o", out, "--force", "--quiet", "--table", table)

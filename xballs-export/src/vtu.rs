@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
-use mercury_common::frames::Column;
+use mercury_common::frames::{Column, TriangleLoadFrame};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
 use crate::bodies;
@@ -146,7 +146,13 @@ pub fn export(
         for number in 0..reader.frames().len() {
             let step = reader.frames().info(number).map(|info| info.step);
             if let Some((particles, _)) = step.and_then(|step| steps.get(&step)) {
-                list.write(*particles, &paraview::walls(&scene, &reader.frame(number)?))?;
+                let frame = reader.frame(number)?;
+                let (path, loads) = triangle_loads(run, frame.step)?;
+                let grid = paraview::walls(&scene, &frame, loads.as_ref()).map_err(|reason| {
+                    let (path, step) = (path.display(), frame.step);
+                    ExportError::Input(format!("{path}: at step {step}: {reason}"))
+                })?;
+                list.write(*particles, &grid)?;
             }
         }
     }
@@ -190,6 +196,19 @@ fn keep_contacts(
     for column in columns {
         retain(column, &keep);
     }
+}
+
+/// The loads on the triangles of walls at a step, none if the run did not write them, and their file.
+fn triangle_loads(
+    run: Option<&RunSource>,
+    step: u64,
+) -> Result<(PathBuf, Option<TriangleLoadFrame>), ExportError> {
+    let Some(reader) = run.and_then(RunSource::triangle_loads) else {
+        return Ok((PathBuf::new(), None));
+    };
+    let number = reader.frames().infos().position(|info| info.step == step);
+    let frame = number.map(|number| reader.frame(number)).transpose()?;
+    Ok((reader.frames().path().to_owned(), frame))
 }
 
 /// Positions by id in the particles' frame of a step; empty if there is none.

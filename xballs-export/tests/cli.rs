@@ -6,6 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use glam::DVec3;
+use mercury_common::frames::{FramesHeader, TriangleLoadFrame, TriangleLoadWriter};
 use run_folder::{DATA, folder_with_data, folder_with_run};
 
 fn export(folder: &Path, arguments: &[&str]) -> Output {
@@ -69,6 +71,51 @@ fn a_run_becomes_series_for_paraview() {
         .filter_map(|node| node.attribute("timestep"))
         .collect();
     assert_eq!(times, ["0.0", "0.5", "1.0", "1.5"]);
+}
+
+#[test]
+fn walls_show_the_loads_on_their_triangles() {
+    let place = folder_with_run();
+    let path = place.path().join("run/run.triangle_loads.arrow");
+    let write = |triangle: u32| {
+        let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default()).unwrap();
+        let frame = TriangleLoadFrame {
+            time: 0.5,
+            step: 50,
+            wall: vec![0],
+            triangle: vec![triangle],
+            pressure: vec![2.5e3],
+            shear: vec![DVec3::X],
+            force: vec![-DVec3::Z],
+            slip_power: vec![0.125],
+        };
+        writer.append(frame).unwrap();
+    };
+    write(1);
+    succeeds(place.path(), &["vtu", "run", "--compression", "none"]);
+    let frame =
+        |k: u32| fs::read(place.path().join(format!("run/vtu/run.walls.{k:04}.vtu"))).unwrap();
+    let has = |bytes: &[u8], part: &[u8]| bytes.windows(part.len()).any(|found| found == part);
+    for name in ["pressure", "shear", "force", "slip_power"] {
+        let name = format!("Name=\"{name}\"");
+        assert!(has(&frame(1), name.as_bytes()), "{name}");
+        assert!(
+            !has(&frame(0), name.as_bytes()),
+            "no loads were written then"
+        );
+    }
+    // The floor is two triangles; the first bears nothing.
+    let values: Vec<u8> = [0.0, 2.5e3f64]
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    assert!(has(&frame(1), &values));
+    write(2);
+    refused(
+        place.path(),
+        &["vtu", "run", "--force"],
+        "run/run.triangle_loads.arrow: at step 50: no triangle 2 of wall 0\n",
+    );
 }
 
 #[test]

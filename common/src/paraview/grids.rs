@@ -1,12 +1,13 @@
 //! Particles, contacts and walls of one instant as grids.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
 use super::columns::{Group, groups, take_values, vectors};
 use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
-use crate::frames::{Column, ColumnSpec, Frame, WallFrame};
+use crate::frames::{Column, ColumnSpec, Frame, TriangleLoadFrame, WallFrame};
 use crate::surfaces::{Surface, faces_of_one_box};
 
 /// Particles as points, with every column of the frame, and `diameter` and `speed` for glyphs.
@@ -135,16 +136,26 @@ pub struct WallScene<'a> {
     pub domain: (DVec3, DVec3),
 }
 
-/// Walls as triangles where they stand, with the index of the wall on every triangle; those that are not there are left out.
-#[must_use]
-pub fn walls(scene: &WallScene, frame: &WallFrame) -> VtuGrid<'static> {
+/// Walls as triangles where they stand, with the index of the wall on every triangle; those that are not there are left out. With
+/// `loads` each triangle has `pressure`, `shear`, `force` and `slip_power`, which are 0 where there is none.
+///
+/// # Errors
+/// When `loads` names a triangle that is not there.
+pub fn walls(
+    scene: &WallScene,
+    frame: &WallFrame,
+    loads: Option<&TriangleLoadFrame>,
+) -> Result<VtuGrid<'static>, String> {
     let ends = faces_of_one_box(scene.names);
+    // Of each wall: where its triangles begin and end.
+    let mut spans = Vec::with_capacity(scene.surfaces.len());
     let mut points = Vec::new();
     let mut triangles = Vec::new();
     let mut wall = Vec::new();
     let placed = |k: usize| frame.placement.get(k).copied().unwrap_or_default();
     for (k, surface) in scene.surfaces.iter().enumerate() {
         if !frame.present.get(k).copied().unwrap_or(false) {
+            spans.push(None);
             continue;
         }
         let ends = ends.get(k).map_or(&[][..], Vec::as_slice);
@@ -161,14 +172,49 @@ pub fn walls(scene: &WallScene, frame: &WallFrame) -> VtuGrid<'static> {
             .triangles
             .iter()
             .map(|t| t.map(|corner| first + corner));
+        let begin = triangles.len();
         triangles.extend(moved);
+        spans.push(Some(begin..triangles.len()));
         wall.resize(triangles.len(), k as u32);
     }
-    VtuGrid {
+    let mut cell_data = vec![VtuArray::new("wall", VtuValues::from(wall))];
+    if let Some(loads) = loads {
+        cell_data.extend(load_arrays(loads, &spans, triangles.len())?);
+    }
+    Ok(VtuGrid {
         time: Some(frame.time),
         points: points.into(),
         cells: VtuCells::Triangles(triangles.into()),
         point_data: Vec::new(),
-        cell_data: vec![VtuArray::new("wall", VtuValues::from(wall))],
+        cell_data,
+    })
+}
+
+/// Loads put to the triangles of a grid; `spans` says where those of each wall that is there lie.
+fn load_arrays(
+    loads: &TriangleLoadFrame,
+    spans: &[Option<Range<usize>>],
+    count: usize,
+) -> Result<[VtuArray<'static>; 4], String> {
+    let (mut pressure, mut slip_power) = (vec![0.0; count], vec![0.0; count]);
+    let (mut shear, mut force) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    for (row, (&wall, &triangle)) in loads.wall.iter().zip(&loads.triangle).enumerate() {
+        let place = match spans.get(wall as usize) {
+            // A wall that was removed since the frame before is not drawn.
+            Some(None) => continue,
+            Some(Some(span)) => Some(span.start + triangle as usize).filter(|k| span.contains(k)),
+            None => None,
+        };
+        let place = place.ok_or_else(|| format!("no triangle {triangle} of wall {wall}"))?;
+        pressure[place] = loads.pressure[row];
+        shear[place] = loads.shear[row];
+        force[place] = loads.force[row];
+        slip_power[place] = loads.slip_power[row];
     }
+    Ok([
+        VtuArray::new("pressure", pressure),
+        VtuArray::new("shear", shear),
+        VtuArray::new("force", force),
+        VtuArray::new("slip_power", slip_power),
+    ])
 }

@@ -3,10 +3,11 @@ use std::collections::HashMap;
 use glam::{DQuat, DVec3};
 
 use super::*;
+use crate::formats::mesh::TriangleMesh;
 use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
 use crate::frames::{
     Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
-    ParticleFrame, WallFrame,
+    ParticleFrame, TriangleLoadFrame, WallFrame,
 };
 use crate::surfaces::{Placement, Surface};
 
@@ -184,10 +185,61 @@ fn walls_stand_where_their_motion_brought_them_and_absent_ones_are_left_out() {
         present: vec![true, true, false],
         placement: vec![Placement::default(), lifted, Placement::default()],
     };
-    let grid = walls(&scene, &frame);
+    let grid = walls(&scene, &frame, None).unwrap();
     let heights: Vec<f64> = grid.points.iter().map(|x| x.z).collect();
     assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 0.75, 0.75, 0.75, 0.75]);
     assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [0, 0, 1, 1]));
+    assert_eq!(grid.cell_data.len(), 1);
+}
+
+#[test]
+fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
+    let plate = |z: f64| {
+        let at = |x: f64, y: f64| DVec3::new(x, y, z);
+        let one = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+        let other = [at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+        Surface::Mesh(TriangleMesh::from_corners(&[one, other]))
+    };
+    let names = ["gone", "first", "second"].map(str::to_owned);
+    let surfaces = [plate(0.0), plate(0.1), plate(0.2)];
+    let scene = WallScene {
+        names: &names,
+        surfaces: &surfaces,
+        domain: (DVec3::ZERO, DVec3::ONE),
+    };
+    let frame = WallFrame {
+        time: 1.0,
+        step: 1,
+        present: vec![false, true, true],
+        placement: vec![Placement::default(); 3],
+    };
+    let mut loads = TriangleLoadFrame {
+        wall: vec![0, 1, 2],
+        triangle: vec![0, 1, 0],
+        pressure: vec![7.0, 8.0, 9.0],
+        shear: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        force: vec![DVec3::ZERO, -DVec3::Z, DVec3::Z],
+        slip_power: vec![1.0, 2.0, 3.0],
+        ..TriangleLoadFrame::default()
+    };
+    let grid = walls(&scene, &frame, Some(&loads)).unwrap();
+    assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [1, 1, 2, 2]));
+    assert_eq!(numbers(cell(&grid, "pressure")), [0.0, 8.0, 9.0, 0.0]);
+    assert_eq!(numbers(cell(&grid, "slip_power")), [0.0, 2.0, 3.0, 0.0]);
+    let zero = DVec3::ZERO;
+    assert_eq!(
+        vectors_of(cell(&grid, "shear")),
+        [zero, DVec3::X, DVec3::Y, zero]
+    );
+    assert_eq!(
+        vectors_of(cell(&grid, "force")),
+        [zero, -DVec3::Z, DVec3::Z, zero]
+    );
+    for (wall, triangle) in [(1, 2), (3, 0)] {
+        (loads.wall[1], loads.triangle[1]) = (wall, triangle);
+        let error = walls(&scene, &frame, Some(&loads)).unwrap_err();
+        assert_eq!(error, format!("no triangle {triangle} of wall {wall}"));
+    }
 }
 
 #[test]

@@ -26,6 +26,8 @@ pub struct Output {
     pub frames: bool,
     /// `.walls.csv`; default true.
     pub walls: bool,
+    /// Loads on the triangles of mesh walls; default false.
+    pub triangle_loads: bool,
     /// Pictures at the end; default true.
     pub pictures: bool,
     /// Names of particles or clumps with rows in `.track.csv`, each a single one; default none.
@@ -71,6 +73,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
     };
     let frames = flag(fields, "frames", true);
     let walls = flag(fields, "walls", true);
+    let triangle_loads = flag(fields, "triangle_loads", false);
     let pictures = flag(fields, "pictures", true);
     let track = fields.get("track").map_or(Some(Vec::new()), |item| {
         let read: Vec<Option<Located<String>>> = item
@@ -127,6 +130,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
         vtk_interval: vtk_interval?,
         frames,
         walls,
+        triangle_loads,
         pictures,
         track: track?,
         clumps_as,

@@ -4,9 +4,9 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::Region;
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::neighbours::Images;
 use crate::plan::Plan;
-use crate::walls::{Touches, Wall, WallState};
+use crate::walls::{Touches, Wall, WallState, image_between_faces, images_met};
 
 /// Trials to hit the region from its bounding box before an attempt counts as failed: a region that fills a tenth of its box
 /// is missed by all with a probability of 0.1 %.
@@ -118,22 +118,9 @@ impl Room {
     }
 }
 
-/// The images by which each wall is met: a wall that spans a period is met once.
+/// The images by which each wall is met.
 pub(super) fn wall_images(walls: &[Wall], images: &Images) -> Vec<Vec<u32>> {
-    walls
-        .iter()
-        .map(|wall| {
-            let (low, high) = wall.shape.bounds();
-            let spans = |axis: usize| high[axis] - low[axis] >= images.size[axis] * (1.0 - 1e-9);
-            let met = |code: &u32| {
-                let shift = images.shift(*code);
-                (0..3).all(|axis| shift[axis] == 0.0 || !spans(axis))
-            };
-            std::iter::once(NO_SHIFT)
-                .chain(images.neighbours().filter(met))
-                .collect()
-        })
-        .collect()
+    walls.iter().map(|wall| images_met(wall, images)).collect()
 }
 
 /// Whether a sphere would overlap a wall that is there; touching is not overlapping.
@@ -153,6 +140,7 @@ pub(super) fn overlaps_wall(
         .filter(|((_, state), _)| state.present)
         .any(|((wall, state), codes)| {
             codes.iter().any(|&code| {
+                let code = image_between_faces(wall, state, images, centre, code);
                 let centre = state.into_wall(centre + images.shift(code));
                 wall.shape.touches(centre, radius, &mut touches);
                 !touches.is_empty()

@@ -82,6 +82,26 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         energy
     }
 
+    /// What sliding and the tangential dashpot have dissipated in a step of `dt` (s), J: the work of the tangential force less what
+    /// the tangential spring has gained. Histories: before and after the step.
+    ///
+    /// Springs count at the stiffness of their own time: what a change of stiffness takes or gives is part of the dissipation, as
+    /// the forces do no work for it.
+    pub fn sliding_loss(
+        &self,
+        contact: &Contact,
+        action: &Action,
+        before: &(N::History, T::History, R::History),
+        after: &(N::History, T::History, R::History),
+        dt: f64,
+    ) -> f64 {
+        let mut last = *contact;
+        last.overlap = (contact.overlap + contact.normal_velocity * dt).max(0.0);
+        let gain =
+            self.tangential.energy(contact, &after.1) - self.tangential.energy(&last, &before.1);
+        -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
+    }
+
     /// Numbers in the history of one contact.
     pub const HISTORY_LENGTH: usize = <(N::History, T::History, R::History) as History>::LENGTH;
 }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Audit, Engine, RunError};
+use super::{Audit, Engine, LoadSeries, RunError};
 use crate::boundaries::BoundaryState;
-use crate::forces::SavedSlot;
+use crate::forces::{SavedLoads, SavedSlot};
 use crate::neighbours::{Skin, Validity};
 use crate::particles::Particles;
 use crate::plan::Plan;
@@ -42,6 +42,8 @@ pub struct Snapshot {
     pub boundaries: BoundaryState,
     /// Running sums of the energy audit.
     pub audit: Audit,
+    /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
+    pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
 
 impl Engine {
@@ -63,6 +65,7 @@ impl Engine {
             rebuilds: self.rebuilds,
             boundaries: self.boundaries.state(),
             audit: self.audit,
+            feature_loads: (self.forces.save_feature_loads(), self.load_series.clone()),
         }
     }
 
@@ -77,6 +80,9 @@ impl Engine {
         engine
             .forces
             .restore(rows, &snapshot.pairs, &snapshot.near_walls);
+        let (in_blocks, taken) = snapshot.feature_loads;
+        engine.forces.restore_feature_loads(&in_blocks);
+        engine.load_series = taken;
         engine.step = snapshot.step;
         engine.particles = snapshot.particles;
         engine.skin = snapshot.skin;

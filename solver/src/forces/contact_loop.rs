@@ -12,8 +12,8 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, Finish, NearWall, Observation, Partner, SavedSlot, StepContext,
-    block_size,
+    ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NearWall, Observation,
+    Partner, SavedLoads, SavedSlot, StepContext, block_size,
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
@@ -96,6 +96,8 @@ struct Block<H> {
     /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
     work: usize,
     observation: Observation,
+    /// On features of mesh walls since the block was cut or they were taken.
+    feature_loads: FeatureLoads,
 }
 
 impl<H: History> Block<H> {
@@ -145,10 +147,8 @@ impl<H: History> Block<H> {
         }
         let begin = near_walls.partition_point(|near| near.row < first);
         let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
-        for near in &near_walls[begin..end] {
-            let key = (near.row, near.wall, near.image);
-            let run = from_walls.partition_point(|kept| kept.0 < key);
-            let mut kept = from_walls[run..].iter().take_while(|kept| kept.0 == key);
+        for (near, of_wall) in with_others_of_wall(&near_walls[begin..end]) {
+            let mut kept = going_on(near, of_wall, from_walls);
             // As many slots as features may be touched, and no fewer than hold a history.
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
@@ -178,6 +178,38 @@ impl<H> Block<H> {
     }
 }
 
+/// Each entry with all entries of the same particle and wall, by images.
+fn with_others_of_wall(near: &[NearWall]) -> impl Iterator<Item = (&NearWall, &[NearWall])> {
+    near.chunk_by(|a, b| (a.row, a.wall) == (b.row, b.wall))
+        .flat_map(|of_wall| of_wall.iter().map(move |near| (near, of_wall)))
+}
+
+/// The contacts with a wall that go on by the image `near`: those that it had. An image that the wall is met by no more was taken
+/// over by another one when the particle or the wall was wrapped: its contacts go to the first image that had none.
+fn going_on<'a, H>(
+    near: &NearWall,
+    of_wall: &[NearWall],
+    from_walls: &'a [CarriedFromWall<H>],
+) -> impl Iterator<Item = &'a CarriedFromWall<H>> + Clone + use<'a, H> {
+    let key = (near.row, near.wall);
+    let begin = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) < key);
+    let end = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) <= key);
+    let held = &from_walls[begin..end];
+    let had = |near: &NearWall| held.iter().any(|kept| kept.0.2 == near.image);
+    let is_lost = |image: u8| !of_wall.iter().any(|near| near.image == image);
+    let first_new = of_wall.iter().find(|near| !had(near));
+    let wanted = if had(near) {
+        Some(near.image)
+    } else if first_new.is_some_and(|first| first.image == near.image) {
+        held.iter()
+            .map(|kept| kept.0.2)
+            .find(|&image| is_lost(image))
+    } else {
+        None
+    };
+    held.iter().filter(move |kept| Some(kept.0.2) == wanted)
+}
+
 /// The loop over contacts for one combination of laws.
 #[derive(Debug)]
 pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
@@ -188,6 +220,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
     blocks: Vec<Block<Histories<N, T, R>>>,
     /// Of each block: the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
+    /// Loads on features of mesh walls of blocks that were cut anew since.
+    feature_loads: FeatureLoads,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
@@ -200,11 +234,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             block_size: block_size(0),
             blocks: Vec::new(),
             sources: Vec::new(),
+            feature_loads: FeatureLoads::default(),
         }
     }
 
     /// Cuts `rows` rows into empty blocks.
     fn cut(&mut self, rows: usize) {
+        for block in &self.blocks {
+            self.feature_loads.merge(&block.feature_loads);
+        }
         self.block_size = block_size(rows);
         let count = rows.div_ceil(self.block_size);
         self.blocks = (0..count)
@@ -220,6 +258,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     targets: Vec::new(),
                     work: 0,
                     observation: Observation::default(),
+                    feature_loads: FeatureLoads::default(),
                 }
             })
             .collect();
@@ -418,6 +457,38 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             sum.merge(&block.observation);
         }
         sum
+    }
+
+    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
+        let mut all = std::mem::take(&mut self.feature_loads);
+        for block in &mut self.blocks {
+            all.merge(&std::mem::take(&mut block.feature_loads));
+        }
+        all.sorted()
+    }
+
+    fn save_feature_loads(&self) -> Vec<SavedLoads> {
+        let of_blocks = (0..).zip(&self.blocks);
+        let all = std::iter::once((None, &self.feature_loads))
+            .chain(of_blocks.map(|(index, block)| (Some(index), &block.feature_loads)));
+        all.map(|(index, loads)| (index, loads.sorted()))
+            .filter(|(_, loads)| !loads.is_empty())
+            .collect()
+    }
+
+    fn restore_feature_loads(&mut self, saved: &[SavedLoads]) {
+        for (index, loads) in saved {
+            let place = match index {
+                None => Some(&mut self.feature_loads),
+                Some(index) => {
+                    let block = self.blocks.get_mut(*index as usize);
+                    block.map(|block| &mut block.feature_loads)
+                }
+            };
+            if let Some(place) = place {
+                loads.iter().for_each(|(key, load)| place.add(*key, load));
+            }
+        }
     }
 
     fn listed(&self) -> usize {

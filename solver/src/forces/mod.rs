@@ -7,11 +7,13 @@
 
 mod blocks;
 mod contact_loop;
+mod feature_loads;
 mod near_walls;
 mod observation;
 
 pub use blocks::block_size;
 pub use contact_loop::ContactLoop;
+pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
 
@@ -34,9 +36,14 @@ pub struct StepContext<'a> {
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.
     pub contact_point_mass: bool,
+    /// Whether the loads on features of mesh walls are summed up.
+    pub feature_loads: bool,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
 }
+
+/// Loads that one block of rows has summed up: index of the block, those of earlier cuts first as `None`.
+pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 
 /// What is done with a block of particles once the loads on them are known.
 pub type Finish<'a> = dyn Fn(&mut [Particle], &[Load]) -> Fastest + Sync + 'a;
@@ -102,6 +109,15 @@ pub trait ContactForces: Send {
 
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;
+
+    /// The loads on features of mesh walls since they were taken last, in order; empties them.
+    fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)>;
+
+    /// The same as they lie in the blocks, for restarts.
+    fn save_feature_loads(&self) -> Vec<SavedLoads>;
+
+    /// Takes back what [`ContactForces::save_feature_loads`] gave; after [`ContactForces::restore`].
+    fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
 
     /// Listed pairs.
     fn listed(&self) -> usize;

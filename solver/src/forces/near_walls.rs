@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::neighbours::{Images, NO_SHIFT};
+use crate::neighbours::Images;
 use crate::particles::{Particle, Particles};
-use crate::walls::{Scratch, Shape, Touches, Wall, WallState};
+use crate::walls::{Scratch, Shape, Touches, Wall, WallState, image_between_faces, images_met};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +21,8 @@ pub struct NearWall {
 
 /// Finds every particle whose surface is closer than `margin` (m) to a wall, by rows.
 ///
-/// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once.
+/// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once, a mesh that goes on for
+/// ever by the image that is between its faces.
 #[must_use]
 pub fn find_near_walls(
     particles: &Particles,
@@ -31,28 +32,17 @@ pub fn find_near_walls(
     margin: f64,
     parallel: bool,
 ) -> Vec<NearWall> {
-    let codes: Vec<Vec<u32>> = walls
-        .iter()
-        .map(|wall| {
-            let (low, high) = wall.shape.bounds();
-            let spans = |axis: usize| high[axis] - low[axis] >= images.size[axis] * (1.0 - 1e-9);
-            std::iter::once(NO_SHIFT)
-                .chain(images.neighbours().filter(|&code| {
-                    let shift = images.shift(code);
-                    (0..3).all(|axis| shift[axis] == 0.0 || !spans(axis))
-                }))
-                .collect()
-        })
-        .collect();
+    let codes: Vec<Vec<u32>> = walls.iter().map(|wall| images_met(wall, images)).collect();
     let search = |(chunk, records): (usize, &[Particle])| {
         let mut found = Vec::new();
         let mut touches = Touches::default();
         let mut scratch = Scratch::default();
         for (index, wall) in walls.iter().enumerate() {
-            for &image in &codes[index] {
-                let shift = images.shift(image);
+            for &code in &codes[index] {
                 for (k, record) in records.iter().enumerate() {
-                    let centre = states[index].into_wall(record.position + shift);
+                    let (state, place) = (&states[index], record.position);
+                    let image = image_between_faces(wall, state, images, place, code);
+                    let centre = state.into_wall(place + images.shift(image));
                     let reach = record.radius + margin;
                     let features = match &wall.shape {
                         // Most walls of most scenes.

@@ -40,8 +40,8 @@ pub struct ContactRecord {
     pub row: u32,
     /// The other side (B).
     pub partner: Partner,
-    /// Which face, edge or corner of a wall; of a mesh, [`Mesh::triangle_of`](crate::walls::Mesh::triangle_of) names the
-    /// triangle, so that loads and slip can be added up for each. `u32::MAX` between particles.
+    /// Which face, edge or corner of a wall; of a mesh, [`Mesh::triangles_of`](crate::walls::Mesh::triangles_of) names the
+    /// triangles. `u32::MAX` between particles.
     pub feature: u32,
     /// Velocity of A's surface relative to B's in the tangent plane, m/s.
     pub slip: DVec3,

@@ -47,6 +47,15 @@ impl Images {
         self.shifts[code as usize]
     }
 
+    /// The code of the image that is `periods` whole periods along `axis` from that with `code`; as far as there are codes.
+    #[must_use]
+    pub fn moved(code: u32, axis: usize, periods: f64) -> u32 {
+        let place = [1, 3, 9][axis];
+        let step = steps(code)[axis];
+        let moved = (step + periods).clamp(-1.0, 1.0);
+        (f64::from(code) + (moved - step) * f64::from(place)) as u32
+    }
+
     /// The codes of all images other than the original that the periodic axes allow.
     pub fn neighbours(&self) -> impl Iterator<Item = u32> + '_ {
         (0..27).filter(|&code| {
@@ -104,6 +113,10 @@ mod tests {
                 "the opposite shift"
             );
         }
+        assert_eq!(Images::moved(NO_SHIFT, 2, 1.0), 22);
+        assert_eq!(Images::moved(22, 0, -1.0), 21);
+        assert_eq!(Images::moved(22, 2, 1.0), 22, "there is no farther image");
+        assert_eq!(Images::moved(22, 2, -2.0), 4);
         assert_eq!(images.neighbours().count(), 8);
         assert!(images.neighbours().all(|code| images.shift(code).y == 0.0));
     }

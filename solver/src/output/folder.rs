@@ -37,7 +37,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 19] = [
+const ENDINGS: [&str; 20] = [
     "data",
     "ene",
     "fstat",
@@ -47,6 +47,7 @@ const ENDINGS: [&str; 19] = [
     "surfaces.arrow",
     "bodies.arrow",
     "clumps.arrow",
+    "triangle_loads.arrow",
     "track.csv",
     "walls.csv",
     "regions.csv",

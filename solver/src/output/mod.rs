@@ -23,6 +23,7 @@ pub mod summary;
 #[cfg(test)]
 mod tests;
 mod track_file;
+mod triangle_loads;
 mod vtk_files;
 mod wall_frames;
 mod wall_loads;

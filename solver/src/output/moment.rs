@@ -3,7 +3,7 @@
 use glam::DQuat;
 
 use crate::engine::Engine;
-use crate::forces::Observation;
+use crate::forces::{LoadSums, Observation};
 use crate::particles::{Bodies, Load, Particle};
 use crate::walls::Pose;
 
@@ -38,12 +38,15 @@ pub struct Moment {
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
     pub dissipated: Option<f64>,
+    /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
+    pub load_sums: [Option<LoadSums>; 2],
 }
 
 impl Moment {
-    /// Of an engine whose step is complete and was watched.
+    /// Of an engine whose step is complete and was watched; takes the sums that are due out of it.
     #[must_use]
-    pub fn take(engine: &Engine, frame: bool, contacts: bool, vtk: bool) -> Self {
+    pub fn take(engine: &mut Engine, frame: bool, contacts: bool, vtk: bool) -> Self {
+        let load_sums = engine.take_load_sums(frame, vtk);
         let particles = &engine.particles;
         let audit = engine.audit();
         Self {
@@ -63,6 +66,7 @@ impl Moment {
                 .collect(),
             observation: engine.observation(),
             dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
+            load_sums,
         }
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::Moment;
-use crate::forces::Observation;
+use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
 use crate::particles::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
 use crate::walls::Pose;
@@ -43,6 +43,8 @@ pub struct State {
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
     pub dissipated: Option<f64>,
+    /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
+    pub load_sums: [Option<LoadSums>; 2],
 }
 
 impl State {
@@ -88,6 +90,7 @@ impl State {
             walls: moment.walls,
             observation: moment.observation,
             dissipated: moment.dissipated,
+            load_sums: moment.load_sums,
         }
     }
 

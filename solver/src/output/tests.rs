@@ -67,6 +67,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
             ..Observation::default()
         },
         dissipated: None,
+        load_sums: [None, None],
     };
     let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
     State::new(moment, &images)

@@ -13,6 +13,7 @@ use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::ParticleTable;
 use super::stream::Stream;
+use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OutputError, State, write_whole};
 use crate::contact::HistoryNumber;
@@ -44,6 +45,7 @@ struct Walls {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     domain: (DVec3, DVec3),
+    triangles: TriangleTable,
 }
 
 /// Centres of mass; the surfaces of bodies are made from the frames afterwards (`mercury-export vtu --clumps surface`).
@@ -73,6 +75,7 @@ impl VtkFiles {
                 names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
                 surfaces: surfaces(plan),
                 domain: (plan.domain_min, plan.domain_max),
+                triangles: TriangleTable::new(plan),
             })
         });
         let bodies = plan.has_bodies().then(|| {
@@ -124,7 +127,13 @@ impl Stream for VtkFiles {
                 surfaces: &walls.surfaces,
                 domain: walls.domain,
             };
-            let grid = paraview::walls(&scene, &wall_frame(state));
+            let [_, sums] = &state.load_sums;
+            let loads = sums.as_ref().map(|sums| walls.triangles.frame(state, sums));
+            let grid = paraview::walls(&scene, &wall_frame(state), loads.as_ref());
+            let grid = grid.map_err(|reason| VtuError::Grid {
+                path: self.folder.clone(),
+                reason,
+            })?;
             walls.series.write(number, &grid)?;
         }
         let centres: HashMap<u32, DVec3> = state

@@ -16,6 +16,7 @@ use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
 use super::stream::Stream;
 use super::track_file::TrackFile;
+use super::triangle_loads::TriangleLoads;
 use super::vtk_files::VtkFiles;
 use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
@@ -115,6 +116,9 @@ fn streams(
     }
     if output.frames && plan.has_bodies() {
         streams.push(Box::new(BodyFrames::create(folder, plan)?));
+    }
+    if output.frames && output.triangle_loads {
+        streams.push(Box::new(TriangleLoads::create(folder, plan)?));
     }
     if output.vtk {
         streams.push(Box::new(VtkFiles::create(folder, plan, history)?));

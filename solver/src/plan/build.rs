@@ -43,7 +43,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     };
 
     let mut notes = Vec::new();
-    let walls = walls(scene, &mut errors);
+    let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut notes, &mut errors);
     let start = starting_particles(scene, clumps.as_deref(), &mut errors);
     let has_clumps = clumps.is_some();
@@ -62,6 +62,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
+    meshes::go_on(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
     if errors.len() == found {
         checks::overlaps(scene, &start, &clumps, &walls, &mut errors, &mut warnings);
@@ -113,6 +114,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     }
     let domain = (*scene.domain.min, *scene.domain.max);
     meshes::remarks(&walls, domain, &mut warnings, &mut notes);
+    let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     if scene.output.restart_interval.is_some() {
         notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
     }
@@ -165,6 +167,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             vtk: *scene.output.vtk,
             frames: scene.output.frames,
             walls: scene.output.walls,
+            triangle_loads,
             pictures: scene.output.pictures,
             pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
             track,

@@ -7,9 +7,9 @@ use super::parameter::short;
 use super::particles::{StartingParticles, StartingSphere, Typed};
 use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
-use crate::neighbours::{Images, build};
+use crate::neighbours::{Images, NO_SHIFT, build};
 use crate::particles::{Particle, Particles};
-use crate::walls::{Touches, Wall};
+use crate::walls::{Touches, Wall, image_between_faces};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
 const PERIODIC_ROOM: f64 = 1.05;
@@ -278,6 +278,7 @@ pub(super) fn overlaps(
 
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
     let mut touches = Touches::new();
+    let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     for (index, wall) in walls.iter().enumerate() {
         let state = wall.state(0.0, 0.0);
         if !state.present {
@@ -287,7 +288,8 @@ pub(super) fn overlaps(
             if sphere.fixed {
                 continue;
             }
-            let centre = state.into_wall(sphere.centre);
+            let code = image_between_faces(wall, &state, &images, sphere.centre, NO_SHIFT);
+            let centre = state.into_wall(sphere.centre + images.shift(code));
             wall.shape.touches(centre, sphere.radius, &mut touches);
             for touch in touches.iter() {
                 let overlap = sphere.radius - touch.distance;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use mercury_common::formats::mesh::read_mesh;
-use mercury_common::scene::{MeshSide, MeshSource, SceneError};
+use mercury_common::scene::{Domain, MeshSide, MeshSource, Output, SceneError};
 
 use super::parameter::short;
 use crate::walls::{Mesh, Shape, Wall};
@@ -25,6 +25,56 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
     Mesh::new(&triangles, place, side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
         .map_err(|error| source.file.error(error.to_string()))
+}
+
+/// How far beyond its faces a mesh that goes on for ever is asked, in largest radii: one radius and the skin, which is at most another
+/// one.
+const REACH: f64 = 2.1;
+/// Meshes that miss a period by less than this part of it may have been meant to span it.
+const NEARLY: f64 = 0.01;
+
+/// Continues meshes along the periodic axes that they span, as far as spheres of the largest radius (m) see.
+pub(super) fn go_on(
+    walls: &mut [Wall],
+    domain: &Domain,
+    largest_radius: f64,
+    notes: &mut Vec<String>,
+) {
+    let (min, max) = (*domain.min, *domain.max);
+    for wall in walls {
+        let Shape::Mesh(mesh) = &wall.shape else {
+            continue;
+        };
+        let periods: Vec<(usize, f64, f64)> = (0..3)
+            .filter(|&axis| domain.periodic[axis] && wall.motion.keeps_axis(axis))
+            .map(|axis| (axis, min[axis], max[axis] - min[axis]))
+            .collect();
+        let (low, high) = mesh.bounds();
+        let continued = mesh.continued(&periods, REACH * largest_radius);
+        let goes_on = |axis: usize| {
+            let mesh = continued.as_ref();
+            mesh.is_some_and(|mesh| mesh.periods().iter().any(|period| period.axis == axis))
+        };
+        for &(axis, _, length) in &periods {
+            let (extent, letter) = (high[axis] - low[axis], ["x", "y", "z"][axis]);
+            if goes_on(axis) {
+                notes.push(format!(
+                    "walls.{}: the mesh spans the periodic axis {letter} and goes on for ever along it",
+                    wall.name
+                ));
+            } else if (extent - length).abs() < NEARLY * length {
+                notes.push(format!(
+                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it ends there; a mesh of just one period goes on for ever",
+                    wall.name,
+                    short(extent),
+                    short(length)
+                ));
+            }
+        }
+        if let Some(mesh) = continued {
+            wall.shape = Shape::Mesh(Arc::new(mesh));
+        }
+    }
 }
 
 /// What may be wrong with the meshes (warnings), and what else to know of them (notes).
@@ -58,6 +108,27 @@ pub(super) fn remarks(
             ));
         }
     }
+}
+
+/// Whether the loads on triangles are summed up: if asked for, if there are any, and if something is written that holds them.
+pub(super) fn has_triangle_loads(
+    walls: &[Wall],
+    output: &Output,
+    warnings: &mut Vec<String>,
+) -> bool {
+    let has_meshes = walls
+        .iter()
+        .any(|wall| matches!(wall.shape, Shape::Mesh(_)));
+    let has_files = output.frames || *output.vtk;
+    if output.triangle_loads && !has_meshes {
+        warnings
+            .push("output.triangle_loads: no wall is a mesh, so there are no triangles".to_owned());
+    } else if output.triangle_loads && !has_files {
+        warnings.push(
+            "output.triangle_loads: nothing would hold them, as output.frames and output.vtk are false".to_owned(),
+        );
+    }
+    output.triangle_loads && has_meshes && has_files
 }
 
 /// Triangles, edges and extent of a mesh, for the report.

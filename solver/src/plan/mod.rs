@@ -162,6 +162,7 @@ impl Plan {
                 vtk: false,
                 frames: false,
                 walls: false,
+                triangle_loads: false,
                 pictures: false,
                 pebbles: false,
                 track: Vec::new(),
@@ -303,6 +304,8 @@ pub struct OutputPlan {
     pub frames: bool,
     /// `.walls.csv`.
     pub walls: bool,
+    /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
+    pub triangle_loads: bool,
     /// Pictures at the end.
     pub pictures: bool,
     /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.

@@ -130,6 +130,16 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             "output.fstat = false",
         ),
         pass(
+            "loads on triangles",
+            plan.output.triangle_loads,
+            "summed up in every step",
+            if triangles > 0 {
+                "output.triangle_loads = false"
+            } else {
+                "no wall is a mesh"
+            },
+        ),
+        pass(
             "energy sums",
             plan.energy_budget,
             "in every step, by mechanism",

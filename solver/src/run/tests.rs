@@ -65,6 +65,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Plan {
         vtk: false,
         frames: true,
         walls: true,
+        triangle_loads: false,
         pictures: false,
         pebbles: false,
         track: vec![("first, of all".to_owned(), 0)],

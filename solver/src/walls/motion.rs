@@ -369,6 +369,18 @@ impl Motion {
         self.components.iter().all(Component::is_static)
     }
 
+    /// Whether all turns leave the direction of the coordinate axis 0, 1 or 2 as it is.
+    #[must_use]
+    pub fn keeps_axis(&self, axis: usize) -> bool {
+        let direction = DVec3::AXES[axis];
+        let is_along = |turn: DVec3| turn.cross(direction) == DVec3::ZERO;
+        self.components.iter().all(|component| match component {
+            Component::Rotation { axis, .. } => is_along(*axis),
+            Component::Table { table, .. } => table.turns().all(is_along),
+            _ => true,
+        })
+    }
+
     /// Where the wall is at `time` (s), its servo where it stands at the start: a function of time alone.
     #[must_use]
     pub fn pose(&self, time: f64) -> Pose {

@@ -125,6 +125,11 @@ impl MotionTable {
             .all(|r| r.displacement == DVec3::ZERO && r.rotation_vector == DVec3::ZERO)
     }
 
+    /// The rotation vectors of the rows, rad.
+    pub(super) fn turns(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.rows.iter().map(|row| row.rotation_vector)
+    }
+
     /// Displacement and rotation vector at `time`.
     pub(super) fn at(&self, time: f64) -> (DVec3, DVec3) {
         match self.piece(time) {

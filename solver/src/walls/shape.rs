@@ -69,6 +69,18 @@ impl Shape {
         }
     }
 
+    /// The pose that puts the surface in the same places, of a mesh that goes on for ever along periodic axes: by less than a period.
+    #[must_use]
+    pub fn reduced(&self, mut pose: Pose) -> Pose {
+        if let Self::Mesh(mesh) = self {
+            for period in mesh.periods() {
+                let along = &mut pose.translation[period.axis];
+                *along = period.reduced(*along);
+            }
+        }
+        pose
+    }
+
     /// What a picture of the surface needs to know, in its own frame.
     #[must_use]
     pub fn outline(&self) -> Outline {

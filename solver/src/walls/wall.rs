@@ -28,7 +28,7 @@ pub struct Wall {
 pub struct WallState {
     /// Whether it is there.
     pub present: bool,
-    /// From the frame of the start to where it stands.
+    /// From the frame of the start to where it stands; of a mesh that goes on for ever along periodic axes less whole periods.
     pub pose: Pose,
     /// Velocity half a step earlier: at the time of the particles' velocities that contacts see.
     pub velocity: RigidVelocity,
@@ -59,7 +59,7 @@ impl Wall {
     pub fn driven_state(&self, time: f64, dt: f64, driven: &ServoState) -> WallState {
         let moves = !self.motion.is_static();
         let pose = if moves {
-            self.motion.driven_pose(time, driven)
+            self.shape.reduced(self.motion.driven_pose(time, driven))
         } else {
             Pose::IDENTITY
         };
@@ -89,6 +89,17 @@ impl WallState {
             self.inverse * (position - self.pose.translation)
         } else {
             position
+        }
+    }
+
+    /// A direction of the global frame in the frame of the start.
+    #[inline]
+    #[must_use]
+    pub fn turn_into_wall(&self, direction: DVec3) -> DVec3 {
+        if self.moves {
+            self.inverse * direction
+        } else {
+            direction
         }
     }
 

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
-use mercury_common::frames::{BodyReader, ContactReader, FrameReader, ParticleReader, WallReader};
+use mercury_common::frames::{
+    BodyReader, ContactReader, FrameReader, ParticleReader, TriangleLoadReader, WallReader,
+};
 
 use super::{Item, Snapshot};
 use crate::FrameChoice;
@@ -17,10 +19,11 @@ pub struct RunSource {
     contacts: Option<ContactReader>,
     walls: Option<WallReader>,
     bodies: Option<BodyReader>,
+    triangle_loads: Option<TriangleLoadReader>,
 }
 
 impl RunSource {
-    /// Opens the particles, and contacts, walls and bodies if they are there.
+    /// Opens the particles, and contacts, walls, the loads on their triangles, and bodies if they are there.
     ///
     /// # Errors
     /// When one of the files cannot be opened or is something else.
@@ -37,6 +40,9 @@ impl RunSource {
             contacts: beside("contacts").map(ContactReader::open).transpose()?,
             walls: beside("walls").map(WallReader::open).transpose()?,
             bodies: beside("bodies").map(BodyReader::open).transpose()?,
+            triangle_loads: beside("triangle_loads")
+                .map(TriangleLoadReader::open)
+                .transpose()?,
             prefix: prefix.to_owned(),
         })
     }
@@ -69,6 +75,10 @@ impl RunSource {
 
     pub(crate) fn bodies(&self) -> Option<&BodyReader> {
         self.bodies.as_ref()
+    }
+
+    pub(crate) fn triangle_loads(&self) -> Option<&TriangleLoadReader> {
+        self.triangle_loads.as_ref()
     }
 
     pub(super) fn frames(&self, choice: FrameChoice) -> impl Iterator<Item = Item> + Send + '_ {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::contact_point::mobility;
 use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::{NearWall, Observation, Partner, Watch};
+use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
 use crate::particles::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
 
@@ -42,6 +42,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     &mut memory,
                     load,
                     &mut block.observation,
+                    &mut block.feature_loads,
                 );
                 first += near.features as usize;
                 continue;
@@ -58,7 +59,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 Some(touch) => {
                     slot.feature = touch.feature;
                     let observation = &mut block.observation;
-                    self.touch_wall::<WATCHED>(a, &side, &touch, slot, load, observation);
+                    self.touch_wall::<WATCHED>(a, &side, &touch, slot, load, observation, None);
                 }
                 None => slot.clear(),
             }
@@ -78,6 +79,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
+        feature_loads: &mut FeatureLoads,
     ) -> u8 {
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
@@ -102,10 +104,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place),
             shape => assign(slots, touches, shape),
         }
+        let is_mesh = matches!(side.wall.shape, Shape::Mesh(_));
+        let mut sums = (is_mesh && self.context.feature_loads).then_some(feature_loads);
         for slot in slots {
             match touches.iter().find(|touch| touch.feature == slot.feature) {
                 Some(touch) => {
-                    self.touch_wall::<WATCHED>(a, side, touch, slot, load, observation);
+                    let sums = sums.as_deref_mut();
+                    self.touch_wall::<WATCHED>(a, side, touch, slot, load, observation, sums);
                 }
                 None => slot.clear(),
             }
@@ -113,7 +118,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         features
     }
 
-    /// The contact of a particle with one feature of a wall.
+    /// The contact of a particle with one feature of a wall; its load is added to `feature_loads` if they are there.
     #[inline(always)]
     fn touch_wall<const WATCHED: bool>(
         &self,
@@ -123,6 +128,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         slot: &mut WallSlot<Histories<N, T, R>>,
         load: &mut Load,
         observation: &mut Observation,
+        feature_loads: Option<&mut FeatureLoads>,
     ) {
         let (context, state) = (self.context, side.state);
         let normal = state.out_of_wall(touch.normal);
@@ -160,6 +166,21 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let before = slot.history;
         let action = law.act(&contact, context.spring_time, &mut slot.history);
         load.add(action.force, action.couple + arm.cross(action.tangential));
+        if let Some(sums) = feature_loads {
+            let on_wall = FeatureLoad {
+                force: state.turn_into_wall(-action.force),
+                shear: state.turn_into_wall(-action.tangential),
+                normal: action.normal.total(),
+                slip: law.sliding_loss(
+                    &contact,
+                    &action,
+                    &before,
+                    &slot.history,
+                    context.spring_time,
+                ),
+            };
+            sums.add((side.near.wall, touch.feature), &on_wall);
+        }
         if WATCHED {
             observation.wall_contacts += 1;
             let partner = Partner::Wall {

@@ -41,13 +41,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let elastic_loss = work * (contact.overlap - last.overlap) - gained;
             observation.dissipated_normal +=
                 elastic_loss - action.normal.viscous * contact.normal_velocity * dt;
-            // Springs count at the stiffness of their own time: what a change of stiffness takes or gives is part of the
-            // dissipation, as the forces do no work for it.
+            // As in the sliding loss, springs count at the stiffness of their own time.
             let stiffness = law.tangential.stiffness(contact);
-            let tangential_gain =
-                law.tangential.energy(contact, &after.1) - law.tangential.energy(&last, &before.1);
-            observation.dissipated_tangential -=
-                action.tangential.dot(contact.tangential_velocity) * dt + tangential_gain;
+            observation.dissipated_tangential +=
+                law.sliding_loss(contact, action, &before, &after, dt);
             if R::ACTIVE {
                 let gain = law.rolling.energy(stiffness, &after.2)
                     - law

@@ -1,6 +1,7 @@
 //! Tests of the plan, by subject.
 
 mod checks;
+mod meshes;
 mod mixing;
 mod reports;
 mod shared;

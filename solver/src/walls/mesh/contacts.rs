@@ -274,7 +274,7 @@ impl Mesh {
             out.push(Touch {
                 distance: minimum.distance,
                 normal: minimum.normal,
-                feature: minimum.feature,
+                feature: self.continuation.known_as(minimum.feature),
                 curvature: [0.0; 2],
             });
         }

@@ -9,8 +9,10 @@ mod contacts;
 mod facet;
 mod near;
 mod patches;
+mod periodic;
 mod topology;
 mod tree;
+mod triangles;
 
 use std::ops::Range;
 
@@ -26,6 +28,8 @@ use facet::Facet;
 use near::NearFacet;
 pub use near::NearMeshes;
 use patches::{Best, find_patches};
+use periodic::Continuation;
+pub use periodic::Period;
 use topology::Topology;
 use tree::Tree;
 
@@ -52,7 +56,7 @@ pub struct Mesh {
     vertices: Vec<DVec3>,
     /// Sorted in space, in the order of the tree.
     facets: Vec<Facet>,
-    /// Index of each facet in the file.
+    /// Place of each facet in the file, where those without area are not counted.
     file_order: Vec<u32>,
     topology: Topology,
     tree: Tree,
@@ -68,6 +72,7 @@ pub struct Mesh {
     /// Round-off of positions near the mesh, m.
     round_off: f64,
     dropped: usize,
+    continuation: Continuation,
 }
 
 /// Memory that queries use again.
@@ -110,9 +115,9 @@ impl Mesh {
         }
         let tolerance = tolerance(&triangles.vertices, &vertices, &place);
         let mut kept: Vec<(u32, [u32; 3])> = Vec::with_capacity(triangles.triangles.len());
-        for (index, corners) in triangles.triangles.iter().enumerate() {
+        for corners in &triangles.triangles {
             if has_area(corners.map(|k| vertices[k as usize]), tolerance) {
-                kept.push((index as u32, short_sides_first(*corners, &vertices)));
+                kept.push((kept.len() as u32, short_sides_first(*corners, &vertices)));
             }
         }
         if kept.is_empty() {
@@ -121,8 +126,21 @@ impl Mesh {
             });
         }
         let dropped = triangles.triangles.len() - kept.len();
-        let tree = Tree::build(&vertices, &mut kept);
-        let (vertices, corners) = in_order_of_use(&vertices, &kept);
+        Ok(Self::assembled(
+            vertices, &mut kept, tolerance, front_only, dropped,
+        ))
+    }
+
+    /// Of these triangles, each with its place in the file.
+    fn assembled(
+        vertices: Vec<DVec3>,
+        kept: &mut [(u32, [u32; 3])],
+        tolerance: f64,
+        front_only: bool,
+        dropped: usize,
+    ) -> Self {
+        let tree = Tree::build(&vertices, kept);
+        let (vertices, corners) = in_order_of_use(&vertices, kept);
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
         let mut facets: Vec<Facet> = corners
             .iter()
@@ -137,7 +155,7 @@ impl Mesh {
         let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = 0.5 * (low + high);
         let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
-        Ok(Self {
+        Self {
             facets,
             file_order: kept.iter().map(|&(index, _)| index).collect(),
             topology,
@@ -149,14 +167,32 @@ impl Mesh {
             tolerance,
             round_off: 16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element(),
             dropped,
+            continuation: Continuation::default(),
             vertices,
-        })
+        }
     }
 
-    /// How many triangles act.
+    /// The same mesh with more triangles.
+    fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> Self {
+        Self {
+            bounds: self.bounds,
+            ball: self.ball,
+            ..Self::assembled(
+                vertices,
+                kept,
+                self.tolerance,
+                self.front_only,
+                self.dropped,
+            )
+        }
+    }
+
+    /// How many triangles act; what continues them along periodic axes does not count.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.facets.len()
+        (0..self.facets.len())
+            .filter(|&facet| self.is_own(facet))
+            .count()
     }
 
     /// Whether there is no triangle; there always is one.
@@ -174,26 +210,9 @@ impl Mesh {
     /// Edges with one, two and more triangles: rims, ordinary edges, seams.
     #[must_use]
     pub fn edge_counts(&self) -> [usize; 3] {
-        self.topology.edge_counts()
-    }
-
-    /// Index in the file of the triangle of a feature: of an edge or corner the first of its triangles. None if there is no such
-    /// feature.
-    #[must_use]
-    pub fn triangle_of(&self, feature: u32) -> Option<u32> {
-        let (faces, edges) = (self.facets.len() as u32, self.topology.edge_count() as u32);
-        let first = |edge: u32| {
-            self.topology
-                .triangles_at(edge)
-                .first()
-                .map(|&(facet, _)| facet)
-        };
-        let facet = match feature.checked_sub(faces) {
-            None => Some(feature),
-            Some(edge) if edge < edges => first(edge),
-            Some(corner) => self.topology.first_edge(corner - edges).and_then(first),
-        };
-        facet.and_then(|facet| self.file_order.get(facet as usize).copied())
+        let faces = self.facets.len() as u32;
+        let is_own = |edge: u32| self.continuation.known_as(faces + edge) == faces + edge;
+        self.topology.edge_counts(is_own)
     }
 
     /// See [`super::Shape::touches`].
@@ -237,24 +256,34 @@ impl Mesh {
     pub fn continues(&self, feature: u32, touch: &Touch, centre: DVec3) -> Option<f64> {
         let foot = centre - touch.normal * touch.distance;
         let limit = SAME_PATCH * touch.distance.abs();
-        let part = self.nearest_of(feature, centre).distance_squared(foot) / (limit * limit);
+        let squared = if self.periods().is_empty() {
+            self.nearest_of(feature, centre).distance_squared(foot)
+        } else {
+            self.nearest_image(feature, centre, foot)
+        };
+        let part = squared / (limit * limit);
         (part < 1.0).then_some(part)
     }
 
-    /// What pictures and files of the surface need.
+    /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
     #[must_use]
     pub fn outline(&self) -> Outline {
         let least = DRAWN_ANGLE.to_radians().cos();
+        let faces = self.facets.len() as u32;
         let edges = self
             .topology
             .drawn_edges(&self.facets, least)
+            .filter(|&edge| self.continuation.known_as(faces + edge) == faces + edge)
+            .map(|edge| self.topology.ends(edge))
             .map(|ends| ends.map(|k| self.vertices[k as usize]))
             .collect();
         let mut triangles: Vec<(u32, [u32; 3])> = self
             .file_order
             .iter()
             .zip(&self.facets)
-            .map(|(&index, facet)| (index, facet.vertices))
+            .enumerate()
+            .filter(|&(facet, _)| self.is_own(facet))
+            .map(|(_, (&index, facet))| (index, facet.vertices))
             .collect();
         triangles.sort_unstable_by_key(|&(index, _)| index);
         Outline::Mesh {

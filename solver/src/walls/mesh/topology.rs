@@ -130,13 +130,13 @@ impl Topology {
             [self.corner_start[corner] as usize..self.corner_start[corner + 1] as usize]
     }
 
-    /// An edge at a corner.
-    pub(super) fn first_edge(&self, corner: u32) -> Option<u32> {
-        let other = *self
-            .around_corner
-            .get(*self.corner_start.get(corner as usize)? as usize)?;
-        let ends = [corner.min(other), corner.max(other)];
-        self.edges.binary_search(&ends).ok().map(|edge| edge as u32)
+    /// Edges at a corner.
+    pub(super) fn edges_at(&self, corner: u32) -> impl Iterator<Item = u32> + '_ {
+        self.neighbours(corner).iter().filter_map(move |&other| {
+            let ends = [corner.min(other), corner.max(other)];
+            let found = self.edges.binary_search(&ends);
+            found.ok().map(|edge| edge as u32)
+        })
     }
 
     /// The two corners of an edge.
@@ -173,11 +173,11 @@ impl Topology {
         self.corner_normals[corner as usize]
     }
 
-    /// Edges with one, two and more triangles.
-    pub(super) fn edge_counts(&self) -> [usize; 3] {
+    /// Edges with one, two and more triangles, of those that are counted.
+    pub(super) fn edge_counts(&self, counted: impl Fn(u32) -> bool) -> [usize; 3] {
         let mut counts = [0; 3];
-        for edge in 0..self.edges.len() {
-            counts[self.triangles_at(edge as u32).len().min(3) - 1] += 1;
+        for edge in (0..self.edges.len() as u32).filter(|&edge| counted(edge)) {
+            counts[self.triangles_at(edge).len().min(3) - 1] += 1;
         }
         counts
     }
@@ -187,15 +187,13 @@ impl Topology {
         &'a self,
         facets: &'a [Facet],
         least: f64,
-    ) -> impl Iterator<Item = [u32; 2]> + 'a {
-        (0..self.edges.len())
-            .filter(move |&edge| match self.triangles_at(edge as u32) {
-                [(a, _), (b, _)] => {
-                    let cosine = facets[*a as usize].normal.dot(facets[*b as usize].normal);
-                    cosine.abs() < least
-                }
-                _ => true,
-            })
-            .map(|edge| self.edges[edge])
+    ) -> impl Iterator<Item = u32> + 'a {
+        (0..self.edges.len() as u32).filter(move |&edge| match self.triangles_at(edge) {
+            [(a, _), (b, _)] => {
+                let cosine = facets[*a as usize].normal.dot(facets[*b as usize].normal);
+                cosine.abs() < least
+            }
+            _ => true,
+        })
     }
 }

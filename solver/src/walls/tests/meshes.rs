@@ -425,6 +425,7 @@ fn features_name_triangles_of_the_file() {
     let triangles = cube();
     let wall = Mesh::new(&triangles, |x| x, false).unwrap();
     let mut out = Touches::new();
+    let mut found = Vec::new();
     for centre in [
         [0.3, 0.2, 1.09],
         [1.06, 0.3, 1.06],
@@ -435,14 +436,29 @@ fn features_name_triangles_of_the_file() {
         wall.touches(centre, 0.1, &mut out);
         let touch = out.as_slice()[0];
         let foot = centre - touch.normal * touch.distance;
-        let triangle = wall.triangle_of(touch.feature).unwrap() as usize;
-        let [a, b, c] = triangles.corners(triangle);
-        let height = (foot - a).dot((b - a).cross(c - a));
-        assert!(height.abs() < 1e-14, "{centre}: {triangle}");
+        wall.triangles_of(touch.feature, &mut found);
+        for &triangle in &found {
+            let [a, b, c] = triangles.corners(triangle as usize);
+            let height = (foot - a).dot((b - a).cross(c - a));
+            assert!(height.abs() < 1e-14, "{centre}: {triangle}");
+        }
     }
     // 12 faces, 18 edges, 8 corners
-    assert!((0..38).all(|feature| wall.triangle_of(feature).is_some()));
-    assert_eq!(wall.triangle_of(38), None);
+    let counts: Vec<usize> = (0..39)
+        .map(|feature| {
+            wall.triangles_of(feature, &mut found);
+            assert!(found.is_sorted());
+            found.len()
+        })
+        .collect();
+    assert!(counts[..12].iter().all(|&count| count == 1));
+    assert!(counts[12..30].iter().all(|&count| count == 2));
+    // Three faces meet at a corner, each cut into two triangles, one or both of them at the corner.
+    assert!(counts[30..38].iter().all(|count| (3..=6).contains(count)));
+    assert_eq!(counts[30..38].iter().sum::<usize>(), 3 * 12);
+    assert_eq!(counts[38], 0);
+    // The cube has edges of 2 m.
+    assert!(wall.areas().iter().all(|&area| area == 2.0));
 }
 
 /// A contact is followed over edges, round a convex edge, and not into the other face of a corner.

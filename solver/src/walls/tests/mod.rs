@@ -5,6 +5,7 @@ mod displacement;
 mod meshes;
 mod motion;
 mod motion_table;
+mod periodic;
 mod random;
 mod surfaces;
 

@@ -1,0 +1,44 @@
+//! Loads on the triangles of meshes, summed from one file to the next.
+
+use super::Engine;
+use crate::forces::LoadSums;
+
+/// Sums since each series of files was written last: frames and files for ParaView have intervals of their own.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LoadSeries {
+    /// Force evaluations whose loads are still in the blocks.
+    pending: u64,
+    frames: LoadSums,
+    vtk: LoadSums,
+}
+
+impl LoadSeries {
+    /// A force evaluation was made.
+    pub(super) fn note_evaluation(&mut self) {
+        self.pending += 1;
+    }
+}
+
+impl Engine {
+    /// Loads on the features of mesh walls, summed over the force evaluations since this was last asked: for a frame, and for the
+    /// files for ParaView. Nothing where it is not asked, or not planned.
+    pub fn take_load_sums(&mut self, frame: bool, vtk: bool) -> [Option<LoadSums>; 2] {
+        let output = &self.plan.output;
+        if !output.triangle_loads || !(frame || vtk) {
+            return [None, None];
+        }
+        let loads = self.forces.take_feature_loads();
+        let series = &mut self.load_series;
+        let evaluations = std::mem::take(&mut series.pending);
+        if output.frames {
+            series.frames.add(evaluations, &loads);
+        }
+        if output.vtk {
+            series.vtk.add(evaluations, &loads);
+        }
+        [
+            (frame && output.frames).then(|| std::mem::take(&mut series.frames)),
+            (vtk && output.vtk).then(|| std::mem::take(&mut series.vtk)),
+        ]
+    }
+}

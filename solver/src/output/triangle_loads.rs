@@ -1,0 +1,98 @@
+//! `<prefix>.triangle_loads.arrow`: mean loads on the triangles of mesh walls.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
+
+use super::particle_frames::frames_header;
+use super::stream::Stream;
+use super::{OutputError, State};
+use crate::forces::{FeatureLoad, LoadSums};
+use crate::plan::Plan;
+use crate::walls::{Mesh, Shape};
+
+pub(super) struct TriangleLoads {
+    writer: TriangleLoadWriter,
+    table: TriangleTable,
+}
+
+impl TriangleLoads {
+    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+        let path = folder.join(format!("{}.triangle_loads.arrow", plan.prefix));
+        Ok(Self {
+            writer: TriangleLoadWriter::create(path, &frames_header(plan))?,
+            table: TriangleTable::new(plan),
+        })
+    }
+}
+
+impl Stream for TriangleLoads {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if let [Some(sums), _] = &state.load_sums {
+            self.writer.append(self.table.frame(state, sums))?;
+        }
+        Ok(())
+    }
+}
+
+/// The meshes among the walls with the areas of their triangles.
+pub(super) struct TriangleTable {
+    meshes: Vec<Option<(Arc<Mesh>, Vec<f64>)>>,
+    time_step: f64,
+}
+
+impl TriangleTable {
+    pub(super) fn new(plan: &Plan) -> Self {
+        let mesh = |shape: &Shape| match shape {
+            Shape::Mesh(mesh) => Some((Arc::clone(mesh), mesh.areas())),
+            _ => None,
+        };
+        Self {
+            meshes: plan.walls.iter().map(|wall| mesh(&wall.shape)).collect(),
+            time_step: plan.time_step,
+        }
+    }
+
+    /// Means over the force evaluations of `sums`, directions as the walls stand now. What came through an edge or corner is shared
+    /// out evenly to the triangles that meet there.
+    pub(super) fn frame(&self, state: &State, sums: &LoadSums) -> TriangleLoadFrame {
+        let mut frame = TriangleLoadFrame {
+            time: state.time,
+            step: state.step,
+            ..TriangleLoadFrame::default()
+        };
+        let each = 1.0 / sums.evaluations.max(1) as f64;
+        let mut around = Vec::new();
+        for (wall, mesh) in self.meshes.iter().enumerate() {
+            let Some((mesh, areas)) = mesh else {
+                continue;
+            };
+            let mut loads: Vec<Option<FeatureLoad>> = vec![None; areas.len()];
+            let of_wall = (wall as u16, 0)..=(wall as u16, u32::MAX);
+            for (&(_, feature), load) in sums.loads.range(of_wall) {
+                mesh.triangles_of(feature, &mut around);
+                let share = load.times(each / around.len().max(1) as f64);
+                for &triangle in &around {
+                    loads[triangle as usize].get_or_insert_default().add(&share);
+                }
+            }
+            let pose = state.walls.get(wall).map(|(_, pose)| pose.rotation);
+            let turned = |x: DVec3| pose.map_or(x, |turn| turn * x);
+            for (triangle, load) in (0u32..).zip(&loads) {
+                let Some(load) = load else {
+                    continue;
+                };
+                let area = areas[triangle as usize];
+                frame.wall.push(wall as u32);
+                frame.triangle.push(triangle);
+                frame.pressure.push(load.normal / area);
+                frame.shear.push(turned(load.shear) / area);
+                frame.force.push(turned(load.force));
+                frame.slip_power.push(load.slip / (self.time_step * area));
+            }
+        }
+        frame
+    }
+}

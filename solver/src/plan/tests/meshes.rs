@@ -1,0 +1,106 @@
+//! Mesh walls: which go on for ever, and what is said of their triangles.
+
+use super::super::passes;
+use super::*;
+use crate::walls::Shape;
+
+/// A scene of two balls over a square of corners -1 and 1 in x and y; the domain is periodic in x and y.
+fn scene(mesh: bool, output: &str, scale: f64, motion: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("square.obj");
+    let square = "v -1 -1 -0.9\nv 1 -1 -0.9\nv 1 1 -0.9\nv -1 1 -0.9\nf 1 2 3\nf 1 3 4\n";
+    std::fs::write(&file, square).unwrap();
+    let head = HEAD
+        .replace(
+            "max = [1, 1, 1]\n",
+            "max = [1, 1, 1]\nperiodic = [\"x\", \"y\"]\n",
+        )
+        .replace("interval = 0.1\n", &format!("interval = 0.1\n{output}"));
+    let wall = if mesh {
+        let file = file.display();
+        format!("shape = \"mesh\"\nfile = \"{file}\"\nscale = {scale:?}\n{motion}")
+    } else {
+        "shape = \"plane\"\npoint = [0, 0, -0.9]\nnormal = [0, 0, 1]\n".to_owned()
+    };
+    let walls = format!("[[walls]]\nname = \"floor\"\nmaterial = \"ball\"\n{wall}");
+    let text = format!("{head}{BALL}{walls}{}", two("ball", 0.1));
+    (folder, text)
+}
+
+fn notes(scale: f64, motion: &str) -> (Vec<String>, usize) {
+    let (_folder, text) = scene(true, "", scale, motion);
+    let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let Shape::Mesh(mesh) = &plan.walls[0].shape else {
+        panic!("a mesh")
+    };
+    let about_floor = |note: &&String| note.starts_with("walls.floor");
+    (
+        plan.notes.iter().filter(about_floor).cloned().collect(),
+        mesh.periods().len(),
+    )
+}
+
+#[test]
+fn a_mesh_of_one_period_goes_on_and_says_so() {
+    let (told, periods) = notes(1.0, "");
+    assert_eq!(periods, 2);
+    let expected = |letter: &str| {
+        format!(
+            "walls.floor: the mesh spans the periodic axis {letter} and goes on for ever along it"
+        )
+    };
+    assert_eq!(told, [expected("x"), expected("y")]);
+    // It may travel, but not turn away from its axes.
+    let slide = "motion = [{ kind = \"translation\", velocity = [1.0, 0.0, 0.0] }]\n";
+    assert_eq!(notes(1.0, slide).1, 2);
+    let turn = "motion = [{ kind = \"rotation\", axis = [1.0, 0.0, 0.0], origin = [0, 0, -0.9], angular_velocity = 1.0 }]\n";
+    assert_eq!(notes(1.0, turn), (vec![expected("x")], 1));
+}
+
+#[test]
+fn a_mesh_that_misses_the_period_is_told_of() {
+    let (told, periods) = notes(0.995, "");
+    assert_eq!(periods, 0);
+    assert_eq!(
+        told[0],
+        "walls.floor: the mesh is 1.99 m long along the periodic axis x, whose period is 2 m: it ends there; a mesh of just one period goes on for ever"
+    );
+    assert_eq!(told.len(), 2);
+    assert_eq!(notes(0.5, ""), (Vec::new(), 0));
+}
+
+#[test]
+fn loads_on_triangles_need_triangles_and_a_file() {
+    let done = |mesh: bool, output: &str| {
+        let (_folder, text) = scene(mesh, output, 1.0, "");
+        let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let told = |text: &String| text.starts_with("output.triangle_loads");
+        let warning = plan.warnings.iter().find(|text| told(text)).cloned();
+        let pass = passes(&plan)
+            .into_iter()
+            .find(|pass| pass.name == "loads on triangles")
+            .unwrap();
+        assert_eq!(pass.is_done, plan.output.triangle_loads);
+        (pass.is_done, pass.reason, warning.unwrap_or_default())
+    };
+    let text =
+        |done: bool, reason: &str, warning: &str| (done, reason.to_owned(), warning.to_owned());
+    let on = "triangle_loads = true\n";
+    assert_eq!(done(true, on), text(true, "summed up in every step", ""));
+    assert_eq!(
+        done(true, ""),
+        text(false, "output.triangle_loads = false", "")
+    );
+    assert_eq!(
+        done(false, on),
+        text(
+            false,
+            "no wall is a mesh",
+            "output.triangle_loads: no wall is a mesh, so there are no triangles"
+        )
+    );
+    assert_eq!(
+        done(true, "triangle_loads = true\nframes = false\n").2,
+        "output.triangle_loads: nothing would hold them, as output.frames and output.vtk are false"
+    );
+}
