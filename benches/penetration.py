@@ -6,12 +6,13 @@
     benches/penetration.py SCENES/penetration-25k.toml /tmp/penetration/penetration-25k.track.csv
 
 Same particles, same mesh, same law (LIGGGHTS' Mindlin factor is 1, the scene's 2/3), same step. Prints height by both codes
-each millisecond and the largest difference.
+each millisecond and the largest difference. With --reference FILE, LIGGGHTS' heights are also written as the table that
+validation-long compares with (tests/src/long/penetration-25k.liggghts.csv). LIGGGHTS needs some 10 minutes.
 """
-import csv, os, re, subprocess, sys, tempfile, tomllib
+import csv, datetime, os, re, subprocess, sys, tempfile, tomllib
 
 
-def main(scene, track):
+def main(scene, track, reference=None):
     cfg = tomllib.load(open(scene, "rb"))
     here = os.path.dirname(os.path.abspath(scene))
     table, intruder = cfg["particles"]
@@ -78,9 +79,17 @@ run %d
                              env=dict(os.environ, OMP_NUM_THREADS="1"))
     if run.returncode:
         sys.exit("liggghts failed:\n%s" % (run.stdout + run.stderr)[-2000:])
+    heights = re.findall(r"^HEIGHT (\S+) (\S+)", run.stdout, re.M)
+    if reference:
+        with open(reference, "w") as f:
+            f.write("# Height of the centre of the steel sphere of %s by LIGGGHTS 3.8 (Debian's package), one process.\n" % os.path.basename(scene))
+            f.write("# Made on %s by: benches/penetration.py SCENES/%s TRACK.csv --reference FILE\n" % (datetime.date.today(), os.path.basename(scene)))
+            f.write("# Model hertz with tangential history (Mindlin factor 1, the scene's is 2/3), step %g s, gravity 9.81 m/s^2, "
+                    "%d spheres of the scene's table, mesh of the scene.\n" % (step, len(rows)))
+            f.write("time_s,height_m\n" + "".join("%s,%.6f\n" % (t, float(h)) for t, h in heights))
     largest = 0.0
     print("time_s,mercury_m,liggghts_m")
-    for time, height in re.findall(r"^HEIGHT (\S+) (\S+)", run.stdout, re.M):
+    for time, height in heights:
         mine = ours.get(round(float(time), 6))
         if mine is not None:
             largest = max(largest, abs(mine - float(height)))
@@ -90,6 +99,9 @@ run %d
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) == 5 and sys.argv[3] == "--reference":
+        main(sys.argv[1], sys.argv[2], sys.argv[4])
+    elif len(sys.argv) == 3:
+        main(*sys.argv[1:])
+    else:
         sys.exit(__doc__)
-    main(*sys.argv[1:])

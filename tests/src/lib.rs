@@ -4,9 +4,11 @@ pub mod cases;
 pub mod closed_forms;
 #[cfg(doctest)]
 mod how_to;
+pub mod long;
 pub mod reference;
 pub mod scene_checks;
 pub mod scenes;
 pub mod selftests;
+pub mod shapes;
 pub mod twins;
 pub mod validation;

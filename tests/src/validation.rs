@@ -13,6 +13,7 @@ use anyhow::{Context, Result, ensure};
 use crate::cases::{self, Outcome};
 use crate::scene_checks;
 use crate::selftests::{self, Comparison, Data};
+use crate::shapes::{self, Shapes};
 
 /// Names of all checks but the contact cases, one in each line.
 const FROZEN: &str = include_str!("validation/checks.txt");
@@ -26,6 +27,8 @@ pub struct Results {
     pub cases: Vec<Outcome>,
     /// Scenes of the project.
     pub scenes: Vec<Outcome>,
+    /// Bodies from reference shapes.
+    pub shapes: Vec<Outcome>,
     /// Self tests of MercuryDPM and the packing that other programs run too.
     pub comparisons: Vec<Comparison>,
 }
@@ -34,7 +37,7 @@ impl Results {
     /// Number of checks, and of those that fail.
     #[must_use]
     pub fn count(&self) -> (usize, usize) {
-        let outcomes = || self.cases.iter().chain(&self.scenes);
+        let outcomes = || self.cases.iter().chain(&self.scenes).chain(&self.shapes);
         let failed = outcomes().filter(|outcome| !outcome.holds()).count()
             + self.comparisons.iter().filter(|c| !c.holds()).count();
         (outcomes().count() + self.comparisons.len(), failed)
@@ -47,6 +50,7 @@ impl Results {
 /// If the reference data are missing, a comparison cannot be made, or a check has vanished or is new and not on the frozen list.
 pub fn run() -> Result<Results> {
     let data = Data::find().context("the reference data of the self tests are not installed")?;
+    let shapes = Shapes::find().context("the reference shapes are not installed")?;
     let outcomes = |cases: Vec<cases::Case>| cases.iter().map(cases::Case::run).collect();
     let mut comparisons = vec![selftests::energy_of_a_packing()?];
     for set_up in selftests::ALL {
@@ -55,13 +59,11 @@ pub fn run() -> Result<Results> {
     let results = Results {
         cases: outcomes(cases::all()),
         scenes: outcomes(scene_checks::all()),
+        shapes: outcomes(shapes::all(&shapes)),
         comparisons,
     };
-    let mut names: Vec<&str> = results
-        .scenes
-        .iter()
-        .map(|scene| scene.name.as_str())
-        .collect();
+    let outcomes = results.scenes.iter().chain(&results.shapes);
+    let mut names: Vec<&str> = outcomes.map(|row| row.name.as_str()).collect();
     names.extend(results.comparisons.iter().map(|comparison| comparison.name));
     compare_names(&names, FROZEN)?;
     let names: Vec<&str> = results
@@ -74,7 +76,7 @@ pub fn run() -> Result<Results> {
 }
 
 /// Whether the checks are those of a frozen list.
-fn compare_names(names: &[&str], frozen: &str) -> Result<()> {
+pub(crate) fn compare_names(names: &[&str], frozen: &str) -> Result<()> {
     let present: BTreeSet<&str> = names.iter().copied().collect();
     ensure!(present.len() == names.len(), "a name stands for two checks");
     let frozen: BTreeSet<&str> = frozen.lines().collect();

@@ -18,17 +18,24 @@ use crate::scenes::{advance, frictionless, particle, plan, plane, sphere, start}
 
 const FONT: &[u8] = include_bytes!("../../../pictures/assets/DejaVuSans-subset.ttf");
 /// Colours that colour-blind readers tell apart (Okabe & Ito 2008).
-const BLUE: RGBColor = RGBColor(0, 114, 178);
-const ORANGE: RGBColor = RGBColor(213, 94, 0);
-const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(crate) const ORANGE: RGBColor = RGBColor(213, 94, 0);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const PINK: RGBColor = RGBColor(204, 121, 167);
 
 /// One curve of a chart: its legend, colour and points; with or without a line through the points.
-struct Curve {
-    name: &'static str,
-    colour: RGBColor,
-    points: Vec<(f64, f64)>,
-    line: bool,
-    dots: bool,
+pub(crate) struct Curve {
+    pub(crate) name: &'static str,
+    pub(crate) colour: RGBColor,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) line: bool,
+    pub(crate) dots: bool,
+}
+
+/// Lets charts use the embedded font.
+pub(crate) fn load_font() -> Result<()> {
+    register_font("sans-serif", FontStyle::Normal, FONT)
+        .map_err(|_| anyhow!("the embedded font cannot be read"))
 }
 
 /// Draws all charts into a folder.
@@ -37,8 +44,7 @@ struct Curve {
 /// If a file cannot be written.
 pub fn draw(results: &Results, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)?;
-    register_font("sans-serif", FontStyle::Normal, FONT)
-        .map_err(|_| anyhow!("the embedded font cannot be read"))?;
+    load_font()?;
     hertz_phase(&folder.join("hertz-phase.svg"))?;
     convergence(&folder.join("convergence.svg"))?;
     oblique_impact(results, &folder.join("oblique-impact.svg"))
@@ -214,7 +220,7 @@ fn rebound(psi: f64, factor: f64) -> f64 {
 }
 
 /// One chart; `logarithmic` takes decimal logarithms along both axes.
-fn chart(
+pub(crate) fn chart(
     path: &Path,
     title: &str,
     (x_label, y_label): (&str, &str),

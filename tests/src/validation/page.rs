@@ -66,7 +66,8 @@ fn number(value: f64) -> String {
     }
 }
 
-fn outcomes<'a>(page: &mut String, rows: impl Iterator<Item = (&'a str, &'a Outcome)>) {
+/// A table of checks, each with the name that it has here.
+pub(crate) fn outcomes<'a>(page: &mut String, rows: impl Iterator<Item = (&'a str, &'a Outcome)>) {
     page.push_str("\n| check | expected | measured | allowed | status | source |\n|---|---|---|---|---|---|\n");
     for (name, row) in rows {
         let _ = writeln!(
@@ -120,7 +121,8 @@ pub fn page(results: &Results) -> String {
     );
     if failed > 0 {
         page.push_str("\nFailed:\n\n");
-        let rows = results.cases.iter().chain(&results.scenes);
+        let rows = results.cases.iter();
+        let rows = rows.chain(&results.scenes).chain(&results.shapes);
         let names = rows.filter(|row| !row.holds()).map(|row| row.name.as_str());
         let others = results.comparisons.iter().filter(|row| !row.holds());
         for name in names.chain(others.map(|row| row.name)) {
@@ -141,6 +143,11 @@ pub fn page(results: &Results) -> String {
     page.push_str("\nThe overlap at the first step in contact depends on where in a step the touch falls; the damping of the Hertz law grows with the fourth root of it. The jumps are where the contact ends a step earlier. The error falls with the step.\n");
     page.push_str("\n![Convergence of the time step](pictures/convergence.svg)\n");
     page.push_str("\nThe error of the free oscillation of a sphere on a spring is of second order in the step. A collision with damping begins and ends within a step, which leaves an error of first order at most.\n");
+    page.push_str("\n## Reference shapes\n\nBodies that `mclump` makes of shapes shipped with MercuryDPM, on a table; lengths as in their files, density 1, gravity 10. [What they show](how-to/grains-of-real-shape.md#how-many-pebbles).\n");
+    outcomes(
+        &mut page,
+        results.shapes.iter().map(|row| (row.name.as_str(), row)),
+    );
     page.push_str("\n## Other programs\n\n");
     page.push_str("MercuryDPM ships files of its own self tests. Our engine runs the same set-ups, with the source's variant of a law where it differs from our default (springs turned incrementally, a spring increment in the first force evaluation, lever 2R\\* of rolling resistance, stiffness factor 2/3), ");
     page.push_str("and every number of a file is compared: |a − b| ≤ (first tolerance) · |b| + (second tolerance) · (largest magnitude in its column). Files hold 10 digits, so that up to half of 1e-9 is the file's own rounding. ");
@@ -202,6 +209,7 @@ mod tests {
         let results = Results {
             cases: vec![outcome("T1 law: a", 1.05), outcome("X law: b", f64::NAN)],
             scenes: vec![outcome("scene c", 2.0)],
+            shapes: Vec::new(),
             comparisons: Vec::new(),
         };
         let page = page(&results);
