@@ -138,6 +138,18 @@ impl Facet {
     }
 }
 
+#[cfg(test)]
+impl super::Mesh {
+    /// The same mesh without patches: every facet counts by itself.
+    pub(crate) fn without_patches(&self) -> Self {
+        let mut new = self.clone();
+        for facet in &mut new.facets {
+            facet.patch = Membership(0);
+        }
+        new
+    }
+}
+
 /// The distance to the nearest point of each patch that was met, m.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Best {

@@ -156,6 +156,32 @@ proptest! {
         lists_and_queries_agree(&wall, seed, centre, step * reach, reach)?;
     }
 
+    /// Patches save time and change nothing: the contacts are those of a mesh of which every facet counts by itself.
+    #[test]
+    fn patches_change_no_contact(
+        cells in 2usize..40,
+        waves in 0.0..0.3f64,
+        place in prop::array::uniform2(-1.1..1.1f64),
+        height in -1.0..1.0f64,
+        reach in 0.05..0.5f64,
+        box_too in any::<bool>(),
+    ) {
+        let mut triangles = sheet(cells, waves);
+        if box_too {
+            // A fine box: corners and edges from inside and outside.
+            triangles = fine_cube(cells.min(12));
+        }
+        let wall = Mesh::new(&triangles, |x| x, false).unwrap();
+        let apart = wall.without_patches();
+        let [x, y] = place;
+        let base = if box_too { 1.0 } else { waves * (4.0 * x).sin() };
+        let centre = DVec3::new(x, y, base + height * reach);
+        let (mut one, mut other) = (Touches::new(), Touches::new());
+        wall.touches(centre, reach, &mut one);
+        apart.touches(centre, reach, &mut other);
+        prop_assert_eq!(one.as_slice(), other.as_slice());
+    }
+
     /// No vertex moves by more than the bound.
     #[test]
     fn displacements_are_bounded(
@@ -222,6 +248,38 @@ fn sheet(cells: usize, waves: f64) -> TriangleMesh {
                 triangles.push([k, k + 1, above + 1]);
                 triangles.push([k, above + 1, above]);
             }
+        }
+    }
+    mesh(vertices, triangles)
+}
+
+/// The cube from -1 to 1 with twice `cells` squared triangles a face.
+fn fine_cube(cells: usize) -> TriangleMesh {
+    let face = sheet(cells, 0.0);
+    let mut vertices: Vec<DVec3> = Vec::new();
+    let mut triangles = Vec::new();
+    for axis in 0..3 {
+        for side in [-1.0, 1.0] {
+            let numbers: Vec<u32> = face
+                .vertices
+                .iter()
+                .map(|x| {
+                    let mut place = DVec3::ZERO;
+                    (place[(axis + 1) % 3], place[(axis + 2) % 3]) = (x.x, x.y);
+                    place[axis] = side;
+                    let known = vertices.iter().position(|&known| known == place);
+                    known.unwrap_or_else(|| {
+                        vertices.push(place);
+                        vertices.len() - 1
+                    }) as u32
+                })
+                .collect();
+            let turned = |[a, b, c]: [u32; 3]| if side > 0.0 { [a, b, c] } else { [a, c, b] };
+            let numbered = face
+                .triangles
+                .iter()
+                .map(|corners| corners.map(|k| numbers[k as usize]));
+            triangles.extend(numbered.map(turned));
         }
     }
     mesh(vertices, triangles)
