@@ -618,7 +618,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             for &source in sources {
                 earlier[source].outbox.deliver(index - source - 1, loads);
             }
-            fastest = fastest.merge(finish(&mut records[block.rows.clone()], loads));
+            fastest = fastest.merge(finish(index, &mut records[block.rows.clone()], loads));
         }
         fastest
     }

@@ -45,8 +45,8 @@ pub struct StepContext<'a> {
 /// Loads that one block of rows has summed up: index of the block, those of earlier cuts first as `None`.
 pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 
-/// What is done with a block of particles once the loads on them are known.
-pub type Finish<'a> = dyn Fn(&mut [Particle], &[Load]) -> Fastest + Sync + 'a;
+/// What is done with a block of particles, by its number, once the loads on them are known.
+pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> Fastest + Sync + 'a;
 
 /// The largest squared speed of some particles, and the sum of their squared speeds, which is not finite if any of them is not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

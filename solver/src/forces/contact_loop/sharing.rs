@@ -136,7 +136,7 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
         block.outbox.deliver(index - source - 1, &mut loads);
     }
     let mut records = locked!(station.records.write());
-    *locked!(station.fastest.lock()) = finish(&mut records, &loads);
+    *locked!(station.fastest.lock()) = finish(index, &mut records, &loads);
     station.finished.store(true, Ordering::Relaxed);
     true
 }
