@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::alignment::{Alignment, Equal, align};
 use crate::inertia::comparison::{Route, Row, Settings, row, warnings};
+use crate::sizes::pebble_problem;
 use crate::surface::Prepared;
 
 /// A body longer than this (m) is probably given in another unit.
@@ -100,7 +101,7 @@ pub enum BuildError {
 /// Makes a clump.
 ///
 /// # Errors
-/// Without pebbles, with a pebble or density that is not above 0 or not finite, with a route that does not apply.
+/// Without pebbles, with a pebble or density that is not above 0 or not finite, with [lengths](crate::sizes) that cannot be computed with, with a route that does not apply.
 pub fn build(input: &Input, options: &Options) -> Result<Built, BuildError> {
     check(input, options)?;
     let mesh = input.surface.as_ref().map(|surface| &surface.mesh);
@@ -184,7 +185,16 @@ fn check(input: &Input, options: &Options) -> Result<(), BuildError> {
             problem,
         });
     }
-    Ok(())
+    match pebble_problem(&input.pebbles) {
+        Some(problem) => Err(BuildError::BadPebble {
+            index: problem.pebble.unwrap_or(0) + 1,
+            problem: format!(
+                "{}, expected {}\nhelp: {}",
+                problem.found, problem.expected, problem.help
+            ),
+        }),
+        None => Ok(()),
+    }
 }
 
 /// The surface, else the closed form where nothing overlaps, else the union.

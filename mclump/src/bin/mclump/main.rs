@@ -17,8 +17,10 @@ use mclump::generate::{
 };
 use mclump::inertia::comparison::{Route, Settings, row};
 use mclump::output::{check_free, contents, paths, write};
+use mclump::sizes::{self, SizeProblem};
 use mclump::surface::{Prepared, inspect, prepare};
 use mclump::table;
+use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
@@ -101,8 +103,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let pebbles = match pebbles {
         Some(path) => {
             source.push(("pebbles".to_owned(), described(path)?));
-            let list = read_pebble_list(path).map_err(input_failure)?;
-            scaled_pebbles(&list, arguments.scale)
+            read_pebbles(path, arguments.scale)?
         }
         None => {
             let mesh = prepared.as_ref().map(|prepared| &prepared.mesh);
@@ -248,9 +249,39 @@ fn described(path: &Path) -> Result<Remark, Failure> {
     ]))
 }
 
+/// Reads and scales a pebble list; lengths that cannot be computed with are refused with their line.
+fn read_pebbles(path: &Path, scale: f64) -> Result<Vec<Pebble>, Failure> {
+    let list = read_pebble_list(path).map_err(input_failure)?;
+    let pebbles = scaled_pebbles(&list, scale);
+    let Some(problem) = sizes::pebble_problem(&pebbles) else {
+        return Ok(pebbles);
+    };
+    let text = std::fs::read_to_string(path).map_err(input_failure)?;
+    let line = (problem.pebble).and_then(|index| sizes::line_of_pebble(path, &text, index));
+    Err(input_failure(FormatError {
+        line,
+        ..size_error(path, problem, scale)
+    }))
+}
+
+fn size_error(path: &Path, problem: SizeProblem, scale: f64) -> FormatError {
+    let scaled = if scale == 1.0 {
+        String::new()
+    } else {
+        format!(" (with --scale {scale:e})")
+    };
+    FormatError {
+        expected: problem.expected,
+        ..FormatError::of_file(path, problem.found + &scaled).with_help(problem.help)
+    }
+}
+
 /// Reads, scales and checks the surface. One that is only looked at may be open.
 fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<Prepared, Failure> {
     let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+    if let Some(problem) = sizes::surface_problem(&mesh) {
+        return Err(input_failure(size_error(path, problem, arguments.scale)));
+    }
     let of_other = !needed && !arguments.repair;
     match prepare(mesh, arguments.repair) {
         Ok(prepared) => Ok(prepared),
