@@ -9,14 +9,14 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, MethodName, RouteName};
 use clap::{CommandFactory as _, Parser as _};
-use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
+use mclump::clump::{Input, Options, build, implausible_size, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
 use mclump::generate::{
     Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
 };
 use mclump::inertia::comparison::{Route, Settings, row};
-use mclump::output::{check_free, contents, paths, write};
+use mclump::output::{check_free, contents, paths, with_suffix, write};
 use mclump::sizes::{self, SizeProblem};
 use mclump::surface::{Prepared, inspect, prepare};
 use mclump::table;
@@ -69,7 +69,10 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let Files { surface, pebbles } = sort_files(&arguments.files)?;
     let main = pebbles.or(surface).unwrap_or(Path::new(""));
     let name = clump_name(arguments.output.as_deref(), surface.unwrap_or(main));
-    let output = (arguments.output.clone()).unwrap_or_else(|| format!("{name}.clump.toml").into());
+    let output = match &arguments.output {
+        Some(path) => with_suffix(path),
+        None => format!("{name}.clump.toml").into(),
+    };
     let makes_clump = pebbles.is_some() || arguments.generate.is_some();
     if pebbles.is_some() && arguments.generate.is_some() {
         return Err(Failure::Input(
@@ -80,10 +83,6 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Input(
             "--generate needs a surface: give an STL or OBJ file".into(),
         ));
-    }
-    if makes_clump {
-        let files = paths(&output, surface.is_some(), !arguments.no_picture);
-        check_free(&files, arguments.force).map_err(input_failure)?;
     }
     let progress = Progress::new(arguments.quiet);
     let mut source = Vec::new();
@@ -100,11 +99,18 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         return look(arguments, prepared.as_ref());
     }
     source.push(("scale".to_owned(), arguments.scale.into()));
-    let pebbles = match pebbles {
+    let listed = match pebbles {
         Some(path) => {
             source.push(("pebbles".to_owned(), described(path)?));
-            read_pebbles(path, arguments.scale)?
+            Some(read_pebbles(path, arguments.scale)?)
         }
+        None => None,
+    };
+    // Now that the input is known to be good, and before the work begins.
+    let files = paths(&output, surface.is_some(), !arguments.no_picture);
+    check_free(&files, arguments.force).map_err(input_failure)?;
+    let pebbles = match listed {
+        Some(pebbles) => pebbles,
         None => {
             let mesh = prepared.as_ref().map(|prepared| &prepared.mesh);
             generated(arguments, mesh, &mut source, &progress)?
@@ -117,6 +123,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         settings: settings(arguments),
         source,
         checks: Vec::new(),
+        generated: arguments.generate.is_some(),
     };
     let fidelity = prepared
         .as_ref()
@@ -338,12 +345,17 @@ fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failur
     )
     .into_iter()
     .collect();
+    let size = (prepared.mesh.bounds()).map(|(low, high)| (high - low).max_element());
+    let mut warnings = prepared.warnings.clone();
+    warnings.extend(size.and_then(implausible_size));
     if arguments.json {
-        return say(&pretty(&table::routes_json(&rows, arguments.density))?);
+        let mut found = table::routes_json(&rows, arguments.density);
+        found["warnings"] = warnings.into();
+        return say(&pretty(&found)?);
     }
     let mut text = surface_text(prepared);
     text += &table::routes(&rows, None, arguments.density);
-    for warning in &prepared.warnings {
+    for warning in &warnings {
         text += &format!("warning: {warning}\n");
     }
     let triangles = prepared.mesh.triangles.len();
