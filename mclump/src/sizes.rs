@@ -9,8 +9,6 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::formats::pebble_list::parse_pebble_list;
 
-use crate::table::number;
-
 /// No radius and no extent of a surface may be smaller than this (m).
 pub const SMALLEST_LENGTH: f64 = 1e-30;
 /// No radius and no coordinate may be larger than this in size (m).
@@ -136,6 +134,16 @@ pub fn surface_problem(mesh: &TriangleMesh) -> Option<SizeProblem> {
 
 fn coordinate_range() -> String {
     format!("at most {} m in size", number(LARGEST_LENGTH))
+}
+
+/// Seven digits at most, and no more than needed.
+fn number(x: f64) -> String {
+    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }
 
 /// The coordinate of a centre that is largest in size, with its name.

@@ -416,42 +416,40 @@ fn lengths_that_cannot_be_computed_with_are_refused_with_their_line() {
     const FAR: &str = "help: the pebbles would vanish against their distances: correct the one that is far away\n";
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let radius = "expected a radius from 1.000000e-30 m to 1.000000e30 m";
+    let radius = "expected a radius from 1e-30 m to 1e30 m";
     for (list, scale, expected) in [
         (
             "0,0,0,1e100\n",
             "1",
-            format!("h.csv:1: the radius 1.000000e100 m, {radius}\n{RANGE}"),
+            format!("h.csv:1: the radius 1e100 m, {radius}\n{RANGE}"),
         ),
         (
             "x,y,z,r\n\n0,0,0,1\n0,0,0,1e-300\n",
             "1",
-            format!("h.csv:4: the radius 1.000000e-300 m, {radius}\n{RANGE}"),
+            format!("h.csv:4: the radius 1e-300 m, {radius}\n{RANGE}"),
         ),
         (
             "0,0,0,1\n",
             "1e-200",
-            format!("h.csv:1: the radius 1.000000e-200 m (with --scale 1e-200), {radius}\n{RANGE}"),
+            format!("h.csv:1: the radius 1e-200 m (with --scale 1e-200), {radius}\n{RANGE}"),
         ),
         (
             "0,0,0,1\n0,-1e200,0,1\n",
             "1",
-            format!(
-                "h.csv:2: y = -1.000000e200 m, expected at most 1.000000e30 m in size\n{RANGE}"
-            ),
+            format!("h.csv:2: y = -1e200 m, expected at most 1e30 m in size\n{RANGE}"),
         ),
         (
             "1e30,0,0,1\n0,0,0,1\n",
             "1",
             format!(
-                "h.csv:1: the radius 1 m beside x = 1.000000e30 m, expected at least 1e-12 of the coordinate\n{DIGITS}"
+                "h.csv:1: the radius 1 m beside x = 1e30 m, expected at least 1e-12 of the coordinate\n{DIGITS}"
             ),
         ),
         (
             "1e10,0,0,1\n0,0,0,1\n",
             "1",
             format!(
-                "h.csv:1: x = 1.000000e10 m, which spreads the pebbles over 1.000000e10 m, while the largest radius is 1 m, \
+                "h.csv:1: x = 1e10 m, which spreads the pebbles over 1e10 m, while the largest radius is 1 m, \
                  expected at least 1e-6 of the spread\n{FAR}"
             ),
         ),
@@ -467,7 +465,7 @@ fn lengths_that_cannot_be_computed_with_are_refused_with_their_line() {
     assert_eq!(
         refused(path, &["huge.obj"]),
         format!(
-            "huge.obj: a vertex with the coordinate 3.000000e99 m in size, expected at most 1.000000e30 m in size\n{RANGE}"
+            "huge.obj: a vertex with the coordinate 3e99 m in size, expected at most 1e30 m in size\n{RANGE}"
         )
     );
 }
