@@ -7,7 +7,10 @@ use thiserror::Error;
 
 use crate::alignment::{Alignment, Equal, align};
 use crate::inertia::comparison::{Route, Row, Settings, row, warnings};
+use crate::inertia::pebbles::bounds;
+use crate::sizes::pebble_problem;
 use crate::surface::Prepared;
+use crate::table::number;
 
 /// A body longer than this (m) is probably given in another unit.
 const LARGE_BODY: f64 = 10.0;
@@ -15,6 +18,9 @@ const LARGE_BODY: f64 = 10.0;
 const SMALL_BODY: f64 = 1e-7;
 /// Nothing is denser (kg/m3): osmium has 22,590.
 const DENSEST: f64 = 23_000.0;
+
+/// Pebbles that cover less than this share of the surface's volume do not stand for the body.
+pub const LEAST_COVERED: f64 = 0.01;
 
 /// What a clump is made of, in SI units, all in one frame.
 #[derive(Debug, Clone)]
@@ -41,6 +47,8 @@ pub struct Options {
     pub source: Vec<(String, Remark)>,
     /// Further entries of `[checks]`, put behind those found here.
     pub checks: Vec<(String, Remark)>,
+    /// Whether the pebbles were [generated](crate::generate) from the surface: words about wrong frames and units make no sense then.
+    pub generated: bool,
 }
 
 impl Default for Options {
@@ -51,6 +59,7 @@ impl Default for Options {
             settings: Settings::default(),
             source: Vec::new(),
             checks: Vec::new(),
+            generated: false,
         }
     }
 }
@@ -92,6 +101,43 @@ pub enum BuildError {
     /// The density is not a positive number.
     #[error("the density must be above 0 kg/m3, got {0}")]
     BadDensity(f64),
+    /// Pebbles that have nothing to do with the surface.
+    #[error(
+        "{outside} of {pebbles} pebbles lie wholly outside the box around the surface, the first is pebble {first}: \
+         the surface spans {}, the pebbles span {}\n\
+         help: both must be in the same frame and unit (--scale goes for both): are they of the same body?",
+        spans(surface_box),
+        spans(pebbles_box)
+    )]
+    Apart {
+        /// How many lie outside.
+        outside: usize,
+        /// How many there are.
+        pebbles: usize,
+        /// The first that lies outside, counted from 1.
+        first: usize,
+        /// The axis-parallel box around the surface in m.
+        surface_box: (DVec3, DVec3),
+        /// The same of the pebbles.
+        pebbles_box: (DVec3, DVec3),
+    },
+    /// Pebbles that do not stand for the surface.
+    #[error(
+        "the pebbles cover {} % of the volume that the surface encloses, expected at least {} %: they do not stand for the body\nhelp: {}",
+        rounded(100.0 * share),
+        100.0 * LEAST_COVERED,
+        if *generated {
+            "the body is thin or hollow: make more pebbles (--pebbles), let them stand out (--protrusion), or take another surface"
+        } else {
+            "give more or larger pebbles, in the unit of the surface (--scale goes for both), or --generate tangent --pebbles 100"
+        }
+    )]
+    TooLittle {
+        /// Volume of the pebbles' union over that of the surface.
+        share: f64,
+        /// Whether the pebbles were made for the surface.
+        generated: bool,
+    },
     /// The result is no rigid body; this needs numbers at the edge of double precision.
     #[error("the result is not a rigid body: {0}\nhelp: check the unit (--scale) and the sizes")]
     NotRigid(#[from] ClumpProblem),
@@ -100,15 +146,20 @@ pub enum BuildError {
 /// Makes a clump.
 ///
 /// # Errors
-/// Without pebbles, with a pebble or density that is not above 0 or not finite, with a route that does not apply.
+/// Without pebbles, with a pebble or density that is not above 0 or not finite, with [lengths](crate::sizes) that cannot be computed with, with a route that does not apply,
+/// with pebbles outside the surface's box or that cover less than [`LEAST_COVERED`] of its volume.
 pub fn build(input: &Input, options: &Options) -> Result<Built, BuildError> {
     check(input, options)?;
     let mesh = input.surface.as_ref().map(|surface| &surface.mesh);
+    if let Some(mesh) = mesh {
+        check_place(mesh, &input.pebbles)?;
+    }
     let all = [Route::Surface, Route::Union, Route::Voxels, Route::Pebbles];
     let rows: Vec<Row> = all
         .into_iter()
         .filter_map(|route| row(route, mesh, &input.pebbles, &options.settings))
         .collect();
+    check_cover(&rows, options)?;
     let route = options.route.unwrap_or_else(|| default_route(&rows));
     let chosen = rows.iter().find(|row| row.route == route).ok_or_else(|| {
         BuildError::NoRoute(match route {
@@ -134,7 +185,7 @@ pub fn build(input: &Input, options: &Options) -> Result<Built, BuildError> {
         .surface
         .as_ref()
         .map_or(Vec::new(), |surface| surface.warnings.clone());
-    words.extend(warnings(&rows, route));
+    words.extend(warnings(&rows, route, options.generated));
     words.extend(implausible(input, options));
     let mut file = ClumpFile {
         name: input.name.clone(),
@@ -184,6 +235,59 @@ fn check(input: &Input, options: &Options) -> Result<(), BuildError> {
             problem,
         });
     }
+    match pebble_problem(&input.pebbles) {
+        Some(problem) => Err(BuildError::BadPebble {
+            index: problem.pebble.unwrap_or(0) + 1,
+            problem: format!(
+                "{}, expected {}\nhelp: {}",
+                problem.found, problem.expected, problem.help
+            ),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses pebbles that are not where the surface is.
+fn check_place(mesh: &TriangleMesh, pebbles: &[Pebble]) -> Result<(), BuildError> {
+    let (Some(surface_box), Some(pebbles_box)) = (mesh.bounds(), bounds(pebbles)) else {
+        return Ok(());
+    };
+    let (low, high) = surface_box;
+    let is_outside = |pebble: &Pebble| {
+        let radius = DVec3::splat(pebble.radius);
+        (pebble.position + radius).cmplt(low).any() || (pebble.position - radius).cmpgt(high).any()
+    };
+    let outside: Vec<usize> = (0..pebbles.len())
+        .filter(|&index| is_outside(&pebbles[index]))
+        .collect();
+    match outside.first() {
+        None => Ok(()),
+        Some(first) => Err(BuildError::Apart {
+            outside: outside.len(),
+            pebbles: pebbles.len(),
+            first: first + 1,
+            surface_box,
+            pebbles_box,
+        }),
+    }
+}
+
+/// Refuses pebbles that cover next to nothing of the body.
+fn check_cover(rows: &[Row], options: &Options) -> Result<(), BuildError> {
+    let volume = |route: Route| {
+        let row = rows.iter().find(|row| row.route == route);
+        row.map(|row| row.properties.volume)
+    };
+    let (Some(union), Some(surface)) = (volume(Route::Union), volume(Route::Surface)) else {
+        return Ok(());
+    };
+    let share = union / surface;
+    if share < LEAST_COVERED {
+        return Err(BuildError::TooLittle {
+            share,
+            generated: options.generated,
+        });
+    }
     Ok(())
 }
 
@@ -207,22 +311,35 @@ fn default_route(rows: &[Row]) -> Route {
     }
 }
 
+/// Words about the length of a body in m if it suggests a wrong unit.
+#[must_use]
+pub fn implausible_size(size: f64) -> Option<String> {
+    if size > LARGE_BODY {
+        let length = if size < 1e6 {
+            format!("{size:.3}")
+        } else {
+            format!("{size:.3e}")
+        };
+        Some(format!(
+            "the body is {length} m long: if the file is in mm, add --scale 1e-3"
+        ))
+    } else if size < SMALL_BODY {
+        Some(format!(
+            "the body is only {size:.1e} m long: is --scale right?"
+        ))
+    } else {
+        None
+    }
+}
+
 /// Words about sizes and densities that suggest a wrong unit.
 fn implausible(input: &Input, options: &Options) -> Vec<String> {
-    let Some((low, high)) = crate::inertia::pebbles::bounds(&input.pebbles) else {
+    let Some((low, high)) = bounds(&input.pebbles) else {
         return Vec::new();
     };
-    let size = (high - low).max_element();
-    let mut words = Vec::new();
-    if size > LARGE_BODY {
-        words.push(format!(
-            "the body is {size:.3} m long: if the file is in mm, add --scale 1e-3"
-        ));
-    } else if size < SMALL_BODY {
-        words.push(format!(
-            "the body is only {size:.1e} m long: is --scale right?"
-        ));
-    }
+    let mut words: Vec<String> = implausible_size((high - low).max_element())
+        .into_iter()
+        .collect();
     if options.density > DENSEST {
         words.push(format!(
             "no solid has a density of {} kg/m3: is it in another unit?",
@@ -284,6 +401,22 @@ fn checks(
         checks.push(("warnings".into(), texts(words)));
     }
     checks
+}
+
+/// A box for people, in m.
+fn spans((low, high): &(DVec3, DVec3)) -> String {
+    let axes = [
+        ("x", low.x, high.x),
+        ("y", low.y, high.y),
+        ("z", low.z, high.z),
+    ];
+    axes.map(|(axis, from, to)| format!("{axis} {} to {} m", rounded(from), rounded(to)))
+        .join(", ")
+}
+
+/// Four digits.
+fn rounded(x: f64) -> String {
+    number(format!("{x:.3e}").parse().unwrap_or(x))
 }
 
 fn texts(words: &[String]) -> Remark {

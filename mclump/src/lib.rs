@@ -27,5 +27,6 @@ pub mod fidelity;
 pub mod generate;
 pub mod inertia;
 pub mod output;
+pub mod sizes;
 pub mod surface;
 pub mod table;

@@ -36,6 +36,14 @@ pub enum OutputError {
     /// It is there already.
     #[error("{} is there already: add --force to replace it, or -o to write elsewhere", .0.display())]
     Exists(PathBuf),
+    /// The folder is not there.
+    #[error("{}: there is no folder {}: make it first, or -o to write elsewhere", path.display(), folder.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
     /// The system refused.
     #[error("{}: the file cannot be written: {source}", path.display())]
     System {
@@ -71,6 +79,19 @@ pub fn paths(path: &Path, has_surface: bool, has_picture: bool) -> Vec<PathBuf> 
         all.extend([surface_path(path), beside("surface.vtu")]);
     }
     all
+}
+
+/// The clump file that a user means by `path`: a name without a suffix gets `.clump.toml`.
+#[must_use]
+pub fn with_suffix(path: &Path) -> PathBuf {
+    match path.file_name() {
+        Some(name) if path.extension().is_none() => {
+            let mut name = name.to_os_string();
+            name.push(".clump.toml");
+            path.with_file_name(name)
+        }
+        _ => path.to_owned(),
+    }
 }
 
 /// The file of this ending that goes with the clump file `path`.
@@ -200,8 +221,20 @@ fn surface_vtu(mesh: &TriangleMesh) -> Result<Vec<u8>, String> {
 /// Whether the files may be written.
 ///
 /// # Errors
-/// If one is there and `force` is not given.
+/// If the folder of one is not there, or if one is there and `force` is not given.
 pub fn check_free(paths: &[PathBuf], force: bool) -> Result<(), OutputError> {
+    for path in paths {
+        // The parent of a bare name is empty: the folder in which the program runs.
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(OutputError::NoFolder {
+                path: path.clone(),
+                folder: folder.to_owned(),
+            });
+        }
+    }
     match paths.iter().find(|path| path.exists()) {
         Some(path) if !force => Err(OutputError::Exists(path.clone())),
         _ => Ok(()),

@@ -39,7 +39,7 @@ pub fn routes(rows: &[Row], chosen: Option<Route>, density: f64) -> String {
 }
 
 /// Seven digits.
-fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     if x != 0.0 && !(1e-3..1e6).contains(&x.abs()) {
         format!("{x:.6e}")
     } else {

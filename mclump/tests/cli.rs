@@ -359,10 +359,7 @@ fn bad_input_is_named() {
             vec!["rod.csv", "--generate", "tangent"],
             "--generate makes the pebbles",
         ),
-        (
-            vec!["rod.csv", "--density", "0"],
-            "expected a number above 0",
-        ),
+        (vec!["rod.csv", "--density", "0"], "must be above 0"),
         (
             vec!["rod.csv", "--scale", "nan"],
             "expected a number above 0",
@@ -410,4 +407,254 @@ fn help_version_and_completions_are_there() {
     );
     assert!(succeeds(folder.path(), &["--version"]).starts_with("mclump "));
     assert!(succeeds(folder.path(), &["--completions", "bash"]).contains("_mclump"));
+}
+
+#[test]
+fn lengths_that_cannot_be_computed_with_are_refused_with_their_line() {
+    const RANGE: &str = "help: moments of inertia are fifth powers of lengths and would leave the range of numbers: correct the value or --scale\n";
+    const DIGITS: &str = "help: numbers have 16 digits, so the pebble would vanish: correct the value, or move the origin into the body\n";
+    const FAR: &str = "help: the pebbles would vanish against their distances: correct the one that is far away\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let radius = "expected a radius from 1e-30 m to 1e30 m";
+    for (list, scale, expected) in [
+        (
+            "0,0,0,1e100\n",
+            "1",
+            format!("h.csv:1: the radius 1e100 m, {radius}\n{RANGE}"),
+        ),
+        (
+            "x,y,z,r\n\n0,0,0,1\n0,0,0,1e-300\n",
+            "1",
+            format!("h.csv:4: the radius 1e-300 m, {radius}\n{RANGE}"),
+        ),
+        (
+            "0,0,0,1\n",
+            "1e-200",
+            format!("h.csv:1: the radius 1e-200 m (with --scale 1e-200), {radius}\n{RANGE}"),
+        ),
+        (
+            "0,0,0,1\n0,-1e200,0,1\n",
+            "1",
+            format!("h.csv:2: y = -1e200 m, expected at most 1e30 m in size\n{RANGE}"),
+        ),
+        (
+            "1e30,0,0,1\n0,0,0,1\n",
+            "1",
+            format!(
+                "h.csv:1: the radius 1 m beside x = 1e30 m, expected at least 1e-12 of the coordinate\n{DIGITS}"
+            ),
+        ),
+        (
+            "1e10,0,0,1\n0,0,0,1\n",
+            "1",
+            format!(
+                "h.csv:1: x = 1e10 m, which spreads the pebbles over 1e10 m, while the largest radius is 1 m, \
+                 expected at least 1e-6 of the spread\n{FAR}"
+            ),
+        ),
+    ] {
+        fs::write(path.join("h.csv"), list).unwrap();
+        assert_eq!(refused(path, &["h.csv", "--scale", scale]), expected);
+    }
+    fs::write(
+        path.join("huge.obj"),
+        "v 0 0 0\nv 3e99 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    )
+    .unwrap();
+    assert_eq!(
+        refused(path, &["huge.obj"]),
+        format!(
+            "huge.obj: a vertex with the coordinate 3e99 m in size, expected at most 1e30 m in size\n{RANGE}"
+        )
+    );
+}
+
+#[test]
+fn a_surface_alone_of_a_suspicious_size_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for (half, expected) in [
+        (
+            51.0,
+            "the body is 102.000 m long: if the file is in mm, add --scale 1e-3",
+        ),
+        (
+            2e9,
+            "the body is 4.000e9 m long: if the file is in mm, add --scale 1e-3",
+        ),
+        (1e-9, "the body is only 2.0e-9 m long: is --scale right?"),
+    ] {
+        write_stl(&path.join("drum.stl"), &cuboid(DVec3::splat(half)));
+        let text = succeeds(path, &["drum.stl"]);
+        let line = format!("warning: {expected}");
+        assert!(text.lines().any(|found| found == line), "{text}");
+        let json: serde_json::Value =
+            serde_json::from_str(&succeeds(path, &["drum.stl", "--json"])).unwrap();
+        assert_eq!(json["warnings"], serde_json::json!([expected]));
+    }
+    write_stl(&path.join("drum.stl"), &cuboid(DVec3::splat(5.0)));
+    assert!(!succeeds(path, &["drum.stl"]).contains("warning"));
+}
+
+#[test]
+fn negative_numbers_reach_the_validator() {
+    let folder = with_rod();
+    for (option, value, reason) in [
+        ("--density <RHO>", "-1", "must be above 0"),
+        ("--scale <FACTOR>", "-0.001", "must be above 0"),
+        ("--fidelity <FRACTION>", "-1", "must be above 0"),
+        ("--protrusion <M>", "-0.5", "must be above 0"),
+        ("--smallest-radius <M>", "-1", "must be above 0"),
+        ("--voxel-tolerance <FRACTION>", "-1", "must be above 0"),
+        ("--pebbles <N>", "-1", "-1 is not in 1..=100000"),
+        ("--voxels <N>", "-1", "-1 is not in 1..=2000"),
+    ] {
+        let name = option.split(' ').next().unwrap();
+        assert_eq!(
+            refused(folder.path(), &["rod.csv", name, value]),
+            format!(
+                "error: invalid value '{value}' for '{option}': {reason}\n\nFor more information, try '--help'.\n"
+            )
+        );
+    }
+}
+
+#[test]
+fn pebbles_that_do_not_stand_for_the_surface_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    // One ball of radius 1/2 in a plate of 200 x 200 x 1: pi/6 of 40,000, 0.00131 %.
+    write_stl(
+        &path.join("plate.stl"),
+        &cuboid(DVec3::new(100.0, 100.0, 0.5)),
+    );
+    let little = "the pebbles cover 0.001309 % of the volume that the surface encloses, expected at least 1 %: they do not stand for the body\n";
+    assert_eq!(
+        refused(
+            path,
+            &["plate.stl", "--generate", "euclidean", "--pebbles", "1"]
+        ),
+        format!(
+            "{little}help: the body is thin or hollow: make more pebbles (--pebbles), let them stand out (--protrusion), or take another surface\n"
+        )
+    );
+    fs::write(path.join("plate.csv"), "0,0,0,0.5\n").unwrap();
+    assert_eq!(
+        refused(path, &["plate.stl", "plate.csv"]),
+        format!(
+            "{little}help: give more or larger pebbles, in the unit of the surface (--scale goes for both), or --generate tangent --pebbles 100\n"
+        )
+    );
+    fs::write(path.join("other.csv"), "0,0,0,0.5\n0,0,7.5,1\n").unwrap();
+    assert_eq!(
+        refused(path, &["plate.stl", "other.csv"]),
+        "1 of 2 pebbles lie wholly outside the box around the surface, the first is pebble 2: \
+         the surface spans x -100 to 100 m, y -100 to 100 m, z -0.5 to 0.5 m, \
+         the pebbles span x -1 to 1 m, y -1 to 1 m, z -0.5 to 8.5 m\n\
+         help: both must be in the same frame and unit (--scale goes for both): are they of the same body?\n"
+    );
+    assert!(!path.join("plate.clump.toml").exists());
+}
+
+/// Pebbles made from the surface are in its frame and unit, whatever else is wrong with them.
+#[test]
+fn generated_pebbles_are_not_asked_for_frame_and_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(
+        path.join("wedge.obj"),
+        "v 0 0 0\nv 3 0 0\nv 0 2 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    )
+    .unwrap();
+    let shift = "warning: the centre of the pebbles' union is ";
+    let text = succeeds(
+        path,
+        &["wedge.obj", "--generate", "tangent", "--pebbles", "1"],
+    );
+    let line = text.lines().find(|line| line.starts_with(shift)).unwrap();
+    assert!(
+        line.ends_with("% of the body's size away from that of the surface"),
+        "{line}"
+    );
+    fs::write(path.join("wedge.csv"), "1,0.5,0.2,0.3\n").unwrap();
+    let text = succeeds(path, &["wedge.obj", "wedge.csv", "--force"]);
+    let line = text.lines().find(|line| line.starts_with(shift)).unwrap();
+    assert!(
+        line.ends_with("of the surface: are both in the same frame and unit?"),
+        "{line}"
+    );
+}
+
+#[test]
+fn generators_name_the_options_that_help() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_stl(&path.join("cube.stl"), &cuboid(DVec3::splat(0.5)));
+    for (options, expected) in [
+        (
+            vec!["tangent"],
+            "a generator needs an end: give a number of pebbles (--pebbles), a volume error (--fidelity), or both\n",
+        ),
+        (
+            vec![
+                "tangent",
+                "--pebbles",
+                "3",
+                "--smallest-radius",
+                "100",
+                "--scale",
+                "3",
+            ],
+            "no pebble fits: there is no inscribed ball with a radius of 100 m or more; allow smaller pebbles (--smallest-radius)\n",
+        ),
+        (
+            vec![
+                "euclidean",
+                "--fidelity",
+                "0.05",
+                "--smallest-radius",
+                "0.3",
+            ],
+            "1 pebbles, all that fit, reach a volume error of 0.4764, not 0.05; allow smaller pebbles (--smallest-radius) or some protrusion \
+             (--protrusion), ask for a number of pebbles (--pebbles) instead, or use another method (--generate)\n",
+        ),
+    ] {
+        let arguments = [&["cube.stl", "--generate"], options.as_slice()].concat();
+        assert_eq!(refused(path, &arguments), expected);
+    }
+}
+
+#[test]
+fn the_input_is_looked_at_before_the_output() {
+    let folder = with_rod();
+    let path = folder.path();
+    succeeds(path, &["rod.csv"]);
+    assert_eq!(
+        refused(path, &["rod.foo"]),
+        "rod.foo: the file cannot be read: No such file or directory (os error 2)\n"
+    );
+}
+
+#[test]
+fn a_name_without_suffix_gets_one_and_a_missing_folder_is_bad_usage() {
+    let folder = with_rod();
+    let path = folder.path();
+    succeeds(path, &["rod.csv", "-o", "rb"]);
+    let clump = read_clump(path.join("rb.clump.toml")).unwrap();
+    assert_eq!(clump.name, "rb");
+    assert!(path.join("rb.pebbles.csv").exists() && !path.join("rb").exists());
+    succeeds(path, &["rod.csv", "-o", "other.toml"]);
+    assert!(path.join("other.toml").exists());
+    for (output, file, missing) in [
+        ("no/rb", "no/rb.clump.toml", "no"),
+        ("rod.csv/rb.toml", "rod.csv/rb.toml", "rod.csv"),
+    ] {
+        assert_eq!(
+            refused(path, &["rod.csv", "-o", output]),
+            format!(
+                "{file}: there is no folder {missing}: make it first, or -o to write elsewhere\n"
+            )
+        );
+    }
 }

@@ -1,5 +1,10 @@
 //! Why there are no pebbles.
 
+use crate::table::number;
+
+const TARGET_ADVICE: &str = "allow smaller pebbles (--smallest-radius) or some protrusion (--protrusion), ask for a number of pebbles (--pebbles) \
+     instead, or use another method (--generate)";
+
 /// What keeps a generator from making pebbles, and what to do about it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GenerateError {
@@ -39,7 +44,9 @@ pub enum GenerateError {
         expected: &'static str,
     },
     /// Neither a number of pebbles nor a fidelity.
-    #[error("a generator needs an end: give a number of pebbles, a volume error, or both")]
+    #[error(
+        "a generator needs an end: give a number of pebbles (--pebbles), a volume error (--fidelity), or both"
+    )]
     NoStop,
     /// The corners are too close to a plane or a line.
     #[error("the convex hull of the surface cannot be found: {reason}")]
@@ -52,7 +59,7 @@ pub enum GenerateError {
     NoPebbles,
     /// The body is too thin for the smallest radius.
     #[error(
-        "no pebble fits: there is no inscribed ball with a radius of {smallest:e} m or more; allow smaller pebbles"
+        "no pebble fits: there is no inscribed ball with a radius of {} m or more; allow smaller pebbles (--smallest-radius)", number(*smallest)
     )]
     NothingFits {
         /// Smallest radius in m.
@@ -60,7 +67,7 @@ pub enum GenerateError {
     },
     /// The volume error stays too large.
     #[error(
-        "{pebbles} pebbles, all that fit, reach a volume error of {reached:.4}, not {target}; allow smaller pebbles, more overlap or some protrusion, or use another method"
+        "{pebbles} pebbles, all that fit, reach a volume error of {reached:.4}, not {target}; {TARGET_ADVICE}"
     )]
     TargetNotReached {
         /// What was asked for.

@@ -104,9 +104,10 @@ pub fn row(
     })
 }
 
-/// What the differences between routes say, in words; empty where they agree. `chosen` is the route that the clump takes.
+/// What the differences between routes say, in words; empty where they agree. `chosen` is the route that the clump takes;
+/// pebbles `generated` from the surface are in its frame and unit.
 #[must_use]
-pub fn warnings(rows: &[Row], chosen: Route) -> Vec<String> {
+pub fn warnings(rows: &[Row], chosen: Route, generated: bool) -> Vec<String> {
     let find = |route: Route| rows.iter().find(|row| row.route == route);
     let mut warnings = Vec::new();
     let covered = find(Route::Union).or_else(|| find(Route::Voxels));
@@ -145,9 +146,13 @@ pub fn warnings(rows: &[Row], chosen: Route) -> Vec<String> {
         let shift = union.properties.centre.distance(surface.properties.centre) / size;
         if shift > FIT_LIMIT {
             warnings.push(format!(
-                "the centre of the pebbles' union is {:.1} % of the body's size away from that of the surface: \
-                 are both in the same frame and unit?",
-                100.0 * shift
+                "the centre of the pebbles' union is {:.1} % of the body's size away from that of the surface{}",
+                100.0 * shift,
+                if generated {
+                    ""
+                } else {
+                    ": are both in the same frame and unit?"
+                }
             ));
         }
     }

@@ -25,7 +25,7 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE", required_unless_present = "completions", num_args = 1..=2)]
     pub(crate) files: Vec<PathBuf>,
 
-    /// The clump file [default: NAME.clump.toml in this folder]
+    /// The clump file; a name without suffix gets .clump.toml [default: NAME.clump.toml in this folder]
     #[arg(short, long, value_name = "NAME.clump.toml")]
     pub(crate) output: Option<PathBuf>,
 
@@ -34,11 +34,11 @@ pub(crate) struct Arguments {
     pub(crate) inertia: Option<RouteName>,
 
     /// Density in kg/m3
-    #[arg(long, value_name = "RHO", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "RHO", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) density: f64,
 
     /// Length in m of one unit of the files: 1e-3 for files in mm
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) scale: f64,
 
     /// Make pebbles for the surface
@@ -46,23 +46,28 @@ pub(crate) struct Arguments {
     pub(crate) generate: Option<MethodName>,
 
     /// How many pebbles to make
-    #[arg(long, value_name = "N", requires = "generate", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", requires = "generate", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) pebbles: Option<u32>,
 
     /// Make pebbles until the volume of their union falls short of the surface's by at most this fraction (favier: differs)
-    #[arg(long, value_name = "FRACTION", requires = "generate", value_parser = positive)]
+    #[arg(long, value_name = "FRACTION", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) fidelity: Option<f64>,
 
     /// No pebble smaller than this radius in m [default: 1/1000 of the body]
-    #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
+    #[arg(long, value_name = "M", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) smallest_radius: Option<f64>,
 
     /// How far each pebble may stand out of the surface in m; a little makes clumps of the same volume truer [default: 0]
-    #[arg(long, value_name = "M", requires = "generate", value_parser = positive)]
+    #[arg(long, value_name = "M", requires = "generate", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) protrusion: Option<f64>,
 
     /// Seed of the generator's random points
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
     pub(crate) seed: u64,
 
     /// Mend the surface: weld vertices, drop doubled triangles, turn inconsistent ones, close small holes
@@ -70,11 +75,11 @@ pub(crate) struct Arguments {
     pub(crate) repair: bool,
 
     /// Voxels along the longest edge
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=2000))]
+    #[arg(long, value_name = "N", default_value_t = 100, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) voxels: u32,
 
     /// Refine the voxels to this relative accuracy
-    #[arg(long, value_name = "FRACTION", value_parser = positive)]
+    #[arg(long, value_name = "FRACTION", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) voxel_tolerance: Option<f64>,
 
     /// Describe the shape of a surface of any size (elongation, sphericity, roundness, ...)
@@ -127,6 +132,7 @@ pub(crate) enum MethodName {
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        Ok(value) if value <= 0.0 => Err("must be above 0".to_owned()),
         _ => Err("expected a number above 0".to_owned()),
     }
 }

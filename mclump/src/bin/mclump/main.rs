@@ -9,16 +9,18 @@ use std::process::ExitCode;
 
 use arguments::{Arguments, MethodName, RouteName};
 use clap::{CommandFactory as _, Parser as _};
-use mclump::clump::{Input, Options, build, scaled_mesh, scaled_pebbles};
+use mclump::clump::{Input, Options, build, implausible_size, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
 use mclump::generate::{
     Euclidean, Favier, GenerateError, Method, Request, Stop, Tangent, generate,
 };
 use mclump::inertia::comparison::{Route, Settings, row};
-use mclump::output::{check_free, contents, paths, write};
+use mclump::output::{check_free, contents, paths, with_suffix, write};
+use mclump::sizes::{self, SizeProblem};
 use mclump::surface::{Prepared, inspect, prepare};
 use mclump::table;
+use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
@@ -67,7 +69,10 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let Files { surface, pebbles } = sort_files(&arguments.files)?;
     let main = pebbles.or(surface).unwrap_or(Path::new(""));
     let name = clump_name(arguments.output.as_deref(), surface.unwrap_or(main));
-    let output = (arguments.output.clone()).unwrap_or_else(|| format!("{name}.clump.toml").into());
+    let output = match &arguments.output {
+        Some(path) => with_suffix(path),
+        None => format!("{name}.clump.toml").into(),
+    };
     let makes_clump = pebbles.is_some() || arguments.generate.is_some();
     if pebbles.is_some() && arguments.generate.is_some() {
         return Err(Failure::Input(
@@ -78,10 +83,6 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Input(
             "--generate needs a surface: give an STL or OBJ file".into(),
         ));
-    }
-    if makes_clump {
-        let files = paths(&output, surface.is_some(), !arguments.no_picture);
-        check_free(&files, arguments.force).map_err(input_failure)?;
     }
     let progress = Progress::new(arguments.quiet);
     let mut source = Vec::new();
@@ -98,12 +99,18 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         return look(arguments, prepared.as_ref());
     }
     source.push(("scale".to_owned(), arguments.scale.into()));
-    let pebbles = match pebbles {
+    let listed = match pebbles {
         Some(path) => {
             source.push(("pebbles".to_owned(), described(path)?));
-            let list = read_pebble_list(path).map_err(input_failure)?;
-            scaled_pebbles(&list, arguments.scale)
+            Some(read_pebbles(path, arguments.scale)?)
         }
+        None => None,
+    };
+    // Now that the input is known to be good, and before the work begins.
+    let files = paths(&output, surface.is_some(), !arguments.no_picture);
+    check_free(&files, arguments.force).map_err(input_failure)?;
+    let pebbles = match listed {
+        Some(pebbles) => pebbles,
         None => {
             let mesh = prepared.as_ref().map(|prepared| &prepared.mesh);
             generated(arguments, mesh, &mut source, &progress)?
@@ -116,6 +123,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         settings: settings(arguments),
         source,
         checks: Vec::new(),
+        generated: arguments.generate.is_some(),
     };
     let fidelity = prepared
         .as_ref()
@@ -248,9 +256,39 @@ fn described(path: &Path) -> Result<Remark, Failure> {
     ]))
 }
 
+/// Reads and scales a pebble list; lengths that cannot be computed with are refused with their line.
+fn read_pebbles(path: &Path, scale: f64) -> Result<Vec<Pebble>, Failure> {
+    let list = read_pebble_list(path).map_err(input_failure)?;
+    let pebbles = scaled_pebbles(&list, scale);
+    let Some(problem) = sizes::pebble_problem(&pebbles) else {
+        return Ok(pebbles);
+    };
+    let text = std::fs::read_to_string(path).map_err(input_failure)?;
+    let line = (problem.pebble).and_then(|index| sizes::line_of_pebble(path, &text, index));
+    Err(input_failure(FormatError {
+        line,
+        ..size_error(path, problem, scale)
+    }))
+}
+
+fn size_error(path: &Path, problem: SizeProblem, scale: f64) -> FormatError {
+    let scaled = if scale == 1.0 {
+        String::new()
+    } else {
+        format!(" (with --scale {scale:e})")
+    };
+    FormatError {
+        expected: problem.expected,
+        ..FormatError::of_file(path, problem.found + &scaled).with_help(problem.help)
+    }
+}
+
 /// Reads, scales and checks the surface. One that is only looked at may be open.
 fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<Prepared, Failure> {
     let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+    if let Some(problem) = sizes::surface_problem(&mesh) {
+        return Err(input_failure(size_error(path, problem, arguments.scale)));
+    }
     let of_other = !needed && !arguments.repair;
     match prepare(mesh, arguments.repair) {
         Ok(prepared) => Ok(prepared),
@@ -307,12 +345,17 @@ fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failur
     )
     .into_iter()
     .collect();
+    let size = (prepared.mesh.bounds()).map(|(low, high)| (high - low).max_element());
+    let mut warnings = prepared.warnings.clone();
+    warnings.extend(size.and_then(implausible_size));
     if arguments.json {
-        return say(&pretty(&table::routes_json(&rows, arguments.density))?);
+        let mut found = table::routes_json(&rows, arguments.density);
+        found["warnings"] = warnings.into();
+        return say(&pretty(&found)?);
     }
     let mut text = surface_text(prepared);
     text += &table::routes(&rows, None, arguments.density);
-    for warning in &prepared.warnings {
+    for warning in &warnings {
         text += &format!("warning: {warning}\n");
     }
     let triangles = prepared.mesh.triangles.len();

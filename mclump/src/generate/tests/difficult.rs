@@ -120,7 +120,7 @@ fn requests_out_of_range_are_refused() {
     };
     assert_eq!(
         refused(|r| r.stop = Stop::default()),
-        "a generator needs an end: give a number of pebbles, a volume error, or both"
+        "a generator needs an end: give a number of pebbles (--pebbles), a volume error (--fidelity), or both"
     );
     assert_eq!(
         refused(|r| r.stop.pebbles = Some(0)),
@@ -154,7 +154,7 @@ fn requests_out_of_range_are_refused() {
     );
     assert_eq!(
         refused(|r| r.smallest_radius = 0.6),
-        "no pebble fits: there is no inscribed ball with a radius of 6e-1 m or more; allow smaller pebbles"
+        "no pebble fits: there is no inscribed ball with a radius of 0.6 m or more; allow smaller pebbles (--smallest-radius)"
     );
 }
 
@@ -174,7 +174,7 @@ fn a_target_out_of_reach_says_how_far_it_got() {
     let error = run(&cube, &request).unwrap_err().to_string();
     assert_eq!(
         error,
-        "1 pebbles, all that fit, reach a volume error of 0.4764, not 0.05; allow smaller pebbles, more overlap or some protrusion, \
-         or use another method"
+        "1 pebbles, all that fit, reach a volume error of 0.4764, not 0.05; allow smaller pebbles (--smallest-radius) \
+         or some protrusion (--protrusion), ask for a number of pebbles (--pebbles) instead, or use another method (--generate)"
     );
 }
