@@ -193,7 +193,12 @@ impl Job<'_> {
             count += 1;
             Ok(())
         })?;
+        if let Reel::Strip { frames, .. } = &reel {
+            told.written = frames.len();
+        }
         let files = reel.finish(&painter, self.output)?;
+        told.warnings
+            .extend(scenery.cut(seen.times.last().copied()));
         told.notes = bodies::notes(bodies::reader_for(self.source, self.choice.clumps)?);
         Ok((told, files))
     }

@@ -9,8 +9,8 @@ use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface};
 
 use super::PictureChoice;
 use super::quantity::Quantity;
+use crate::beside;
 use crate::bodies::{self, Shown};
-use crate::source::RunSource;
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
 /// What a run has beside its particles.
@@ -36,17 +36,50 @@ impl<'a> Scenery<'a> {
             Source::Run(run) => Some(run.as_ref()),
             Source::Data(_) => None,
         };
+        let contacts = if choice.contacts {
+            let found = run.map(|run| run.contacts("without --contacts the particles are drawn"));
+            let found = found.transpose()?.flatten();
+            let help = "fstat = true in [output] of the scene writes them; without --contacts the particles are drawn";
+            let missing = || beside::missing(source, "contacts", "", help);
+            Some(found.ok_or_else(missing)?)
+        } else {
+            None
+        };
+        let walls = run
+            .filter(|_| choice.walls)
+            .map(|run| run.walls("--no-walls leaves walls out"))
+            .transpose()?
+            .flatten();
         Ok(Self {
-            contacts: run
-                .and_then(RunSource::contacts)
-                .filter(|_| choice.contacts),
-            walls: run.and_then(RunSource::walls).filter(|_| choice.walls),
+            contacts,
+            walls,
             bodies: bodies::reader_for(source, choice.clumps)?,
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
             selection,
             title: choice.title.as_deref(),
             name: source.prefix().to_owned(),
         })
+    }
+
+    /// Which of the tables end before the time `last` (s).
+    pub(super) fn cut(&self, last: Option<f64>) -> Vec<String> {
+        let contacts = self.contacts.and_then(|table| {
+            let lost = "later pictures are without them";
+            beside::cut(table.frames(), "contacts", lost, last)
+        });
+        let walls = self.walls.and_then(|table| {
+            let lost = "later pictures are without them";
+            beside::cut(table.frames(), "walls", lost, last)
+        });
+        let bodies = self.bodies.and_then(|table| {
+            let lost = if self.hide_pebbles {
+                "later clumps are shown by their pebbles"
+            } else {
+                "surfaces of later clumps are left out"
+            };
+            beside::cut(table.frames(), "bodies", lost, last)
+        });
+        bodies.into_iter().chain(contacts).chain(walls).collect()
     }
 
     /// The frame of a snapshot, coloured by a quantity.
