@@ -1,11 +1,14 @@
 //! Contacts, walls and loads that are missing, were cut, or are not among what was selected.
 
+#[expect(dead_code, reason = "the other tests read .data files too")]
 mod run_folder;
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use glam::DVec3;
+use mercury_common::frames::{FramesHeader, TriangleLoadFrame, TriangleLoadWriter};
 use run_folder::folder_with_run;
 
 /// Exit code and standard error.
@@ -64,6 +67,34 @@ fn tables_that_were_cut_are_told_once() {
     );
     let no_contacts = ["vtu", "run", "--no-contacts", "--force"];
     assert_eq!(run(&no_contacts), walls);
+}
+
+#[test]
+fn loads_that_were_cut_are_told_once() {
+    let place = folder_with_run();
+    let path = place.path().join("run/run.triangle_loads.arrow");
+    let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default()).unwrap();
+    for k in 0..4u32 {
+        let frame = TriangleLoadFrame {
+            time: 0.5 * f64::from(k),
+            step: 50 * u64::from(k),
+            wall: vec![0],
+            triangle: vec![1],
+            pressure: vec![2.5e3],
+            shear: vec![DVec3::X],
+            force: vec![-DVec3::Z],
+            slip_power: vec![0.125],
+        };
+        writer.append(frame).unwrap();
+    }
+    drop(writer);
+    cut(place.path(), "run/run.triangle_loads.arrow", 100);
+    let warning = format!(
+        "warning: only the first 3 frames of loads on triangles could be used, up to t = 1 s; later walls are without them\nrun/run.triangle_loads.arrow: {DAMAGE}"
+    );
+    assert_eq!(export(place.path(), &["vtu", "run"]), (Some(0), warning));
+    let without = ["vtu", "run", "--no-walls", "-o", "out"];
+    assert_eq!(export(place.path(), &without), (Some(0), String::new()));
 }
 
 #[test]
