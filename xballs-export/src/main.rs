@@ -327,11 +327,13 @@ impl Job {
             let _ = writeln!(std::io::stderr(), "warning: {warning}");
         }
         if let Some(damage) = told.damage {
-            let _ = writeln!(
-                std::io::stderr(),
-                "warning: only the first {} could be used\n{damage}",
-                counted(told.frames, "frame")
-            );
+            let count = counted(told.frames, "frame");
+            let what = if self.selection.frames == FrameChoice::All {
+                format!("only the first {count} could be used")
+            } else {
+                format!("the input is damaged; of the frames asked for {count} could be used")
+            };
+            let _ = writeln!(std::io::stderr(), "warning: {what}\n{damage}");
         }
     }
 }

@@ -252,12 +252,12 @@ fn a_damaged_data_file_gives_its_good_frames_and_one_message() {
         let output = export(place.path(), &arguments);
         assert_eq!(output.status.code(), Some(0));
         let frames = if arguments[0] == "csv" {
-            "1 frame"
+            "the input is damaged; of the frames asked for 1 frame"
         } else {
-            "2 frames"
+            "only the first 2 frames"
         };
         let message = format!(
-            "warning: only the first {frames} could be used\n\
+            "warning: {frames} could be used\n\
              old.data:8: the file ends after 0 of 1 particles of the frame at t = 0.2, expected 1 particle lines after the header in line 7\n\
              help: the frame is unfinished (the run was stopped while writing, or still runs); remove line 7 and all after it to use the frames before\n"
         );
