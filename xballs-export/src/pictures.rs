@@ -199,7 +199,11 @@ impl Job<'_> {
         let files = reel.finish(&painter, self.output)?;
         told.warnings
             .extend(scenery.cut(seen.times.last().copied()));
-        told.notes = bodies::notes(bodies::reader_for(self.source, self.choice.clumps)?);
+        told.notes.extend(scenery.note());
+        told.notes.extend(bodies::notes(bodies::reader_for(
+            self.source,
+            self.choice.clumps,
+        )?));
         Ok((told, files))
     }
 }

@@ -8,7 +8,9 @@ use std::path::Path;
 use std::process::Command;
 
 use glam::DVec3;
-use mercury_common::frames::{FramesHeader, TriangleLoadFrame, TriangleLoadWriter};
+use mercury_common::frames::{
+    ContactColumns, ContactWriter, FramesHeader, TriangleLoadFrame, TriangleLoadWriter,
+};
 use run_folder::folder_with_run;
 
 /// Exit code and standard error.
@@ -124,6 +126,22 @@ fn pictures_of_contacts_need_contacts() {
         export(place.path(), &["png", "run", "--contacts"]),
         (Some(2), message.to_owned())
     );
+}
+
+#[test]
+fn contacts_of_other_times_are_told() {
+    let place = folder_with_run();
+    let path = place.path().join("run/run.contacts.arrow");
+    ContactWriter::create(&path, &ContactColumns::default(), &FramesHeader::default()).unwrap();
+    let start = "note: run/run.contacts.arrow: no contacts were written at the times of";
+    for (arguments, end) in [
+        (["vtu", "run", "--frames", "all"], "these frames"),
+        (["png", "run", "--contacts", "--frames=..3"], "3 frames"),
+    ] {
+        let expected = (Some(0), format!("{start} {end}\n"));
+        assert_eq!(export(place.path(), &arguments), expected);
+    }
+    assert!(!place.path().join("run/vtu/run.contacts.pvd").exists());
 }
 
 #[test]

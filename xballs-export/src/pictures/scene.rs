@@ -20,6 +20,8 @@ pub(super) struct Scenery<'a> {
     /// Where clumps are shown as surfaces.
     bodies: Option<&'a BodyReader>,
     hide_pebbles: bool,
+    /// Frames drawn at whose times no contacts were written.
+    without_contacts: usize,
     selection: &'a Selection,
     title: Option<&'a str>,
     /// Fallback title: the name of the input.
@@ -55,9 +57,20 @@ impl<'a> Scenery<'a> {
             walls,
             bodies: bodies::reader_for(source, choice.clumps)?,
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
+            without_contacts: 0,
             selection,
             title: choice.title.as_deref(),
             name: source.prefix().to_owned(),
+        })
+    }
+
+    /// That contacts were written at other times than some of the frames drawn.
+    pub(super) fn note(&self) -> Option<String> {
+        let table = self.contacts?.frames();
+        (self.without_contacts > 0 && table.damage().is_none()).then(|| {
+            let path = table.path().display();
+            let count = beside::counted(self.without_contacts, "frame");
+            format!("{path}: no contacts were written at the times of {count}")
         })
     }
 
@@ -95,6 +108,9 @@ impl<'a> Scenery<'a> {
             &header.title
         });
         let (spheres, grains) = self.spheres_and_grains(snapshot, quantity)?;
+        let contacts = self.contacts(snapshot)?;
+        self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
+        let contacts = contacts.unwrap_or_default();
         Ok(Frame {
             title: title.to_owned(),
             time: Some(snapshot.frame.time),
@@ -105,7 +121,7 @@ impl<'a> Scenery<'a> {
             grains,
             surfaces: self.surfaces(snapshot)?,
             lines: Vec::new(),
-            contacts: self.contacts(snapshot)?,
+            contacts,
         })
     }
 
@@ -167,14 +183,14 @@ impl<'a> Scenery<'a> {
         Ok(drawn)
     }
 
-    /// The contacts of this step between particles that are shown.
-    fn contacts(&self, snapshot: &Snapshot) -> Result<Vec<Contact>, ExportError> {
+    /// The contacts of this step between particles that are shown; none if none were written then.
+    fn contacts(&self, snapshot: &Snapshot) -> Result<Option<Vec<Contact>>, ExportError> {
         let Some(reader) = self.contacts else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         let mut infos = reader.frames().infos();
         let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         let frame = reader.frame(number)?;
         let ids = snapshot
@@ -193,7 +209,7 @@ impl<'a> Scenery<'a> {
                 strength: frame.force[k].length(),
             })
         };
-        Ok((0..frame.len()).filter_map(shown).collect())
+        Ok(Some((0..frame.len()).filter_map(shown).collect()))
     }
 }
 
