@@ -59,6 +59,16 @@ impl FormatError {
         self.help = Some(help.into().into_boxed_str());
         self
     }
+
+    /// Adds a further thing to do about it, behind what is said already.
+    #[must_use]
+    pub fn with_more_help(self, help: &str) -> Self {
+        let help = match &self.help {
+            Some(known) => format!("{known}; {help}"),
+            None => help.to_owned(),
+        };
+        self.with_help(help)
+    }
 }
 
 impl fmt::Display for FormatError {

@@ -216,7 +216,7 @@ fn a_file_cut_anywhere_gives_its_whole_frames_first() {
         }
         let error = items[whole].as_ref().unwrap_err().to_string();
         assert!(
-            error.contains(&format!("behind {whole} whole frames")),
+            error.contains(&format!("behind {whole} whole frame")),
             "{error}"
         );
         assert!(error.contains("cut.arrow"), "{error}");

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use mercury_common::frames::{BodyFrame, BodyReader, Column};
 
+use crate::beside;
 use crate::selection::retain;
 use crate::{ExportError, Selection, Snapshot, Source};
 
@@ -30,36 +31,47 @@ pub(crate) struct Shown {
     with_surface: HashSet<u32>,
 }
 
-/// The table of bodies of a run, if it has one.
-pub(crate) fn reader(source: &Source) -> Option<&BodyReader> {
+/// The table of bodies of a run, if it has one; `help` says how to do without it if something is wrong with it.
+///
+/// # Errors
+/// When the file cannot be read.
+pub(crate) fn reader<'a>(
+    source: &'a Source,
+    help: &str,
+) -> Result<Option<&'a BodyReader>, ExportError> {
     match source {
-        Source::Run(run) => run.bodies(),
-        Source::Data(_) => None,
+        Source::Run(run) => Ok(run.bodies(help)?),
+        Source::Data(_) => Ok(None),
     }
 }
+
+/// How to do without surfaces.
+const PEBBLES: &str = "--clumps pebbles shows what there is";
 
 /// The table that `clumps` needs: none for pebbles.
 ///
 /// # Errors
-/// When surfaces are wanted of an input that has no table of bodies.
+/// When surfaces are wanted of an input that has no table of bodies, or they cannot be read.
 pub(crate) fn reader_for(
     source: &Source,
     clumps: ClumpsAs,
 ) -> Result<Option<&BodyReader>, ExportError> {
-    match (clumps, reader(source)) {
-        (ClumpsAs::Pebbles, _) => Ok(None),
-        (_, Some(reader)) => Ok(Some(reader)),
-        (_, None) => Err(missing(source, "--clumps pebbles shows what there is")),
+    if clumps == ClumpsAs::Pebbles {
+        return Ok(None);
+    }
+    if let Source::Run(run) = source {
+        run.surfaces(PEBBLES)?;
+    }
+    match reader(source, PEBBLES)? {
+        Some(reader) => Ok(Some(reader)),
+        None => Err(missing(source, PEBBLES)),
     }
 }
 
 /// That there is no table of bodies.
 pub(crate) fn missing(source: &Source, help: &str) -> ExportError {
-    let path = source.folder().join(source.prefix());
-    ExportError::Input(format!(
-        "{}: no file of bodies beside the particles: the run has no clumps, or is of an earlier version\nhelp: {help}",
-        path.display()
-    ))
+    let why = ": the run has no clumps, or is of an earlier version";
+    beside::missing(source, "bodies", why, help)
 }
 
 /// What a user should know of clumps that cannot be shown as surfaces.
@@ -69,7 +81,9 @@ pub(crate) fn notes(reader: Option<&BodyReader>) -> Vec<String> {
     without
         .map(|kind| {
             format!(
-                "clump `{}` has no surface and is shown by its pebbles; mclump SURFACE.stl writes a clump file with one",
+                "the run holds no surface of clump `{}`, so its pebbles are shown (its clump file names none, or the file could \
+                 not be read when the run began: its plan says); `mclump SURFACE PEBBLES` or `mclump SURFACE --generate ...` \
+                 writes a clump file with one",
                 kind.name
             )
         })

@@ -11,6 +11,7 @@
     reason = "an error ends the export, so its size does not matter"
 )]
 
+mod beside;
 mod bodies;
 mod error;
 pub mod lammps;
@@ -25,6 +26,7 @@ pub mod tables;
 pub mod vtu;
 pub mod xballs;
 
+pub use beside::counted;
 pub use bodies::ClumpsAs;
 pub use error::ExportError;
 pub use pipeline::{Told, for_each_snapshot};

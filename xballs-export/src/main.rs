@@ -16,7 +16,8 @@ use mercury_export::tables::{self, Table};
 use mercury_export::vtu::{self, VtuChoice};
 use mercury_export::xballs::{self, Info, XballsChoice};
 use mercury_export::{
-    ClumpsAs, ExportError, FrameChoice, Region, Selection, Source, Told, lammps, particle_csv,
+    ClumpsAs, ExportError, FrameChoice, Region, Selection, Source, Told, counted, lammps,
+    particle_csv,
 };
 
 use picture_command::Look;
@@ -58,7 +59,7 @@ enum Command {
         #[arg(long, value_enum, default_value_t)]
         precision: Precision,
         /// none, fast (only what shrinks), or a level from 1 (fast) to 9 (small)
-        #[arg(long, default_value = "fast", value_parser = compression)]
+        #[arg(long, default_value = "fast", value_parser = compression, allow_negative_numbers = true)]
         compression: VtuCompression,
         /// Leave contacts out
         #[arg(long)]
@@ -75,13 +76,13 @@ enum Command {
         #[command(flatten)]
         common: Common,
         /// 2 (format 8) or 3 (format 14) [default: what the input is]
-        #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
+        #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3), allow_negative_numbers = true)]
         dimensions: Option<u8>,
         /// The last column, which XBalls colours by: material, speed, or the name of a column
         #[arg(long, default_value = "material")]
         info: String,
         /// Significant digits (10 is MercuryDPM's look) [default: as many as read back exactly]
-        #[arg(long, value_parser = clap::value_parser!(u8).range(1..=17))]
+        #[arg(long, value_parser = clap::value_parser!(u8).range(1..=17), allow_negative_numbers = true)]
         digits: Option<u8>,
     },
     /// Tables as text, one file per frame
@@ -125,7 +126,7 @@ enum Command {
         #[command(flatten)]
         look: Look,
         /// Instead of a picture of each frame one with N of them side by side
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = strip, allow_negative_numbers = true)]
         strip: Option<usize>,
     },
     /// Pictures of frames as vector graphics
@@ -142,7 +143,7 @@ enum Command {
         #[command(flatten)]
         look: Look,
         /// Seconds that the film takes [default: 20 frames a second]
-        #[arg(long, value_name = "SECONDS")]
+        #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
         duration: Option<f64>,
     },
     /// A film as animated PNG: all colours, plays in browsers
@@ -152,7 +153,7 @@ enum Command {
         #[command(flatten)]
         look: Look,
         /// Seconds that the film takes [default: 20 frames a second]
-        #[arg(long, value_name = "SECONDS")]
+        #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
         duration: Option<f64>,
     },
     /// Completions for a shell
@@ -171,13 +172,13 @@ struct Common {
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// all, last, a number, A..B (without B), A.., ..B, or "every N"
-    #[arg(long, default_value = "all")]
+    #[arg(long, default_value = "all", allow_negative_numbers = true)]
     frames: FrameChoice,
     /// Only particles with their centre in a box, as in x=0..0.1,z=..0.05 (m)
     #[arg(long, value_name = "RANGES")]
     region: Option<Region>,
     /// Only particles of this material, by name or index; may be repeated
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", allow_negative_numbers = true)]
     material: Vec<String>,
     /// Replace files of an earlier export
     #[arg(long)]
@@ -241,6 +242,13 @@ fn compression(text: &str) -> Result<VtuCompression, String> {
     }
 }
 
+fn strip(text: &str) -> Result<usize, String> {
+    let most = pictures::LONGEST_STRIP;
+    let number = text.parse().ok();
+    let number = number.filter(|number| (1..=most).contains(number));
+    number.ok_or_else(|| format!("expected 1 to {most} frames"))
+}
+
 fn main() -> ExitCode {
     match execute(Arguments::parse().command) {
         Ok(()) => ExitCode::SUCCESS,
@@ -299,8 +307,8 @@ impl Job {
                 let _ = writeln!(std::io::stderr());
             }
             out = format!(
-                "{} frames in {}\n",
-                told.frames,
+                "{} in {}\n",
+                counted(told.written, "frame"),
                 self.output.folder.display()
             );
             let most = 4;
@@ -315,12 +323,17 @@ impl Job {
         for note in told.notes.iter().filter(|_| !self.quiet) {
             let _ = writeln!(std::io::stderr(), "note: {note}");
         }
+        for warning in &told.warnings {
+            let _ = writeln!(std::io::stderr(), "warning: {warning}");
+        }
         if let Some(damage) = told.damage {
-            let _ = writeln!(
-                std::io::stderr(),
-                "warning: only the first {} frames could be used\n{damage}",
-                told.frames
-            );
+            let count = counted(told.frames, "frame");
+            let what = if self.selection.frames == FrameChoice::All {
+                format!("only the first {count} could be used")
+            } else {
+                format!("the input is damaged; of the frames asked for {count} could be used")
+            };
+            let _ = writeln!(std::io::stderr(), "warning: {what}\n{damage}");
         }
     }
 }

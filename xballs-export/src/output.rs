@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use mercury_common::paraview::Series;
+
 use crate::{ExportError, Source};
 
 /// A folder for the files of one export.
@@ -56,6 +58,31 @@ impl Output {
         } else {
             Err(ExportError::Exists(path.to_owned()))
         }
+    }
+
+    /// Removes the series of a kind that an earlier export left here and this one does not write.
+    ///
+    /// # Errors
+    /// When it may not be replaced, or a file cannot be removed.
+    pub(crate) fn clear_series(&self, kind: &str) -> Result<(), ExportError> {
+        let list = self.path(&format!("{kind}.pvd"));
+        if list.symlink_metadata().is_err() {
+            return Ok(());
+        }
+        self.claim(&list)?;
+        let mut old = vec![list];
+        old.extend(Series::frames_in(
+            &self.folder,
+            &format!("{}.{kind}", self.prefix),
+        ));
+        for path in old {
+            fs::remove_file(&path).map_err(|source| ExportError::File {
+                path,
+                action: "the file cannot be removed",
+                source,
+            })?;
+        }
+        Ok(())
     }
 
     /// Writes a file under a temporary name, then renames it.

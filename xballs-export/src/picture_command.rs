@@ -29,10 +29,15 @@ pub(crate) struct Look {
     #[arg(long, default_value = "oblique", allow_hyphen_values = true)]
     view: View,
     /// Converging rays; DEGREES is the angle that the window subtends
-    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "35")]
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "35", allow_negative_numbers = true)]
     perspective: Option<f64>,
     /// Above 1: closer
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
     zoom: f64,
     /// The point in the middle of the picture, in m
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
@@ -47,7 +52,7 @@ pub(crate) struct Look {
     #[arg(long, default_value = "light")]
     background: Background,
     /// Opacity of the particles, 0 to 1 [default: 1, with --contacts 0.15]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     opacity: Option<f64>,
     /// Contacts as lines, wider and darker with the force (runs with fstat = true)
     #[arg(long)]

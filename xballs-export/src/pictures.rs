@@ -193,8 +193,17 @@ impl Job<'_> {
             count += 1;
             Ok(())
         })?;
+        if let Reel::Strip { frames, .. } = &reel {
+            told.written = frames.len();
+        }
         let files = reel.finish(&painter, self.output)?;
-        told.notes = bodies::notes(bodies::reader_for(self.source, self.choice.clumps)?);
+        told.warnings
+            .extend(scenery.cut(seen.times.last().copied()));
+        told.notes.extend(scenery.note());
+        told.notes.extend(bodies::notes(bodies::reader_for(
+            self.source,
+            self.choice.clumps,
+        )?));
         Ok((told, files))
     }
 }

@@ -13,9 +13,16 @@ pub struct Told {
     pub frames: usize,
     /// What is wrong with the rest of the input.
     pub damage: Option<FormatError>,
+    /// Frames that are in the files: fewer than `frames` in a film strip.
+    pub written: usize,
     /// What the user should know.
     pub notes: Vec<String>,
+    /// What the user must know: something is not in the files that was asked for.
+    pub warnings: Vec<String>,
 }
+
+/// The warning when a selection leaves nothing.
+pub(crate) const NOBODY: &str = "no particle is selected in any frame";
 
 /// Gives the selected frames with the selected particles to `write`, in order, one after the other; a thread reads ahead by
 /// one frame. A damaged input gives its good frames, and what is wrong in [`Told::damage`].
@@ -28,6 +35,7 @@ pub fn for_each_snapshot(
     mut write: impl FnMut(Snapshot) -> Result<(), ExportError>,
 ) -> Result<Told, ExportError> {
     let mut told = Told::default();
+    let (mut before, mut after) = (0, 0);
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(1);
         scope.spawn(move || {
@@ -41,7 +49,9 @@ pub fn for_each_snapshot(
         for item in receiver {
             match item {
                 Ok(mut snapshot) => {
+                    before += snapshot.frame.rows();
                     selection.apply(&mut snapshot)?;
+                    after += snapshot.frame.rows();
                     write(snapshot)?;
                     told.frames += 1;
                 }
@@ -50,20 +60,19 @@ pub fn for_each_snapshot(
         }
         Ok::<(), ExportError>(())
     })?;
+    if before > 0 && after == 0 {
+        told.warnings.push(NOBODY.to_owned());
+    }
+    told.written = told.frames;
     match (told.frames, told.damage) {
         (0, Some(damage)) => Err(damage.into()),
         (0, None) => Err(ExportError::Input(no_frame(source))),
-        (frames, damage) => Ok(Told {
-            frames,
-            damage,
-            notes: Vec::new(),
-        }),
+        (_, damage) => Ok(Told { damage, ..told }),
     }
 }
 
 fn no_frame(source: &Source) -> String {
-    let folder = source.folder().join(source.prefix());
-    let name = folder.display();
+    let name = source.path().display();
     match source.len_hint() {
         Some(0) => format!("{name}: the input has no frame"),
         Some(count) => format!("{name}: no frame is selected; there are 0 to {}", count - 1),

@@ -173,14 +173,19 @@ impl Source {
         }
     }
 
+    /// The file of particles; of a series the first.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Run(run) => run.path(),
+            Self::Data(data) => data.path(),
+        }
+    }
+
     /// The folder that the input lies in.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        let path = match self {
-            Self::Run(run) => run.path(),
-            Self::Data(data) => data.path(),
-        };
-        match path.parent() {
+        match self.path().parent() {
             Some(parent) if parent.as_os_str().is_empty() => Path::new("."),
             Some(parent) => parent,
             None => Path::new("."),

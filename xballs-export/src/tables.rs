@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use mercury_common::formats::number::{NumberStyle, push_number};
-use mercury_common::frames::{Column, ColumnKind, ColumnSpec, Frame, FrameReader};
+use mercury_common::frames::{Column, ColumnKind, ColumnSpec, ContactReader, Frame, FrameReader};
 
+use crate::beside;
 use crate::bodies;
 use crate::output::{Growing, Output};
 use crate::parquet::ParquetWriter;
@@ -35,10 +36,12 @@ fn for_each_frame(
         });
     }
     if table == Table::Bodies {
-        let Some(reader) = bodies::reader(source) else {
-            return Err(bodies::missing(source, "--table particles has the spheres"));
+        let help = "--table particles has the spheres";
+        let Some(reader) = bodies::reader(source, help)? else {
+            return Err(bodies::missing(source, help));
         };
-        return frames_of(reader.frames(), selection.frames, |number, specs, frame| {
+        let (mut before, mut after) = (0, 0);
+        let mut told = frames_of(reader.frames(), selection.frames, |number, specs, frame| {
             let mut snapshot = Snapshot {
                 path: reader.frames().path().to_owned(),
                 number,
@@ -46,20 +49,24 @@ fn for_each_frame(
                 frame,
                 header: reader.header().clone(),
             };
+            before += snapshot.frame.rows();
             selection.apply(&mut snapshot)?;
+            after += snapshot.frame.rows();
             write(number, &snapshot.specs, &snapshot.frame)
-        });
+        })?;
+        if before > 0 && after == 0 {
+            let warning = "no body is selected in any frame";
+            told.warnings.push(warning.to_owned());
+        }
+        return Ok(told);
     }
     let contacts = match source {
-        Source::Run(run) => run.contacts().map(|contacts| contacts.frames()),
+        Source::Run(run) => run.contacts("--table particles has the spheres")?,
         Source::Data(_) => None,
     };
-    let Some(contacts) = contacts else {
-        let path = source.folder().join(source.prefix());
-        return Err(ExportError::Input(format!(
-            "{}: no file of contacts beside the particles\nhelp: fstat = true in [output] of the scene writes them",
-            path.display()
-        )));
+    let Some(contacts) = contacts.map(ContactReader::frames) else {
+        let help = "fstat = true in [output] of the scene writes them";
+        return Err(beside::missing(source, "contacts", "", help));
     };
     if selection.is_partial() {
         let found = "--region and --material select particles; contacts have neither";
@@ -80,13 +87,17 @@ fn frames_of(
     let mut told = Told {
         frames: 0,
         damage: reader.damage().cloned(),
-        notes: Vec::new(),
+        ..Told::default()
     };
     for number in (0..reader.len()).filter(chosen) {
         write(number, reader.schema().columns(), reader.frame(number)?)?;
         told.frames += 1;
     }
+    told.written = told.frames;
     if told.frames == 0 {
+        if let Some(damage) = told.damage {
+            return Err(damage.into());
+        }
         let path = reader.path().display();
         return Err(ExportError::Input(format!("{path}: no frame is selected")));
     }

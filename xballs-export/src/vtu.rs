@@ -8,9 +8,10 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
-use mercury_common::frames::{Column, TriangleLoadFrame};
+use mercury_common::frames::{Column, FrameReader, TriangleLoadFrame, TriangleLoadReader};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
+use crate::beside;
 use crate::bodies;
 use crate::output::Output;
 use crate::selection::retain;
@@ -47,11 +48,29 @@ pub fn export(
         Source::Run(run) => Some(run.as_ref()),
         Source::Data(_) => None,
     };
+    let mut warnings = Vec::new();
     let contact_reader = run
-        .and_then(RunSource::contacts)
-        .filter(|_| choice.contacts);
-    let wall_reader = run.and_then(RunSource::walls).filter(|_| choice.walls);
-    let body_reader = bodies::reader(source);
+        .filter(|_| choice.contacts)
+        .map(|run| run.contacts("--no-contacts leaves contacts out"))
+        .transpose()?
+        .flatten();
+    let walled = run.filter(|_| choice.walls);
+    let wall_reader = walled
+        .map(|run| run.walls("--no-walls leaves walls out"))
+        .transpose()?
+        .flatten();
+    let load_reader = walled
+        .map(|run| run.triangle_loads("--no-walls leaves walls and the loads on them out"))
+        .transpose()?
+        .flatten();
+    let body_reader = match bodies::reader(source, "--clumps pebbles shows what there is") {
+        // Pebbles are whole without it.
+        Err(error) if choice.clumps == ClumpsAs::Pebbles => {
+            warnings.push(format!("bodies are left out\n{error}"));
+            None
+        }
+        found => found?,
+    };
     let surface_reader = bodies::reader_for(source, choice.clumps)?;
     let script = output.path("paraview.py");
     let mut files = vec![script.clone(), output.path("particles.pvd")];
@@ -114,30 +133,65 @@ pub fn export(
         list.write(number, &grid)?;
         Ok(())
     })?;
+    let last = span.map(|(_, last)| last);
+    let cut = |table: &FrameReader, what, lost| beside::cut(table, what, lost, last);
+    let mut parts = ScriptParts {
+        bodies: body_lists.is_some(),
+        clumps: body_lists.is_some_and(|(_, clumps)| clumps.is_some()),
+        ..ScriptParts::default()
+    };
+    if let Some(reader) = body_reader {
+        let lost = match choice.clumps {
+            ClumpsAs::Pebbles => "later ones are left out",
+            ClumpsAs::Surface => "later clumps are shown by their pebbles",
+            ClumpsAs::Both => "surfaces of later clumps are left out",
+        };
+        warnings.extend(cut(reader.frames(), "bodies", lost));
+    }
     if let (Some(reader), Some(run)) = (contact_reader, run) {
-        let mut list = series("contacts")?;
-        for number in 0..reader.frames().len() {
-            let Some(info) = reader.frames().info(number) else {
-                break;
-            };
-            let beside = steps.get(&info.step);
-            if !is_wanted(info.time, beside.is_some(), span, selection) {
-                continue;
-            }
+        warnings.extend(cut(reader.frames(), "contacts", "later ones are left out"));
+        let wanted = |number: &usize| {
+            let info = reader.frames().info(*number);
+            info.is_some_and(|info| {
+                let beside = steps.contains_key(&info.step);
+                is_wanted(info.time, beside, span, selection)
+            })
+        };
+        let numbers: Vec<usize> = (0..reader.frames().len()).filter(wanted).collect();
+        let mut list = (!numbers.is_empty())
+            .then(|| series("contacts"))
+            .transpose()?;
+        parts.contacts = list.is_some();
+        if numbers.is_empty() && reader.frames().damage().is_none() {
+            let path = reader.frames().path().display();
+            told.notes.push(format!(
+                "{path}: no contacts were written at the times of these frames"
+            ));
+        }
+        for number in numbers {
             let mut frame = reader.frames().frame(number)?;
+            let step = frame.step;
             let specs = reader.frames().schema().columns();
-            if let Some((_, Some(ids))) = beside {
+            if let Some((_, Some(ids))) = steps.get(&step) {
                 keep_contacts(specs, &mut frame.columns, ids);
             }
-            let centres = centres(run, info.step)?;
+            let centres = centres(run, step)?;
             let grid = paraview::contacts(specs, frame, &centres).map_err(|reason| {
                 ExportError::Input(format!("{}: {reason}", reader.frames().path().display()))
             })?;
-            list.write(number, &grid)?;
+            if let Some(list) = &mut list {
+                list.write(number, &grid)?;
+            }
         }
     }
     if let Some(reader) = wall_reader {
-        let mut list = series("walls")?;
+        let lost = "walls are left out of later frames";
+        warnings.extend(cut(reader.frames(), "walls", lost));
+        if let Some(loads) = load_reader {
+            let lost = "later walls are without them";
+            warnings.extend(cut(loads.frames(), "loads on triangles", lost));
+        }
+        let mut list = None;
         let scene = WallScene {
             names: &reader.header().walls,
             surfaces: reader.surfaces(),
@@ -147,22 +201,34 @@ pub fn export(
             let step = reader.frames().info(number).map(|info| info.step);
             if let Some((particles, _)) = step.and_then(|step| steps.get(&step)) {
                 let frame = reader.frame(number)?;
-                let (path, loads) = triangle_loads(run, frame.step)?;
+                let (path, loads) = triangle_loads(load_reader, frame.step)?;
                 let grid = paraview::walls(&scene, &frame, loads.as_ref()).map_err(|reason| {
                     let (path, step) = (path.display(), frame.step);
                     ExportError::Input(format!("{path}: at step {step}: {reason}"))
                 })?;
+                let list = match &mut list {
+                    Some(list) => list,
+                    None => list.insert(series("walls")?),
+                };
                 list.write(*particles, &grid)?;
             }
         }
+        parts.walls = list.is_some();
     }
-    let parts = ScriptParts {
-        contacts: contact_reader.is_some(),
-        walls: wall_reader.is_some(),
-        bodies: body_reader.is_some(),
-        clumps: surface_reader.is_some(),
-    };
-    told.notes = bodies::notes(surface_reader);
+    told.notes.extend(bodies::notes(surface_reader));
+    told.warnings.extend(warnings);
+    // A list that names no file is not written, and one of an earlier export is not of these frames.
+    for (kind, was_asked, is_written) in [
+        ("contacts", contact_reader.is_some(), parts.contacts),
+        ("walls", wall_reader.is_some(), parts.walls),
+        ("bodies", body_reader.is_some(), parts.bodies),
+        ("clumps", surface_reader.is_some(), parts.clumps),
+    ] {
+        if was_asked && !is_written {
+            files.retain(|file| *file != output.path(&format!("{kind}.pvd")));
+            output.clear_series(kind)?;
+        }
+    }
     output.write(&script, paraview::script(&output.prefix, parts).as_bytes())?;
     Ok((told, files))
 }
@@ -200,10 +266,10 @@ fn keep_contacts(
 
 /// The loads on the triangles of walls at a step, none if the run did not write them, and their file.
 fn triangle_loads(
-    run: Option<&RunSource>,
+    reader: Option<&TriangleLoadReader>,
     step: u64,
 ) -> Result<(PathBuf, Option<TriangleLoadFrame>), ExportError> {
-    let Some(reader) = run.and_then(RunSource::triangle_loads) else {
+    let Some(reader) = reader else {
         return Ok((PathBuf::new(), None));
     };
     let number = reader.frames().infos().position(|info| info.step == step);

@@ -103,7 +103,9 @@ fn notes(folder: &Path, arguments: &[&str]) -> String {
     said
 }
 
-const NOTE: &str = "note: clump `bean` has no surface and is shown by its pebbles; mclump SURFACE.stl writes a clump file with one\n";
+const NOTE: &str = "note: the run holds no surface of clump `bean`, so its pebbles are shown (its clump file names none, or the file \
+    could not be read when the run began: its plan says); `mclump SURFACE PEBBLES` or `mclump SURFACE --generate ...` writes a \
+    clump file with one\n";
 
 /// Numbers of points and of cells.
 fn counts(file: &Path) -> [usize; 2] {
@@ -210,7 +212,7 @@ fn pictures_show_surfaces_among_spheres() {
 #[test]
 fn surfaces_without_a_table_of_bodies_are_refused() {
     let place = folder_with_clumps(false);
-    let message = "run/run: no file of bodies beside the particles: the run has no clumps, or is of an earlier version\nhelp: ";
+    let message = "run/run.particles.arrow: no file of bodies beside the particles: the run has no clumps, or is of an earlier version\nhelp: ";
     for (arguments, help) in [
         (
             ["vtu", "run", "--clumps", "surface"],
@@ -235,4 +237,107 @@ fn surfaces_without_a_table_of_bodies_are_refused() {
     }
     assert_eq!(notes(place.path(), &["vtu", "run"]), "");
     assert!(!place.path().join("run/vtu/run.bodies.pvd").exists());
+}
+
+/// The run after its table of bodies (or another) was cut behind `bytes`.
+fn cut(place: &tempfile::TempDir, kind: &str, bytes: impl Fn(usize) -> usize) {
+    let path = place.path().join(format!("run/run.{kind}.arrow"));
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, &whole[..bytes(whole.len())]).unwrap();
+}
+
+#[test]
+fn bodies_that_were_cut_are_told_once() {
+    let place = folder_with_clumps(true);
+    cut(&place, "bodies", |whole| whole - 100);
+    let damage = "run/run.bodies.arrow: a frame that goes beyond the end of the file behind 1 whole frame\n\
+        help: the frames before it can be used; the file was cut or changed after it was written\n";
+    let start = "warning: only the first 1 frame of bodies could be used, up to t = 0 s; ";
+    for (arguments, lost) in [
+        (
+            ["vtu", "run", "--clumps", "pebbles"],
+            "later ones are left out",
+        ),
+        (
+            ["vtu", "run", "--clumps", "surface"],
+            "later clumps are shown by their pebbles",
+        ),
+        (
+            ["png", "run", "--clumps", "both"],
+            "surfaces of later clumps are left out",
+        ),
+    ] {
+        let mut all = arguments.to_vec();
+        all.extend(["--quiet", "--force"]);
+        let said = notes(place.path(), &all);
+        assert_eq!(said, format!("{start}{lost}\n{damage}"), "{arguments:?}");
+    }
+    // What is asked for is whole.
+    let first = ["vtu", "run", "--frames", "0", "--quiet", "--force"];
+    assert_eq!(notes(place.path(), &first), "");
+    // Nothing of what is asked for is there: no list that names no file, and none of before.
+    let last = ["vtu", "run", "--frames", "last", "--quiet", "--force"];
+    let said = notes(place.path(), &last);
+    assert_eq!(said, format!("{start}later ones are left out\n{damage}"));
+    assert!(!place.path().join("run/vtu/run.bodies.pvd").exists());
+    assert!(!place.path().join("run/vtu/run.bodies.0000.vtu").exists());
+}
+
+#[test]
+fn surfaces_that_cannot_be_read_leave_the_pebbles() {
+    let place = folder_with_clumps(true);
+    cut(&place, "clumps", |whole| whole - 100);
+    let refused = |found: &str| {
+        let output = export(place.path(), &["vtu", "run", "--clumps", "surface"]);
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said, found);
+    };
+    refused(
+        "run/run.clumps.arrow: a frame that goes beyond the end of the file behind 0 whole frames\n\
+         help: the file was cut or changed after it was written; --clumps pebbles shows what there is\n",
+    );
+    assert_eq!(notes(place.path(), &["vtu", "run"]), "");
+    assert_eq!(
+        counts(&place.path().join("run/vtu/run.bodies.0001.vtu")),
+        [2, 2]
+    );
+    fs::remove_file(place.path().join("run/run.clumps.arrow")).unwrap();
+    refused(
+        "run/run.clumps.arrow: the file cannot be opened: No such file or directory (os error 2)\n\
+         help: --clumps pebbles shows what there is\n",
+    );
+    notes(place.path(), &["csv", "run", "--table", "bodies"]);
+    // The table of bodies itself: the pebbles are whole.
+    cut(&place, "bodies", |_| 100);
+    let said = notes(place.path(), &["vtu", "run", "--force"]);
+    assert!(
+        said.starts_with(
+            "warning: bodies are left out\nrun/run.bodies.arrow: a message that goes beyond"
+        ),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_data_file_says_where_its_bodies_are() {
+    let place = folder_with_clumps(true);
+    let data = "1 0 0 0 0 1 1 1\n0 0 0 0 0 0 1 0 0 0 0 0 0 0\n";
+    for name in ["run/run.data", "alone.data"] {
+        fs::write(place.path().join(name), data).unwrap();
+    }
+    for (file, message) in [
+        (
+            "run/run.data",
+            "run/run.data: a .data file holds no bodies; those of this run lie in run/run.bodies.arrow\nhelp: give the run folder: run\n",
+        ),
+        (
+            "alone.data",
+            "alone.data: a .data file holds no bodies\nhelp: --clumps pebbles shows what there is\n",
+        ),
+    ] {
+        let output = export(place.path(), &["vtu", file, "--clumps", "surface"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(String::from_utf8(output.stderr).unwrap(), message);
+    }
 }

@@ -229,10 +229,19 @@ impl BodyReader {
     /// When the file (or that of the surfaces) cannot be opened, is no stream of frames, lacks columns, or the surfaces are
     /// not those that it speaks of.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
-        let path = path.as_ref();
+        let mut reader = Self::open_without_surfaces(path.as_ref())?;
+        reader.kinds = clump_surfaces::read(path.as_ref(), reader.frames.schema())?;
+        Ok(reader)
+    }
+
+    /// Opens a file of bodies alone: its kinds have names and no surfaces.
+    ///
+    /// # Errors
+    /// When the file cannot be opened, is no stream of frames, or lacks columns.
+    pub fn open_without_surfaces(path: impl AsRef<Path>) -> Result<Self, FormatError> {
         let check = |schema: &FrameSchema| require(schema, &BodyFrame::specs());
-        let (frames, header, ()) = open_table(path, KIND, check)?;
-        let kinds = clump_surfaces::read(path, frames.schema())?;
+        let (frames, header, ()) = open_table(path.as_ref(), KIND, check)?;
+        let kinds = clump_surfaces::names(frames.schema());
         Ok(Self {
             frames,
             header,

@@ -86,6 +86,16 @@ pub(super) fn write(
     })
 }
 
+/// The kinds that the metadata of the file of bodies names, without their surfaces.
+pub(super) fn names(schema: &FrameSchema) -> Vec<ClumpKind> {
+    let name = |k: usize| schema.metadata().get(&format!("clump.{k}"));
+    let kind = |name: &String| ClumpKind {
+        name: name.clone(),
+        surface: None,
+    };
+    (0..).map_while(name).map(kind).collect()
+}
+
 /// The kinds that the metadata of the file of bodies names, with their surfaces from the file beside it.
 pub(super) fn read(bodies: &Path, schema: &FrameSchema) -> Result<Vec<ClumpKind>, FormatError> {
     let metadata = schema.metadata();

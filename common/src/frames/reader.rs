@@ -161,8 +161,13 @@ impl FrameReader {
                 Ok(Some(frame)) => self.frames.push(frame),
                 Ok(None) => break,
                 Err(found) => {
-                    let found = format!("{found} behind {} whole frames", self.len());
-                    let help = "the frames before it can be used; the file was cut or changed after it was written";
+                    let plural = if self.len() == 1 { "" } else { "s" };
+                    let found = format!("{found} behind {} whole frame{plural}", self.len());
+                    let help = if self.is_empty() {
+                        "the file was cut or changed after it was written"
+                    } else {
+                        "the frames before it can be used; the file was cut or changed after it was written"
+                    };
                     self.damage = Some(FormatError::of_file(&self.path, found).with_help(help));
                     break;
                 }
@@ -221,7 +226,8 @@ impl FrameReader {
     fn batch(&self, k: usize) -> Result<(FrameInfo, Batch, Place), FormatError> {
         let Some((info, place)) = self.frames.get(k).copied() else {
             let found = format!("no frame {k}: the file has {}", self.len());
-            return Err(FormatError::of_file(&self.path, found));
+            let lost = self.damage.clone();
+            return Err(lost.unwrap_or_else(|| FormatError::of_file(&self.path, found)));
         };
         let mut flatbuffer = vec![0; (place.body - place.metadata) as usize];
         let batch = read_exact_at(&self.file, &mut flatbuffer, place.metadata)
@@ -315,7 +321,8 @@ fn next_message(file: &File, offset: u64) -> Result<Next, String> {
     let mut flatbuffer = vec![0; length as usize];
     read_exact_at(file, &mut flatbuffer, metadata).map_err(|e| format!("no message: {e}"))?;
     let message = arrow_ipc::root_as_message(&flatbuffer)
-        .map_err(|e| format!("no Arrow message at byte {offset} ({e})"))?;
+        // What the verifier of the flatbuffer says is many lines about its insides.
+        .map_err(|_| format!("no Arrow message at byte {offset}"))?;
     let end = u64::try_from(message.bodyLength())
         .ok()
         .and_then(|length| body.checked_add(length))

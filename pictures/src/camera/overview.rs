@@ -1,11 +1,13 @@
 //! What several frames have in common: one camera and one range of colours for a whole film.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::extent::Extent;
 use super::{Axes, Lens, Window};
 use crate::frame::{Frame, Grain, is_place};
-use crate::options::{Framing, Options};
+use crate::options::{ColourBy, Framing, Options};
 use crate::value_range::ValueRange;
 
 /// The bed fills at least this share of the window in one direction ...
@@ -28,7 +30,7 @@ pub struct Overview {
     pub(crate) strengths: ValueRange,
     pub(crate) has_fixed: bool,
     pub(crate) has_missing: bool,
-    pub(crate) categories: Vec<usize>,
+    pub(crate) categories: BTreeSet<usize>,
 }
 
 impl Default for Overview {
@@ -44,13 +46,10 @@ impl Default for Overview {
             strengths: ValueRange::default(),
             has_fixed: false,
             has_missing: false,
-            categories: Vec::new(),
+            categories: BTreeSet::new(),
         }
     }
 }
-
-/// Categories that a legend can name.
-const MOST_CATEGORIES: usize = 64;
 
 impl Overview {
     /// Of one frame.
@@ -95,10 +94,10 @@ impl Overview {
                 self.domain.add(axes.coordinates(corner), 0.0);
             }
         }
-        self.add_values(frame);
+        self.add_values(frame, options);
     }
 
-    fn add_values(&mut self, frame: &Frame) {
+    fn add_values(&mut self, frame: &Frame, options: &Options) {
         let spheres = || frame.spheres.iter().filter(|s| s.is_drawable());
         let shown = || {
             let grains = frame.grains.iter().map(|g| (g.value, g.fixed));
@@ -110,13 +109,9 @@ impl Overview {
             .add(frame.contacts.iter().map(|c| c.strength.abs()));
         self.has_fixed |= shown().any(|(_, fixed)| fixed);
         self.has_missing |= values().any(f64::is_nan);
-        for value in values().filter(|value| *value >= 0.0) {
-            let number = value as usize;
-            if self.categories.len() < MOST_CATEGORIES
-                && let Err(place) = self.categories.binary_search(&number)
-            {
-                self.categories.insert(place, number);
-            }
+        if matches!(options.colour, ColourBy::Category { .. }) {
+            let numbers = values().filter(|value| *value >= 0.0);
+            self.categories.extend(numbers.map(|value| value as usize));
         }
     }
 

@@ -15,6 +15,8 @@ pub(crate) struct Legend {
     pub(crate) bars: Vec<Bar>,
     pub(crate) heading: String,
     pub(crate) dots: Vec<(String, Colour)>,
+    /// Categories that are not among the dots: nobody reads so many.
+    pub(crate) more: usize,
 }
 
 /// A colour bar.
@@ -35,6 +37,8 @@ const TICK: f64 = 5.0;
 const LABEL: f64 = 15.0;
 const NUMBER: f64 = 13.5;
 const LINE: f64 = 25.0;
+/// More dots than this may not fit, and are counted in words that need room.
+const MANY: usize = 10;
 /// The widest legend: longer texts are shortened.
 const WIDEST: f64 = 230.0;
 
@@ -58,6 +62,10 @@ impl Legend {
         }
         for (name, _) in &self.dots {
             width = width.max(LINE * unit + font::width(name, text_size(NUMBER, unit)));
+        }
+        if self.more > 0 || self.dots.len() > MANY {
+            let rest = format!("and {} more", self.dots.len() + self.more);
+            width = width.max(font::width(&rest, text_size(NUMBER, unit)));
         }
         (width + 8.0 * unit).min(WIDEST * unit.max(0.6))
     }
@@ -109,8 +117,9 @@ impl Legend {
             y += line;
         }
         let fits = ((area.y1 - y) / line + 1.0).max(0.0) as usize;
-        let shown = if self.dots.len() > fits {
-            fits.saturating_sub(1)
+        let number = self.dots.len() + self.more;
+        let shown = if number > fits {
+            fits.saturating_sub(1).min(self.dots.len())
         } else {
             self.dots.len()
         };
@@ -129,8 +138,8 @@ impl Legend {
             );
             y += line;
         }
-        if shown < self.dots.len() && fits > 0 {
-            let text = format!("and {} more", self.dots.len() - shown);
+        if shown < number && fits > 0 {
+            let text = format!("and {} more", number - shown);
             let (text, size) = font::fit(&text, size, size.min(9.0), area.width());
             let lettering = Lettering::new(size, theme.soft_ink, Anchor::Start);
             canvas.text(&text, (area.x0, y), lettering);

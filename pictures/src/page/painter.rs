@@ -54,6 +54,8 @@ pub struct Painter {
 
 /// The thinnest contact (pixels of a picture of 1200 x 900).
 const THINNEST: f64 = 0.35;
+/// Categories that a legend names; the others are counted.
+const MOST_CATEGORIES: usize = 64;
 
 impl Painter {
     /// A painter for the frames that `overview` has seen.
@@ -206,7 +208,9 @@ impl Painter {
             }
             ColourBy::Category { label, names } => {
                 legend.heading.clone_from(label);
-                for number in &overview.categories {
+                let most = MOST_CATEGORIES;
+                legend.more = overview.categories.len().saturating_sub(most);
+                for number in overview.categories.iter().take(most) {
                     let name = names.get(*number).cloned();
                     let name = name.unwrap_or_else(|| number.to_string());
                     legend.dots.push((name, category_colour(*number)));

@@ -201,3 +201,27 @@ fn a_clump_has_three_views_of_one_scale() {
     };
     draw_clump(&nothing, &options).unwrap();
 }
+
+/// A legend names what it has room for and counts all others, also beyond the number that it keeps names of.
+#[test]
+fn a_legend_counts_all_categories() {
+    for number in [70, 200_u32] {
+        let valued = |k: u32| Sphere {
+            value: f64::from(k),
+            ..sphere(f64::from(k), 0.0, 0.0, 0.5)
+        };
+        let options = Options {
+            colour: ColourBy::Category {
+                label: "body".into(),
+                names: Vec::new(),
+            },
+            ..Options::default()
+        };
+        let texts = texts(&svg(&frame((0..number).map(valued).collect()), &options));
+        let is_named = |k: &u32| texts.contains(&k.to_string());
+        let named = (0..number).filter(is_named).count() as u32;
+        assert!((10..64).contains(&named), "{named}");
+        let rest = format!("and {} more", number - named);
+        assert!(texts.contains(&rest), "{rest}: {texts:?}");
+    }
+}

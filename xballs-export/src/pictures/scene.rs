@@ -9,8 +9,8 @@ use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface};
 
 use super::PictureChoice;
 use super::quantity::Quantity;
+use crate::beside;
 use crate::bodies::{self, Shown};
-use crate::source::RunSource;
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
 /// What a run has beside its particles.
@@ -20,6 +20,8 @@ pub(super) struct Scenery<'a> {
     /// Where clumps are shown as surfaces.
     bodies: Option<&'a BodyReader>,
     hide_pebbles: bool,
+    /// Frames drawn at whose times no contacts were written.
+    without_contacts: usize,
     selection: &'a Selection,
     title: Option<&'a str>,
     /// Fallback title: the name of the input.
@@ -36,17 +38,61 @@ impl<'a> Scenery<'a> {
             Source::Run(run) => Some(run.as_ref()),
             Source::Data(_) => None,
         };
+        let contacts = if choice.contacts {
+            let found = run.map(|run| run.contacts("without --contacts the particles are drawn"));
+            let found = found.transpose()?.flatten();
+            let help = "fstat = true in [output] of the scene writes them; without --contacts the particles are drawn";
+            let missing = || beside::missing(source, "contacts", "", help);
+            Some(found.ok_or_else(missing)?)
+        } else {
+            None
+        };
+        let walls = run
+            .filter(|_| choice.walls)
+            .map(|run| run.walls("--no-walls leaves walls out"))
+            .transpose()?
+            .flatten();
         Ok(Self {
-            contacts: run
-                .and_then(RunSource::contacts)
-                .filter(|_| choice.contacts),
-            walls: run.and_then(RunSource::walls).filter(|_| choice.walls),
+            contacts,
+            walls,
             bodies: bodies::reader_for(source, choice.clumps)?,
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
+            without_contacts: 0,
             selection,
             title: choice.title.as_deref(),
             name: source.prefix().to_owned(),
         })
+    }
+
+    /// That contacts were written at other times than some of the frames drawn.
+    pub(super) fn note(&self) -> Option<String> {
+        let table = self.contacts?.frames();
+        (self.without_contacts > 0 && table.damage().is_none()).then(|| {
+            let path = table.path().display();
+            let count = beside::counted(self.without_contacts, "frame");
+            format!("{path}: no contacts were written at the times of {count}")
+        })
+    }
+
+    /// Which of the tables end before the time `last` (s).
+    pub(super) fn cut(&self, last: Option<f64>) -> Vec<String> {
+        let contacts = self.contacts.and_then(|table| {
+            let lost = "later pictures are without them";
+            beside::cut(table.frames(), "contacts", lost, last)
+        });
+        let walls = self.walls.and_then(|table| {
+            let lost = "later pictures are without them";
+            beside::cut(table.frames(), "walls", lost, last)
+        });
+        let bodies = self.bodies.and_then(|table| {
+            let lost = if self.hide_pebbles {
+                "later clumps are shown by their pebbles"
+            } else {
+                "surfaces of later clumps are left out"
+            };
+            beside::cut(table.frames(), "bodies", lost, last)
+        });
+        bodies.into_iter().chain(contacts).chain(walls).collect()
     }
 
     /// The frame of a snapshot, coloured by a quantity.
@@ -62,6 +108,9 @@ impl<'a> Scenery<'a> {
             &header.title
         });
         let (spheres, grains) = self.spheres_and_grains(snapshot, quantity)?;
+        let contacts = self.contacts(snapshot)?;
+        self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
+        let contacts = contacts.unwrap_or_default();
         Ok(Frame {
             title: title.to_owned(),
             time: Some(snapshot.frame.time),
@@ -72,7 +121,7 @@ impl<'a> Scenery<'a> {
             grains,
             surfaces: self.surfaces(snapshot)?,
             lines: Vec::new(),
-            contacts: self.contacts(snapshot)?,
+            contacts,
         })
     }
 
@@ -134,14 +183,14 @@ impl<'a> Scenery<'a> {
         Ok(drawn)
     }
 
-    /// The contacts of this step between particles that are shown.
-    fn contacts(&self, snapshot: &Snapshot) -> Result<Vec<Contact>, ExportError> {
+    /// The contacts of this step between particles that are shown; none if none were written then.
+    fn contacts(&self, snapshot: &Snapshot) -> Result<Option<Vec<Contact>>, ExportError> {
         let Some(reader) = self.contacts else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         let mut infos = reader.frames().infos();
         let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
-            return Ok(Vec::new());
+            return Ok(None);
         };
         let frame = reader.frame(number)?;
         let ids = snapshot
@@ -160,7 +209,7 @@ impl<'a> Scenery<'a> {
                 strength: frame.force[k].length(),
             })
         };
-        Ok((0..frame.len()).filter_map(shown).collect())
+        Ok(Some((0..frame.len()).filter_map(shown).collect()))
     }
 }
 

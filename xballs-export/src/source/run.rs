@@ -16,17 +16,23 @@ pub struct RunSource {
     path: PathBuf,
     prefix: String,
     particles: ParticleReader,
-    contacts: Option<ContactReader>,
-    walls: Option<WallReader>,
-    bodies: Option<BodyReader>,
-    triangle_loads: Option<TriangleLoadReader>,
+    contacts: Beside<ContactReader>,
+    walls: Beside<WallReader>,
+    bodies: Beside<BodyReader>,
+    /// Why the surfaces of clumps cannot be read, though the bodies can.
+    surfaces: Option<FormatError>,
+    triangle_loads: Beside<TriangleLoadReader>,
 }
 
+/// A table beside the particles: there or not, and what is wrong with it. Who does not want it need not care.
+type Beside<T> = Result<Option<T>, FormatError>;
+
 impl RunSource {
-    /// Opens the particles, and contacts, walls, the loads on their triangles, and bodies if they are there.
+    /// Opens the particles, and contacts, walls, the loads on their triangles, and bodies if they are there. What is wrong
+    /// with these hears who asks for them.
     ///
     /// # Errors
-    /// When one of the files cannot be opened or is something else.
+    /// When the particles cannot be opened or are something else.
     pub(super) fn open(path: &Path) -> Result<Self, FormatError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let prefix = name.strip_suffix(".particles.arrow").unwrap_or(&name);
@@ -34,15 +40,24 @@ impl RunSource {
             let path = path.with_file_name(format!("{prefix}.{kind}.arrow"));
             path.exists().then_some(path)
         };
+        let mut surfaces = None;
+        let bodies = beside("bodies").map(|path| {
+            BodyReader::open(&path).or_else(|error| {
+                let alone = BodyReader::open_without_surfaces(&path)?;
+                surfaces = Some(error);
+                Ok(alone)
+            })
+        });
         Ok(Self {
             path: path.to_owned(),
             particles: ParticleReader::open(path)?,
-            contacts: beside("contacts").map(ContactReader::open).transpose()?,
-            walls: beside("walls").map(WallReader::open).transpose()?,
-            bodies: beside("bodies").map(BodyReader::open).transpose()?,
+            contacts: beside("contacts").map(ContactReader::open).transpose(),
+            walls: beside("walls").map(WallReader::open).transpose(),
+            bodies: bodies.transpose(),
+            surfaces,
             triangle_loads: beside("triangle_loads")
                 .map(TriangleLoadReader::open)
-                .transpose()?,
+                .transpose(),
             prefix: prefix.to_owned(),
         })
     }
@@ -65,20 +80,32 @@ impl RunSource {
         self.particles.frames()
     }
 
-    pub(crate) fn contacts(&self) -> Option<&ContactReader> {
-        self.contacts.as_ref()
+    pub(crate) fn contacts(&self, help: &str) -> Result<Option<&ContactReader>, FormatError> {
+        there(&self.contacts, help)
     }
 
-    pub(crate) fn walls(&self) -> Option<&WallReader> {
-        self.walls.as_ref()
+    pub(crate) fn walls(&self, help: &str) -> Result<Option<&WallReader>, FormatError> {
+        there(&self.walls, help)
     }
 
-    pub(crate) fn bodies(&self) -> Option<&BodyReader> {
-        self.bodies.as_ref()
+    /// The bodies, perhaps without the surfaces of their clumps.
+    pub(crate) fn bodies(&self, help: &str) -> Result<Option<&BodyReader>, FormatError> {
+        there(&self.bodies, help)
     }
 
-    pub(crate) fn triangle_loads(&self) -> Option<&TriangleLoadReader> {
-        self.triangle_loads.as_ref()
+    /// Makes sure that nothing is wrong with the surfaces of clumps.
+    pub(crate) fn surfaces(&self, help: &str) -> Result<(), FormatError> {
+        match &self.surfaces {
+            Some(error) => Err(error.clone().with_more_help(help)),
+            None => Ok(()),
+        }
+    }
+
+    pub(crate) fn triangle_loads(
+        &self,
+        help: &str,
+    ) -> Result<Option<&TriangleLoadReader>, FormatError> {
+        there(&self.triangle_loads, help)
     }
 
     pub(super) fn frames(&self, choice: FrameChoice) -> impl Iterator<Item = Item> + Send + '_ {
@@ -98,5 +125,13 @@ impl RunSource {
             })
         };
         chosen.map(read).chain(frames.damage().cloned().map(Err))
+    }
+}
+
+/// A table if it is there; `help` says how to do without it if something is wrong with it.
+fn there<'a, T>(table: &'a Beside<T>, help: &str) -> Result<Option<&'a T>, FormatError> {
+    match table {
+        Ok(table) => Ok(table.as_ref()),
+        Err(error) => Err(error.clone().with_more_help(help)),
     }
 }

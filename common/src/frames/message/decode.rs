@@ -24,7 +24,7 @@ pub(in crate::frames) struct Batch {
 
 /// The Arrow schema in the first message of a stream.
 pub(in crate::frames) fn parse_schema(flatbuffer: &[u8]) -> Result<Schema, String> {
-    let message = root_as_message(flatbuffer).map_err(|e| format!("no Arrow message ({e})"))?;
+    let message = root_as_message(flatbuffer).map_err(|_| "no Arrow message")?;
     let schema = message
         .header_as_schema()
         .ok_or("a first message that is no schema")?;
@@ -42,7 +42,7 @@ pub(in crate::frames) fn parse_batch(
     flatbuffer: &[u8],
     kinds: &[ColumnKind],
 ) -> Result<Batch, String> {
-    let message = root_as_message(flatbuffer).map_err(|e| format!("no Arrow message ({e})"))?;
+    let message = root_as_message(flatbuffer).map_err(|_| "no Arrow message")?;
     let batch = message.header_as_record_batch().ok_or_else(|| {
         let MessageHeader(kind) = message.header_type();
         format!("an Arrow message of type {kind} in place of a record batch")

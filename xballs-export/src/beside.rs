@@ -1,0 +1,55 @@
+//! Tables beside the particles: what to say when one is missing, or ends before the particles do.
+
+use mercury_common::frames::FrameReader;
+
+use crate::{ExportError, Source};
+
+/// That there is no table of a kind (`contacts`, `bodies`) beside the particles. `why` says what that may mean, `help` what to do.
+pub(crate) fn missing(source: &Source, kind: &str, why: &str, help: &str) -> ExportError {
+    let path = source.path().display();
+    let folder = source.folder();
+    let table = folder.join(format!("{}.{kind}.arrow", source.prefix()));
+    let is_data = matches!(source, Source::Data(_));
+    ExportError::Input(if is_data && table.exists() {
+        format!(
+            "{path}: a .data file holds no {kind}; those of this run lie in {}\nhelp: give the run folder: {}",
+            table.display(),
+            folder.display()
+        )
+    } else if is_data {
+        format!("{path}: a .data file holds no {kind}\nhelp: {help}")
+    } else {
+        format!("{path}: no file of {kind} beside the particles{why}\nhelp: {help}")
+    })
+}
+
+/// A warning if a table was cut and the frames up to the time `last` (s) need more than is left of it. `what` names the
+/// frames, `lost` what is done without them.
+pub(crate) fn cut(
+    table: &FrameReader,
+    what: &str,
+    lost: &str,
+    last: Option<f64>,
+) -> Option<String> {
+    let damage = table.damage()?;
+    let end = table.infos().last().map(|info| info.time);
+    if end.is_some_and(|end| last.is_none_or(|last| last <= end)) {
+        return None;
+    }
+    Some(match end {
+        Some(end) => {
+            let count = counted(table.len(), "frame");
+            format!(
+                "only the first {count} of {what} could be used, up to t = {end} s; {lost}\n{damage}"
+            )
+        }
+        None => format!("no frame of {what} could be used; {lost}\n{damage}"),
+    })
+}
+
+/// `1 frame`, `2 frames`.
+#[must_use]
+pub fn counted(number: usize, what: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {what}{plural}")
+}
