@@ -46,9 +46,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut notes, &mut errors);
     let start = starting_particles(scene, clumps.as_deref(), &mut errors);
-    let has_clumps = clumps.is_some();
+    let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
-    let insertions = insertions(scene, has_clumps, dimensions, &mut errors);
     let regions = regions(scene, &start, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(scene, &start, &clumps, &insertions, dimensions);
