@@ -166,7 +166,7 @@ pub(super) fn expected_particles(plan: &Plan) -> f64 {
 }
 
 /// Spheres expected among them: particles, and pebbles of bodies.
-fn expected_spheres(plan: &Plan) -> f64 {
+pub(super) fn expected_spheres(plan: &Plan) -> f64 {
     let pebbles = |clump: u32| plan.clumps[clump as usize].pebbles.len() as f64;
     let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
     let inserted = plan.insertions.iter().filter_map(|insertion| {
