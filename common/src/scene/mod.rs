@@ -216,8 +216,8 @@ fn is_clump_file(document: &Node) -> bool {
         return false;
     };
     let has = |key: &&str| root.get(key).is_some();
-    ["pebbles", "principal_moments"].iter().all(|key| has(key))
-        && !["time", "domain", "materials"].iter().any(|key| has(key))
+    ["pebbles", "principal_moments"].iter().all(has)
+        && !["time", "domain", "materials"].iter().any(has)
 }
 
 /// The names of the tables below a table of the document.
