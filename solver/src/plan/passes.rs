@@ -44,6 +44,13 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         })
         .sum();
     let ratio = plan.largest_radius / plan.smallest_radius;
+    let meshes = plan.walls.iter();
+    let meshes = meshes.filter(|wall| matches!(wall.shape, Shape::Mesh(_)));
+    let how = match meshes.count() {
+        0 => "in closed form",
+        count if count == plan.walls.len() => "with the triangles of meshes",
+        _ => "in closed form, and with the triangles of meshes",
+    };
     vec![
         Pass {
             name: "contact loop",
@@ -83,8 +90,8 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             is_done: !plan.walls.is_empty(),
             reason: match (plan.walls.len(), moving.count()) {
                 (0, _) => "no walls".to_owned(),
-                (n, 0) => format!("in closed form, {n} at rest"),
-                (n, m) => format!("in closed form, {} at rest, {m} moving", n - m),
+                (n, 0) => format!("{how}, {n} at rest"),
+                (n, m) => format!("{how}, {} at rest, {m} moving", n - m),
             },
         },
         Pass {

@@ -145,3 +145,17 @@ fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
         )]
     );
 }
+
+#[test]
+fn meshes_are_not_met_in_closed_form() {
+    for (mesh, expected) in [
+        (true, "with the triangles of meshes, 1 at rest"),
+        (false, "in closed form, 1 at rest"),
+    ] {
+        let (_folder, text) = scene(mesh, "", 1.0, "");
+        let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let all = passes(&plan);
+        let pass = all.iter().find(|pass| pass.name == "wall contacts");
+        assert_eq!(pass.map(|pass| pass.reason.as_str()), Some(expected));
+    }
+}
