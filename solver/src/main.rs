@@ -13,7 +13,7 @@ use mercury_solver::output::folder;
 use mercury_solver::output::progress_line::ProgressLine;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, document, plan, refusal, report};
-use mercury_solver::run::{Report, RunOptions, run, useful_threads};
+use mercury_solver::run::{Report, RunOptions, run, twelve_digits, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -120,7 +120,7 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Status::Finished => Ok(()),
         Status::Stopped => Err(Failure::Run(format!(
             "stopped at t = {} s; everything until then is written. This version cannot resume a run.",
-            report.summary.time
+            twelve_digits(report.summary.time)
         ))),
     }
 }
@@ -144,7 +144,8 @@ fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
 
 fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(&plan.prefix));
-    folder::prepare(&folder, &plan.prefix, arguments.force)
+    // The folder is this run's until the end of the function.
+    let _lock = folder::prepare(&folder, &plan.prefix, arguments.force)
         .map_err(|error| Failure::Input(error.to_string()))?;
     let threads = arguments.threads.map_or_else(
         || {

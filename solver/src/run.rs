@@ -3,6 +3,7 @@
 mod budget;
 mod report;
 mod rest;
+mod shortfall;
 #[cfg(test)]
 mod tests;
 
@@ -14,10 +15,11 @@ use std::time::Instant;
 use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 
 pub use budget::Budget;
-pub use report::Report;
+pub use report::{Report, twelve_digits};
 
 use budget::{energy_summary, exchanged};
 use rest::Rest;
+use shortfall::shortfalls;
 
 use crate::boundaries::Tally;
 use crate::engine::{Engine, RunError};
@@ -278,6 +280,8 @@ fn report(
     let contacts = seen.map_or(0, |seen| seen.particle_contacts);
     let created = engine.particles.grains_created();
     let mut warnings = plan.warnings.clone();
+    let boundaries = engine.boundaries().state();
+    warnings.extend(shortfalls(plan, &boundaries, engine.time()));
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",

@@ -327,3 +327,43 @@ fn a_request_to_stop_ends_with_1_and_whole_files() {
     assert!(summary.contains("\"status\": \"stopped\""), "{summary}");
     assert!(fs::read_to_string(&data).unwrap().ends_with('\n'));
 }
+
+/// A run of hours in the folder `pair`, as soon as its first frame is there.
+fn long_run(folder: &Path) -> std::process::Child {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder)
+        .args(["pair.toml", "--quiet", "--set", "time.end=1000"])
+        .spawn()
+        .unwrap();
+    let data = folder.join("pair/pair.data");
+    while fs::metadata(&data).map_or(0, |data| data.len()) == 0 {
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "the run ended by itself"
+        );
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child
+}
+
+#[test]
+fn the_folder_of_a_running_run_is_refused_even_with_force() {
+    let folder = folder_with_scene(SCENE);
+    let mut running = long_run(folder.path());
+    for arguments in [&["pair.toml"][..], &["pair.toml", "--force"]] {
+        let output = solve(folder.path(), arguments);
+        assert_eq!(code(&output), Some(2));
+        assert_eq!(
+            errors(&output),
+            "pair: this folder is being written by another run\n\
+             help: wait for its end or stop it, or choose another folder with --output DIR\n"
+        );
+    }
+    running.kill().unwrap();
+    running.wait().unwrap();
+    // A killed run cannot clean up; what it leaves is no obstacle.
+    assert!(folder.path().join("pair/.lock").exists());
+    let output = solve(folder.path(), &["pair.toml", "--force", "--quiet"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    assert!(!folder.path().join("pair/.lock").exists());
+}

@@ -179,6 +179,13 @@ pub fn parse_scene(
 ) -> Result<Scene, SceneErrors> {
     let source = Source::file(path.display().to_string(), text);
     let mut document = tree::parse_document(&source, text)?;
+    if is_clump_file(&document) {
+        let place = Place::new(&source, 0..0, "");
+        let error = place.error("this is a clump file, not a scene");
+        return Err(error
+            .with_help("a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\"")
+            .into());
+    }
     let mut wrong_overrides = Vec::new();
     for argument in overrides {
         if let Err(error) = overrides::apply(&mut document, argument) {
@@ -201,6 +208,16 @@ pub fn parse_scene(
         _ if errors.is_empty() => Err(place.error("this is not a scene").into()),
         _ => Err(SceneErrors(errors)),
     }
+}
+
+/// Whether the document describes a rigid body, and has nothing that only a scene has.
+fn is_clump_file(document: &Node) -> bool {
+    let Value::Table(root) = &document.value else {
+        return false;
+    };
+    let has = |key: &&str| root.get(key).is_some();
+    ["pebbles", "principal_moments"].iter().all(has)
+        && !["time", "domain", "materials"].iter().any(has)
 }
 
 /// The names of the tables below a table of the document.

@@ -31,6 +31,8 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
     let mut path = String::new();
     let last = steps.len() - 1;
     for (i, step) in steps.iter().enumerate() {
+        let by_number = number_of_entry(&node.value, step);
+        let step = by_number.as_ref().unwrap_or(step);
         let at = |path: &str| Place::new(&source, key_span.clone(), path);
         node = match (&mut node.value, step) {
             (Value::Array(items), Step::Index(index)) => {
@@ -52,9 +54,17 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
                     .iter()
                     .filter_map(|item| item.name().map(str::to_owned))
                     .collect();
+                let count = items.len();
                 let found = items.iter_mut().find(|item| item.name() == Some(name));
+                let list = path.clone();
                 path = key_path::child(&path, name);
-                found.ok_or_else(|| unknown_name(&at(&path), name, &names))?
+                found.ok_or_else(|| {
+                    if names.is_empty() {
+                        nameless(&at(&path), name, &list, count)
+                    } else {
+                        unknown_name(&at(&path), name, &names)
+                    }
+                })?
             }
             (Value::Table(table), Step::Key(key)) => {
                 let is_new = table.get(key).is_none();
@@ -83,6 +93,28 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
     }
     *node = value;
     Ok(())
+}
+
+/// The index that `list.1` means: a number, counted from 0 as in `list[1]`, where no entry has that name.
+fn number_of_entry(value: &Value, step: &Step) -> Option<Step> {
+    let (Value::Array(items), Step::Key(name)) = (value, step) else {
+        return None;
+    };
+    if items.iter().any(|item| item.name() == Some(name)) {
+        return None;
+    }
+    name.parse().ok().map(Step::Index)
+}
+
+/// No entry of the list has a name.
+fn nameless(place: &Place, name: &str, list: &str, count: usize) -> SceneError {
+    let error = place.error(format!("there is nothing named `{name}`"));
+    if count == 0 {
+        return error.with_help("the list is empty");
+    }
+    error.with_help(format!(
+        "its entries have no names: write {list}[0] (or {list}.0) for the first of {count}"
+    ))
 }
 
 fn unknown_name(place: &Place, name: &str, names: &[String]) -> SceneError {

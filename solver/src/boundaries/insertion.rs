@@ -4,7 +4,7 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::crowd::Crowd;
-use super::placement::{Extent, Room, of_sphere, overlaps_wall};
+use super::placement::{Extent, Room, Space, of_sphere, overlaps_wall};
 use super::{Ingredient, InsertionPlan, Tally, Total};
 use crate::bodies::Clump;
 use crate::neighbours::Images;
@@ -135,7 +135,14 @@ impl Insertion {
         };
         Self {
             state: InsertionState::default(),
-            room: Room::new(&insertion.region, plan),
+            room: Room::new(
+                &insertion.region,
+                Space {
+                    domain: (plan.domain_min, plan.domain_max),
+                    periodic: plan.periodic,
+                    dimensions: plan.dimensions,
+                },
+            ),
             shares,
             smallest_radius: used()
                 .map(|part| radii(part).0)

@@ -25,6 +25,7 @@ mod tests;
 
 pub use domain_volume::volume_within;
 pub use insertion::{InsertionState, Limit, Pending};
+pub(crate) use placement::{Space, may_hold};
 pub use plans::{CountedRegion, DeletionPlan, Ingredient, InsertionPlan, Rate};
 pub use region::Region;
 pub use tally::Tally;

@@ -5,12 +5,30 @@ use mercury_common::random::Stream;
 
 use super::Region;
 use crate::neighbours::Images;
-use crate::plan::Plan;
 use crate::walls::{Touches, Wall, WallState, image_between_faces, images_met};
 
 /// Trials to hit the region from its bounding box before an attempt counts as failed: a region that fills a tenth of its box
 /// is missed by all with a probability of 0.1 %.
 const DRAWS: u32 = 64;
+
+/// Boxes that are looked at before a region counts as one that may hold a sphere: some hundredths of a second.
+const MOST_LOOKS: u32 = 1_000_000;
+
+/// The space that regions lie in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Space {
+    /// Lowest and highest corner of the domain, m.
+    pub(crate) domain: (DVec3, DVec3),
+    /// Periodic axes.
+    pub(crate) periodic: [bool; 3],
+    /// 3, or 2 for discs.
+    pub(crate) dimensions: u8,
+}
+
+/// Whether a sphere of this radius (m) may have a place in the region and the domain: `false` only where it certainly has none.
+pub(crate) fn may_hold(region: &Region, radius: f64, space: Space) -> bool {
+    Room::new(region, space).may_hold(radius)
+}
 
 /// How far something reaches below and above its centre along x, y, z, m.
 pub(super) type Extent = (DVec3, DVec3);
@@ -34,17 +52,18 @@ pub(super) struct Room {
 
 impl Room {
     /// Of a region in the domain of a plan. Discs lie in the plane z = 0, or where the domain does not have it, in the nearest.
-    pub(super) fn new(region: &Region, plan: &Plan) -> Self {
-        let plane = (plan.dimensions == 2).then(|| {
+    pub(super) fn new(region: &Region, space: Space) -> Self {
+        let (domain_min, domain_max) = space.domain;
+        let plane = (space.dimensions == 2).then(|| {
             // Not `clamp`, which panics on a domain that is upside down.
-            0.0f64.max(plan.domain_min.z).min(plan.domain_max.z)
+            0.0f64.max(domain_min.z).min(domain_max.z)
         });
         let region = plane.map_or_else(|| region.clone(), |plane| region.in_plane(plane));
         Self {
             bounds: region.bounds(),
             region,
-            domain: (plan.domain_min, plan.domain_max),
-            periodic: plan.periodic,
+            domain: space.domain,
+            periodic: space.periodic,
             plane,
         }
     }
@@ -87,6 +106,41 @@ impl Room {
     pub(super) fn has_space(&self, extent: Extent) -> bool {
         let (low, high) = self.centres(extent);
         low.is_finite() && high.is_finite() && low.cmple(high).all()
+    }
+
+    /// Whether there may be a place for a sphere of this radius (m): `false` only where it is certain that there is none.
+    ///
+    /// Boxes of centres are halved until one has its middle where the sphere fits. As the signed distance changes at most as
+    /// fast as the place, a box whose middle misses by more than its half diagonal holds no place and is dropped.
+    pub(super) fn may_hold(&self, radius: f64) -> bool {
+        let extent = of_sphere(radius);
+        if !self.has_space(extent) {
+            return false;
+        }
+        let (low, high) = self.centres(extent);
+        let mut boxes = vec![(0.5 * (low + high), 0.5 * (high - low))];
+        let mut looks = 0;
+        while let Some((centre, half)) = boxes.pop() {
+            looks += 1;
+            // By this much of a sphere's radius the centre may move; `NaN` counts as a fit.
+            let missing = self.region.signed_distance(centre) + radius;
+            if missing.is_nan() || missing <= 0.0 || looks > MOST_LOOKS {
+                return true;
+            }
+            if missing > half.length() {
+                continue;
+            }
+            let axis = if half.x >= half.y && half.x >= half.z {
+                DVec3::X
+            } else if half.y >= half.z {
+                DVec3::Y
+            } else {
+                DVec3::Z
+            };
+            let (step, half) = (0.5 * half * axis, half * (1.0 - 0.5 * axis));
+            boxes.extend([(centre - step, half), (centre + step, half)]);
+        }
+        false
     }
 
     /// A centre uniform among those whose spheres, `offset` (m) from it, lie wholly inside the region, wrapped into the domain;

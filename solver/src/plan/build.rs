@@ -44,11 +44,10 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 
     let mut notes = Vec::new();
     let mut walls = walls(scene, &mut errors);
-    let clumps = super::clumps::clumps(scene, &mut notes, &mut errors);
+    let clumps = super::clumps::clumps(scene, &mut warnings, &mut notes, &mut errors);
     let start = starting_particles(scene, clumps.as_deref(), &mut errors);
-    let has_clumps = clumps.is_some();
+    let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
-    let insertions = insertions(scene, has_clumps, dimensions, &mut errors);
     let regions = regions(scene, &start, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(scene, &start, &clumps, &insertions, dimensions);
@@ -113,11 +112,9 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         laws.laws[b * laws.materials + a] = Some(pair.law);
     }
     let domain = (*scene.domain.min, *scene.domain.max);
-    meshes::remarks(&walls, domain, &mut warnings, &mut notes);
+    meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
-    if scene.output.restart_interval.is_some() {
-        notes.push("output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored".to_owned());
-    }
+    ignored_keys(scene, &mut warnings);
     Ok(Plan {
         title: scene.title.clone(),
         prefix: scene.path.file_stem().map_or_else(
@@ -178,6 +175,29 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         warnings,
         notes,
     })
+}
+
+/// Warns of keys of `[output]` that change nothing.
+fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
+    let output = &scene.output;
+    if output.restart_interval.is_some() {
+        warnings.push(
+            "output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored"
+                .to_owned(),
+        );
+    }
+    for (interval, is_written, what) in [
+        (&output.fstat_interval, output.fstat, "fstat"),
+        (&output.vtk_interval, *output.vtk, "vtk"),
+    ] {
+        let key = format!("output.{what}_interval");
+        // A default keeps the place of `interval`.
+        if interval.place.key() == key && !is_written {
+            warnings.push(format!(
+                "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
+            ));
+        }
+    }
 }
 
 /// Radii that can occur, m.

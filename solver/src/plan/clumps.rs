@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{ClumpFile, read_clump};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{Dimensions, Scene, SceneError};
@@ -15,6 +16,7 @@ use crate::bodies::Clump;
 /// material that says how heavy things are, and a file made for density 1 serves for any.
 pub(super) fn clumps(
     scene: &Scene,
+    warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<Vec<Clump>> {
@@ -44,7 +46,7 @@ pub(super) fn clumps(
                 short(ratio)
             ));
         }
-        let surface = surface(&clump.name.value, &file, &clump.file.value, notes);
+        let surface = surface(&clump.name.value, &file, &clump.file.value, warnings);
         let built = Clump::new(
             &clump.name.value,
             clump.material.value.0 as u32,
@@ -62,20 +64,23 @@ pub(super) fn clumps(
 }
 
 /// The surface that a clump file names. Nothing in a run needs it but its pictures: where it cannot be read they show the pebbles, and
-/// a note says so.
+/// a warning says so.
 fn surface(
     name: &str,
     file: &ClumpFile,
     path: &Path,
-    notes: &mut Vec<String>,
+    warnings: &mut Vec<String>,
 ) -> Option<TriangleMesh> {
     match read_mesh(file.surface_path(path)?) {
         Ok(mesh) => Some(mesh),
         Err(error) => {
-            notes.push(format!(
-                "clump `{name}` is shown by its pebbles, its surface cannot be read: {}: {}",
-                error.path.display(),
-                error.found
+            // On one line, as all warnings are.
+            let error = FormatError {
+                help: None,
+                ..error
+            };
+            warnings.push(format!(
+                "clump `{name}` is shown by its pebbles, its surface cannot be read: {error}"
             ));
             None
         }
@@ -110,16 +115,27 @@ mod tests {
         let plan = planned();
         let surface = plan.clumps[0].surface.as_ref();
         assert_eq!(surface.map(|mesh| mesh.triangles.len()), Some(1));
-        assert!(plan.notes.iter().all(|note| !note.contains("surface")));
+        assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
 
+        let told = |found: &str| {
+            let plan = planned();
+            assert_eq!(plan.clumps[0].surface, None);
+            let expected = format!(
+                "clump `ball` is shown by its pebbles, its surface cannot be read: {}{found}",
+                path("ball.stl").display()
+            );
+            let warnings = &plan.warnings;
+            assert!(
+                warnings.len() == 1 && warnings[0].starts_with(&expected),
+                "{warnings:?}, not {expected}"
+            );
+        };
+        fs::write(path("ball.stl"), "").unwrap();
+        told(": the file is empty");
+        let damaged = facet.replace("1e-3 0 0", "nan 0 0");
+        fs::write(path("ball.stl"), format!("solid a\n{damaged}endsolid a\n")).unwrap();
+        told(":5:8: \"nan\" for a coordinate, expected a finite number");
         fs::remove_file(path("ball.stl")).unwrap();
-        let plan = planned();
-        assert_eq!(plan.clumps[0].surface, None);
-        let expected = format!(
-            "clump `ball` is shown by its pebbles, its surface cannot be read: {}: the file cannot be read: ",
-            path("ball.stl").display()
-        );
-        let told = |note: &String| note.starts_with(&expected);
-        assert!(plan.notes.iter().any(told), "{:?}", plan.notes);
+        told(": the file cannot be read: ");
     }
 }

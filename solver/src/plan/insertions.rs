@@ -8,20 +8,22 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region};
+use super::parameter::short;
+use crate::bodies::Clump;
+use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold};
 use crate::particles::volume;
 
-/// All insertions that can be planned, in the order of the file. `has_clumps`: the clumps could be read.
+/// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(
     scene: &Scene,
-    has_clumps: bool,
+    clumps: Option<&[Clump]>,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
 ) -> Vec<InsertionPlan> {
     scene
         .insertions
         .iter()
-        .filter_map(|insertion| plan_one(scene, insertion, has_clumps, dimensions, errors))
+        .filter_map(|insertion| plan_one(scene, insertion, clumps, dimensions, errors))
         .collect()
 }
 
@@ -42,7 +44,7 @@ pub(super) fn deletions(scene: &Scene) -> Vec<DeletionPlan> {
 fn plan_one(
     scene: &Scene,
     insertion: &Insertion,
-    has_clumps: bool,
+    clumps: Option<&[Clump]>,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
 ) -> Option<InsertionPlan> {
@@ -52,7 +54,7 @@ fn plan_one(
         let (material, clump) = match &component.body {
             Body::Sphere(material) => (material.value, None),
             // The scene is refused already.
-            Body::Clump(_) if !has_clumps => return None,
+            Body::Clump(_) if clumps.is_none() => return None,
             Body::Clump(clump) => {
                 let template = scene.clumps.get(clump.value.0)?;
                 (template.material.value, Some(clump.value.0 as u32))
@@ -114,6 +116,17 @@ fn plan_one(
         }
     });
     let region = region(&insertion.region)?;
+    if errors.len() == before {
+        let space = Space {
+            domain: (*scene.domain.min, *scene.domain.max),
+            periodic: scene.domain.periodic,
+            dimensions,
+        };
+        let smallest = smallest_sphere(&mixture, clumps.unwrap_or_default());
+        if let Err((message, help)) = check_room(&insertion.name.value, &region, smallest, space) {
+            errors.push(insertion.region.error(message).with_help(help));
+        }
+    }
     (errors.len() == before).then(|| InsertionPlan {
         name: insertion.name.value.clone(),
         region,
@@ -126,6 +139,55 @@ fn plan_one(
         until: insertion.until.as_deref().copied().unwrap_or(f64::INFINITY),
         attempts: (*insertion.attempts).max(1),
     })
+}
+
+/// Radius (m) of the sphere without whose place nothing of the mixture can come: the smallest one, of clumps the largest pebble of the
+/// smallest body; and whether it is a pebble.
+fn smallest_sphere(mixture: &[Ingredient], clumps: &[Clump]) -> (f64, bool) {
+    let used = mixture.iter().filter(|part| part.share > 0.0);
+    let radii = used.map(|part| {
+        let radius = 0.5 * part.sizes.smallest();
+        let clump = part.clump.and_then(|index| clumps.get(index as usize));
+        clump.map_or((radius, false), |clump| {
+            let scale = 2.0 * radius / clump.equal_volume_diameter();
+            (scale * clump.pebble_radii().1, true)
+        })
+    });
+    radii.fold((f64::INFINITY, false), |least, next| {
+        if next.0 < least.0 { next } else { least }
+    })
+}
+
+/// Refuses a region in which nothing can ever be inserted: what is wrong, and what to do.
+fn check_room(
+    name: &str,
+    region: &Region,
+    (radius, is_pebble): (f64, bool),
+    space: Space,
+) -> Result<(), (String, &'static str)> {
+    if !may_hold(region, 0.0, space) {
+        return Err((
+            format!(
+                "the region of \"{name}\" has no volume within the domain, so that nothing can ever be inserted"
+            ),
+            "move it into the box of domain.min and domain.max; lengths are in metres",
+        ));
+    }
+    if radius.is_finite() && !may_hold(region, radius, space) {
+        let what = match (is_pebble, space.dimensions) {
+            (true, _) => "the largest pebble of the smallest body",
+            (false, 2) => "the smallest disc",
+            (false, _) => "the smallest sphere",
+        };
+        return Err((
+            format!(
+                "the region of \"{name}\" has no place for {what}, {} m in diameter, so that nothing can ever be inserted",
+                short(2.0 * radius)
+            ),
+            "what is inserted lies wholly inside: widen the region or insert smaller particles; lengths are in metres",
+        ));
+    }
+    Ok(())
 }
 
 /// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at

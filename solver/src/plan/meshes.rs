@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use mercury_common::formats::mesh::read_mesh;
-use mercury_common::scene::{Domain, MeshSide, MeshSource, Output, SceneError};
+use mercury_common::scene::{
+    Domain, MeshSide, MeshSource, Output, Scene, SceneError, Shape as SceneShape,
+};
 
 use super::parameter::short;
 use crate::walls::{Mesh, Shape, Wall};
@@ -24,7 +26,13 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
     };
     Mesh::new(&triangles, place, side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
-        .map_err(|error| source.file.error(error.to_string()))
+        .map_err(|error| {
+            let message = error.to_string();
+            // The scene's key stands before it already; what is wrong is in the file.
+            let message = message.strip_prefix("file: ").unwrap_or(&message);
+            let file = source.file.value.display();
+            source.file.error(format!("{file}: {message}"))
+        })
 }
 
 /// How far beyond its faces a mesh that goes on for ever is asked, in largest radii: one radius and the skin, which is at most another
@@ -77,8 +85,12 @@ pub(super) fn go_on(
     }
 }
 
+/// A mesh whose extents have a diagonal of more than this many of the domain's is taken for one in the wrong unit.
+const HUGE: f64 = 10.0;
+
 /// What may be wrong with the meshes (warnings), and what else to know of them (notes).
 pub(super) fn remarks(
+    scene: &Scene,
     walls: &[Wall],
     (min, max): (DVec3, DVec3),
     warnings: &mut Vec<String>,
@@ -100,13 +112,34 @@ pub(super) fn remarks(
         }
         let (low, high) = mesh.bounds();
         let outside = low.cmpgt(max).any() || high.cmplt(min).any();
-        if outside && wall.motion.is_static() {
-            warnings.push(format!(
-                "walls.{name}: the mesh lies outside the domain, from {} to {}; a file in millimetres needs scale = 0.001",
-                point(low),
-                point(high)
-            ));
+        let is_huge = (high - low).length() > HUGE * (max - min).length();
+        let what = match (outside && wall.motion.is_static(), is_huge) {
+            (true, _) => "lies wholly outside the domain",
+            (_, true) => "is more than 10 times as large as the domain",
+            _ => continue,
+        };
+        warnings.push(format!(
+            "walls.{name}: the mesh{} {what}: it reaches from {} to {} m, the domain from {} to {} m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset",
+            file_of(scene, name),
+            point(low),
+            point(high),
+            point(min),
+            point(max)
+        ));
+    }
+}
+
+/// The file of a mesh wall, to stand behind "the mesh".
+fn file_of(scene: &Scene, name: &str) -> String {
+    let mut walls = scene.walls.iter();
+    match walls
+        .find(|wall| wall.name.value == name)
+        .map(|wall| &wall.shape)
+    {
+        Some(SceneShape::Mesh { mesh: source, .. }) => {
+            format!(" of {}", source.file.value.display())
         }
+        _ => String::new(),
     }
 }
 

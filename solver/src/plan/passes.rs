@@ -44,6 +44,13 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         })
         .sum();
     let ratio = plan.largest_radius / plan.smallest_radius;
+    let meshes = plan.walls.iter();
+    let meshes = meshes.filter(|wall| matches!(wall.shape, Shape::Mesh(_)));
+    let how = match meshes.count() {
+        0 => "in closed form",
+        count if count == plan.walls.len() => "with the triangles of meshes",
+        _ => "in closed form, and with the triangles of meshes",
+    };
     vec![
         Pass {
             name: "contact loop",
@@ -83,8 +90,8 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             is_done: !plan.walls.is_empty(),
             reason: match (plan.walls.len(), moving.count()) {
                 (0, _) => "no walls".to_owned(),
-                (n, 0) => format!("in closed form, {n} at rest"),
-                (n, m) => format!("in closed form, {} at rest, {m} moving", n - m),
+                (n, 0) => format!("{how}, {n} at rest"),
+                (n, m) => format!("{how}, {} at rest, {m} moving", n - m),
             },
         },
         Pass {
@@ -166,7 +173,7 @@ pub(super) fn expected_particles(plan: &Plan) -> f64 {
 }
 
 /// Spheres expected among them: particles, and pebbles of bodies.
-fn expected_spheres(plan: &Plan) -> f64 {
+pub(super) fn expected_spheres(plan: &Plan) -> f64 {
     let pebbles = |clump: u32| plan.clumps[clump as usize].pebbles.len() as f64;
     let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
     let inserted = plan.insertions.iter().filter_map(|insertion| {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::meshes::describe;
 use super::parameter::short;
-use super::passes::{expected_particles, memory, passes};
+use super::passes::{expected_spheres, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::engine::is_constrained;
@@ -84,9 +84,9 @@ fn write_report(text: &mut String, plan: &Plan) -> std::fmt::Result {
         text,
         "estimate",
         &format!(
-            "{:.1} MB for {} particles",
+            "{:.1} MB for {} spheres",
             memory(plan) / 1e6,
-            short(expected_particles(plan).round())
+            short(expected_spheres(plan).round())
         ),
     )?;
     if !plan.notes.is_empty() {

@@ -168,3 +168,56 @@ fn all_wrong_overrides_are_reported() {
     let errors = with(&["time.end=-1", "time.step=-1", "nothing"]).expect_err("three mistakes");
     assert_eq!(errors.0.len(), 3, "{errors}");
 }
+
+#[test]
+fn entries_without_a_name_go_by_their_number() {
+    let list = "[[particles]]\nmaterial = \"glass\"\nradius = 0.1\nposition = [0.2, 0.5, 0.5]\n\
+        [[particles]]\nmaterial = \"glass\"\nradius = 0.1\nposition = [0.7, 0.5, 0.5]\n";
+    let with = |argument: &str, text: &str| {
+        let overrides = [argument.to_owned()];
+        parse_scene(
+            Path::new("set.toml"),
+            &completed(text),
+            &overrides,
+            Files::Unchecked,
+        )
+    };
+    let radii = |argument: &str, text: &str| -> Vec<f64> {
+        let scene = with(argument, text).unwrap_or_else(|errors| panic!("{errors}"));
+        let radius = |particles: &Particles| match &particles.source {
+            ParticleSource::One { particle, .. } => *particle.radius,
+            other => panic!("{other:?}"),
+        };
+        scene.particles.iter().map(radius).collect()
+    };
+    assert_eq!(radii("particles.1.radius=0.4", list), [0.1, 0.4]);
+    assert_eq!(radii("particles[1].radius=0.4", list), [0.1, 0.4]);
+    // A name wins over a number.
+    let named = list.replacen("[[particles]]\n", "[[particles]]\nname = \"1\"\n", 1);
+    assert_eq!(radii("particles.1.radius=0.4", &named), [0.4, 0.1]);
+    for (argument, expected) in [
+        (
+            "particles.2.radius=0.4",
+            "--set particles.2.radius=0.4: particles: there is no item [2]: the list has 2, counted from 0",
+        ),
+        (
+            "particles.left.radius=0.4",
+            "--set particles.left.radius=0.4: particles.left: there is nothing named `left`\n\
+             help: its entries have no names: write particles[0] (or particles.0) for the first of 2",
+        ),
+    ] {
+        assert_eq!(with(argument, list).unwrap_err().to_string(), expected);
+    }
+}
+
+#[test]
+fn a_clump_file_is_no_scene() {
+    let text = "name = \"ball\"\ndensity = 1000\nmass = 1\nvolume = 1e-3\n\
+        principal_moments = [1, 1, 1]\npebbles = [{ position = [0, 0, 0], radius = 1 }]\n";
+    let errors = parse_scene(Path::new("celt.clump.toml"), text, &[], Files::Unchecked);
+    assert_eq!(
+        errors.unwrap_err().to_string(),
+        "celt.clump.toml:1:1: this is a clump file, not a scene\n    name = \"ball\"\n    ^\n\
+         help: a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\""
+    );
+}

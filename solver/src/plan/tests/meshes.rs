@@ -104,3 +104,58 @@ fn loads_on_triangles_need_triangles_and_a_file() {
         "output.triangle_loads: nothing would hold them, as output.frames and output.vtk are false"
     );
 }
+
+#[test]
+fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
+    let warnings = |scale: f64, more: &str| {
+        let (folder, text) = scene(true, "", scale, more);
+        let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let folder = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
+        let warnings = plan.warnings.iter();
+        let about_mesh = warnings.filter(|warning| warning.contains("the mesh"));
+        let texts = about_mesh.map(|warning| warning.replace(&folder, ""));
+        texts.collect::<Vec<String>>()
+    };
+    let told = |what: &str, from: &str, to: &str| {
+        format!(
+            "walls.floor: the mesh of square.obj {what}: it reaches from {from} to {to} m, the domain from (-1, -1, -1) to (1, 1, 1) m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset"
+        )
+    };
+    let above = "offset = [0.0, 0.0, 5.0]\n";
+    assert_eq!(
+        warnings(1.0, above),
+        [told(
+            "lies wholly outside the domain",
+            "(-1, -1, 4.1)",
+            "(1, 1, 4.1)"
+        )]
+    );
+    // What moves may come in.
+    let motion = "motion = [{ kind = \"translation\", velocity = [0.0, 0.0, -1.0] }]\n";
+    assert_eq!(warnings(1.0, &format!("{above}{motion}")), [""; 0]);
+    // A diagonal of 2 sqrt(2) scale beside that of the domain, 2 sqrt(3): 10 times at scale 12.2.
+    let down = "offset = [0.0, 0.0, 10.5]\n";
+    assert_eq!(warnings(12.0, down), [""; 0]);
+    assert_eq!(
+        warnings(12.5, down),
+        [told(
+            "is more than 10 times as large as the domain",
+            "(-12.5, -12.5, -0.75)",
+            "(12.5, 12.5, -0.75)"
+        )]
+    );
+}
+
+#[test]
+fn meshes_are_not_met_in_closed_form() {
+    for (mesh, expected) in [
+        (true, "with the triangles of meshes, 1 at rest"),
+        (false, "in closed form, 1 at rest"),
+    ] {
+        let (_folder, text) = scene(mesh, "", 1.0, "");
+        let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let all = passes(&plan);
+        let pass = all.iter().find(|pass| pass.name == "wall contacts");
+        assert_eq!(pass.map(|pass| pass.reason.as_str()), Some(expected));
+    }
+}

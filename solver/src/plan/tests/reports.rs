@@ -96,3 +96,22 @@ fn the_document_reads_back() {
         Some("lead")
     );
 }
+
+#[test]
+fn keys_that_change_nothing_are_warned_of() {
+    let text = SCENE.replace(
+        "restart_interval = 0.05\n",
+        "restart_interval = 0.05\nvtk_interval = 0.01\nfstat_interval = 0.01\n",
+    );
+    let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let expected = [
+        "output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored",
+        "output.fstat_interval: nothing is written at these times, as output.fstat is false; set fstat = true or leave the key out",
+        "output.vtk_interval: nothing is written at these times, as output.vtk is false; set vtk = true or leave the key out",
+    ];
+    let warnings: Vec<&str> = plan.warnings.iter().map(String::as_str).collect();
+    assert_eq!(warnings, expected);
+    let written = &["output.vtk=true", "output.fstat=true"];
+    let plan = planned_with(&text, written).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(plan.warnings, expected[..1]);
+}
