@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::Instant;
 
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt32Array};
 use arrow_ipc::reader::StreamReader;
@@ -233,10 +234,24 @@ fn a_reader_beside_the_writer_never_sees_half_a_frame() {
     let rows = |step: u64| (step * 37 % 1500) as usize;
     let mut writer = FrameWriter::create(&path, one_column()).unwrap();
     let done = AtomicBool::new(false);
+    let openings = AtomicU32::new(0);
+    // Whichever thread is slow: the writer waits now and then until the file was opened once more. Not for ever, as the other
+    // thread may have failed.
+    let wait = || {
+        let (before, begin) = (openings.load(Ordering::Acquire), Instant::now());
+        while openings.load(Ordering::Acquire) == before && begin.elapsed().as_secs() < 10 {
+            std::thread::yield_now();
+        }
+    };
     let (opened, partial) = std::thread::scope(|scope| {
         scope.spawn(|| {
             for step in 1..=FRAMES {
                 writer.append(&point(step, rows(step))).unwrap();
+                if step % 50 == 1 {
+                    // The second opening after this began after it.
+                    wait();
+                    wait();
+                }
             }
             done.store(true, Ordering::Release);
         });
@@ -261,6 +276,7 @@ fn a_reader_beside_the_writer_never_sees_half_a_frame() {
             let seen = stream.map(Result::unwrap).count();
             assert!(seen >= reader.len());
             opened += 1;
+            openings.store(opened, Ordering::Release);
             partial += u32::from(!reader.is_empty() && reader.len() < FRAMES as usize);
             if last {
                 assert_eq!(
