@@ -97,8 +97,8 @@ impl Mesh {
         let mut count = 0;
         for index in leaves.iter().cloned().flatten() {
             candidates[count] = index;
-            let height = self.facets[index as usize].height(centre);
-            count += usize::from(height.abs() < limit);
+            let least = self.facets[index as usize].least_height(centre);
+            count += usize::from(least < limit);
         }
         found.clear();
         for &index in &candidates[..count] {
@@ -268,7 +268,8 @@ impl NearMeshes {
         let Scratch { search, near, .. } = scratch;
         let skin = mesh.list(place, radius, (least, skin), search, near);
         if place.distance(centre) > skin {
-            return self.make(List::NONE, mesh, centre, radius, scratch);
+            let unmade = List { skin: -1.0, ..old };
+            return self.make(unmade, mesh, centre, radius, scratch);
         }
         let list = List {
             centre: place,
