@@ -1,15 +1,19 @@
 //! The engine: it owns the state and makes time steps.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+mod awake;
 mod load_series;
+mod motion;
 mod snapshot;
 #[cfg(test)]
 mod tests;
 
 pub use load_series::LoadSeries;
 pub use snapshot::Snapshot;
+
+use awake::awake;
+use motion::{KickDrift, turn_orientations};
 
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
@@ -22,9 +26,7 @@ use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
 };
 use crate::neighbours::{Images, Skin, Validity, build};
-use crate::particles::{
-    FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, inverse_inertia_factor,
-};
+use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
 use crate::plan::Plan;
 use crate::walls::{Pose, ServoState, WallState};
 
@@ -660,124 +662,6 @@ impl Engine {
     pub fn list_statistics(&self) -> (u64, usize) {
         (self.rebuilds, self.forces.listed())
     }
-}
-
-/// Runs `work` on this thread of a pool and keeps the others from falling asleep meanwhile: waking them in every step would take
-/// as long as a tenth of it. They still take whatever `work` shares out.
-fn awake<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    /// Ends the vigil, whatever way `work` ends.
-    struct End<'a>(&'a AtomicBool);
-    impl Drop for End<'_> {
-        fn drop(&mut self) {
-            self.0.store(true, Ordering::Relaxed);
-        }
-    }
-    let over = AtomicBool::new(false);
-    let this = rayon::current_thread_index();
-    rayon::in_place_scope(|scope| {
-        scope.spawn_broadcast(|_, thread| {
-            let mut idle = 0u32;
-            while Some(thread.index()) != this && !over.load(Ordering::Relaxed) {
-                if rayon::yield_now() == Some(rayon::Yield::Executed) {
-                    idle = 0;
-                } else if idle < 1000 {
-                    idle += 1;
-                    std::hint::spin_loop();
-                } else {
-                    std::thread::yield_now();
-                }
-            }
-        });
-        let _end = End(&over);
-        work()
-    })
-}
-
-/// Half kicks and a drift of a block of particles.
-struct KickDrift {
-    /// Half the time step, s.
-    half: f64,
-    /// Drift, s.
-    drift: f64,
-    kicks: u32,
-    gravity: DVec3,
-    inverse_inertia: f64,
-    turns: bool,
-}
-
-impl KickDrift {
-    fn run(&self, records: &mut [Particle], loads: &[Load]) -> Fastest {
-        let (mut largest, mut sum) = (0.0f64, 0.0);
-        for (record, load) in records.iter_mut().zip(loads) {
-            if record.flags & (FIXED | PEBBLE) != 0 {
-                continue;
-            }
-            let kick = (load.force * record.inverse_mass + self.gravity) * self.half;
-            let mut velocity = record.velocity + kick;
-            if self.kicks == 2 {
-                velocity += kick;
-            }
-            record.velocity = velocity;
-            record.position += velocity * self.drift;
-            if self.turns {
-                let per_torque =
-                    self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
-                let kick = load.torque * (per_torque * self.half);
-                record.angular_velocity += kick;
-                if self.kicks == 2 {
-                    record.angular_velocity += kick;
-                }
-                sum += record.angular_velocity.length_squared();
-            }
-            let squared = velocity.length_squared();
-            largest = largest.max(squared);
-            sum += squared;
-        }
-        Fastest {
-            squared_speed: largest,
-            sum,
-        }
-    }
-}
-
-/// Turns orientations by the angular velocities over `drift` seconds, exactly for constant ones.
-fn turn_orientations(orientations: &mut [DQuat], records: &[Particle], drift: f64) {
-    for (orientation, record) in orientations.iter_mut().zip(records) {
-        // A pebble's orientation is its body's.
-        if record.flags & PEBBLE == 0 {
-            let turned = turn(record.angular_velocity * (0.5 * drift)) * *orientation;
-            // Newton's step for the root: the length is 1 but for round-off.
-            *orientation = turned * (1.5 - 0.5 * turned.length_squared());
-        }
-    }
-}
-
-/// The rotation exp(h) for half the rotation vector h: (cos |h|, sin |h| h/|h|).
-///
-/// For the small angles of a time step by its series, which is exact to round-off below |h| = 0.1.
-fn turn(half: DVec3) -> DQuat {
-    let squared = half.length_squared();
-    let s = squared;
-    let (cosine, sinc) = if squared < 3e-5 {
-        // Remainders below s^3/6! and s^3/7!: 4e-17. Most turns of a time step.
-        (
-            1.0 - s * (1.0 / 2.0) * (1.0 - s * (1.0 / 12.0)),
-            1.0 - s * (1.0 / 6.0) * (1.0 - s * (1.0 / 20.0)),
-        )
-    } else if squared < 0.01 {
-        // Remainders below s^6/12! and s^6/13!: 2e-21.
-        (
-            1.0 - s / 2.0
-                * (1.0 - s / 12.0 * (1.0 - s / 30.0 * (1.0 - s / 56.0 * (1.0 - s / 90.0)))),
-            1.0 - s / 6.0
-                * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0)))),
-        )
-    } else {
-        let angle = squared.sqrt();
-        (angle.cos(), angle.sin() / angle)
-    };
-    let vector = half * sinc;
-    DQuat::from_xyzw(vector.x, vector.y, vector.z, cosine)
 }
 
 /// Whether any of the flags mark a particle that does not move freely.
