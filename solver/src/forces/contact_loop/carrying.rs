@@ -1,0 +1,226 @@
+//! What goes on when a candidate list is built: histories of contacts and lists of facets.
+
+use rayon::prelude::*;
+
+use super::{Block, ContactLoop, FREE, Histories, OWNER_SHIFT, Slot, TOUCHING, WallSlot};
+use crate::contact::{History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::NearWall;
+use crate::neighbours::CandidateList;
+use crate::walls::NearMeshes;
+
+impl<H: History> Block<H> {
+    /// Fills an empty block with the listed pairs and the walls near its rows; `carried` and `from_walls` are the histories
+    /// of contacts that go on, the latter sorted by row.
+    pub(super) fn fill(
+        &mut self,
+        list: &CandidateList,
+        carried: &Carried<H>,
+        near_walls: &[NearWall],
+        from_walls: &[CarriedFromWall<H>],
+    ) {
+        let first = self.rows.start as u32;
+        for (owner, row) in self.rows.clone().enumerate() {
+            let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
+            let kept = carried.of(row);
+            for entry in entries {
+                let history = kept
+                    .iter()
+                    .find(|kept| kept.0 == entry.partner)
+                    .map(|kept| kept.1);
+                let touching = if history.is_some() { TOUCHING } else { 0 };
+                self.slots.push(Slot {
+                    partner: entry.partner,
+                    state: entry.image | touching | (owner as u32) << OWNER_SHIFT,
+                    history: history.unwrap_or_default(),
+                });
+            }
+        }
+        let begin = near_walls.partition_point(|near| near.row < first);
+        let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
+        for (near, of_wall) in with_others_of_wall(&near_walls[begin..end]) {
+            let mut kept = going_on(near, of_wall, from_walls);
+            // As many slots as features may be touched, and no fewer than hold a history.
+            let held = kept.clone().count().max(near.features as usize);
+            self.near_walls.push(NearWall {
+                features: held as u8,
+                ..*near
+            });
+            for _ in 0..held {
+                let slot = kept.next().map(|kept| kept.1);
+                self.wall_slots.push(slot.unwrap_or(WallSlot::free()));
+            }
+        }
+    }
+}
+
+impl<H> Block<H> {
+    /// Takes over the lists of facets of the particles and meshes in `near_walls`.
+    pub(super) fn take_over(&mut self, carried: &CarriedNearMeshes) {
+        for (index, near) in self.near_walls.iter().enumerate() {
+            let key = (near.row, near.wall, near.image);
+            let place = carried.places.binary_search_by_key(&key, |place| place.0);
+            if let Ok(place) = place {
+                let (block, number) = carried.places[place].1;
+                let lists = &carried.of_block[block];
+                self.near_meshes.take_over(index, lists, number);
+            }
+        }
+    }
+}
+
+/// Each entry with all entries of the same particle and wall, by images.
+fn with_others_of_wall(near: &[NearWall]) -> impl Iterator<Item = (&NearWall, &[NearWall])> {
+    near.chunk_by(|a, b| (a.row, a.wall) == (b.row, b.wall))
+        .flat_map(|of_wall| of_wall.iter().map(move |near| (near, of_wall)))
+}
+
+/// The contacts with a wall that go on by the image `near`: those that it had. An image that the wall is met by no more was taken
+/// over by another one when the particle or the wall was wrapped: its contacts go to the first image that had none.
+fn going_on<'a, H>(
+    near: &NearWall,
+    of_wall: &[NearWall],
+    from_walls: &'a [CarriedFromWall<H>],
+) -> impl Iterator<Item = &'a CarriedFromWall<H>> + Clone + use<'a, H> {
+    let key = (near.row, near.wall);
+    let begin = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) < key);
+    let end = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) <= key);
+    let held = &from_walls[begin..end];
+    let had = |near: &NearWall| held.iter().any(|kept| kept.0.2 == near.image);
+    let is_lost = |image: u8| !of_wall.iter().any(|near| near.image == image);
+    let first_new = of_wall.iter().find(|near| !had(near));
+    let wanted = if had(near) {
+        Some(near.image)
+    } else if first_new.is_some_and(|first| first.image == near.image) {
+        held.iter()
+            .map(|kept| kept.0.2)
+            .find(|&image| is_lost(image))
+    } else {
+        None
+    };
+    held.iter().filter(move |kept| Some(kept.0.2) == wanted)
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
+    /// Histories of touching pairs by their new rows.
+    pub(super) fn carried(
+        &self,
+        new_row: &[u32],
+        rows: usize,
+        parallel: bool,
+    ) -> Carried<Histories<N, T, R>> {
+        let of_block = |block: &Block<Histories<N, T, R>>| {
+            let touching = |slot: &&Slot<_>| slot.state & TOUCHING != 0;
+            let pair = |slot: &Slot<Histories<N, T, R>>| {
+                let row = new_row[block.rows.start + slot.owner()];
+                let partner = new_row[slot.partner as usize];
+                if row == u32::MAX || partner == u32::MAX {
+                    None
+                } else if row < partner {
+                    Some((row, partner, slot.history))
+                } else {
+                    Some((partner, row, slot.history.swapped()))
+                }
+            };
+            block
+                .slots
+                .iter()
+                .filter(touching)
+                .filter_map(pair)
+                .collect()
+        };
+        let pairs: Vec<Vec<_>> = if <Histories<N, T, R>>::LENGTH == 0 {
+            Vec::new()
+        } else if parallel {
+            self.blocks.par_iter().map(of_block).collect()
+        } else {
+            self.blocks.iter().map(of_block).collect()
+        };
+        Carried::new(&pairs, rows)
+    }
+
+    /// Wall histories by new row, wall and image.
+    pub(super) fn carried_from_walls(
+        &self,
+        new_row: &[u32],
+    ) -> Vec<CarriedFromWall<Histories<N, T, R>>> {
+        let mut carried = Vec::new();
+        for block in &self.blocks {
+            let mut first = 0;
+            for near in &block.near_walls {
+                let row = new_row[near.row as usize];
+                for slot in &block.wall_slots[first..first + near.features as usize] {
+                    if slot.feature != FREE && row != u32::MAX {
+                        carried.push(((row, near.wall, near.image), *slot));
+                    }
+                }
+                first += near.features as usize;
+            }
+        }
+        carried.sort_by_key(|&(key, _)| key);
+        carried
+    }
+
+    /// Takes the lists of facets out of the blocks.
+    pub(super) fn carried_near_meshes(&mut self, new_row: &[u32]) -> CarriedNearMeshes {
+        let (mut of_block, mut places) = (Vec::new(), Vec::new());
+        for (number, block) in self.blocks.iter_mut().enumerate() {
+            let lists = std::mem::take(&mut block.near_meshes);
+            let listed = block.near_walls.iter().take(lists.len()).enumerate();
+            for (index, near) in listed.filter(|&(index, _)| lists.holds(index)) {
+                let row = new_row[near.row as usize];
+                if row != u32::MAX {
+                    places.push(((row, near.wall, near.image), (number, index)));
+                }
+            }
+            of_block.push(lists);
+        }
+        places.sort_unstable();
+        CarriedNearMeshes { of_block, places }
+    }
+}
+
+/// Lists of facets that go on when a candidate list is built: they are dear to make on fine meshes.
+pub(super) struct CarriedNearMeshes {
+    /// The lists of each block before.
+    of_block: Vec<NearMeshes>,
+    /// By new row, wall and image: block and number there.
+    places: Vec<(NearKey, (usize, usize))>,
+}
+
+/// Histories of contacts that go on when a list is built, by the lower of their new rows.
+pub(super) struct Carried<H> {
+    /// First entry of each row, and the number of entries at the end.
+    start: Vec<u32>,
+    /// Higher row, and history as seen from the lower one; within a row in no order.
+    entries: Vec<(u32, H)>,
+}
+
+impl<H: History> Carried<H> {
+    fn new(pairs: &[Vec<(u32, u32, H)>], rows: usize) -> Self {
+        let mut start = vec![0; rows + 1];
+        for pair in pairs.iter().flatten() {
+            start[pair.0 as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            start[row + 1] += start[row];
+        }
+        let mut next = start.clone();
+        let count = pairs.iter().map(Vec::len).sum();
+        let mut entries = vec![(0, H::default()); count];
+        for &(row, partner, history) in pairs.iter().flatten() {
+            let place = &mut next[row as usize];
+            entries[*place as usize] = (partner, history);
+            *place += 1;
+        }
+        Self { start, entries }
+    }
+
+    fn of(&self, row: usize) -> &[(u32, H)] {
+        &self.entries[self.start[row] as usize..self.start[row + 1] as usize]
+    }
+}
+
+/// Row, wall and image.
+type NearKey = (u32, u16, u8);
+
+pub(super) type CarriedFromWall<H> = (NearKey, WallSlot<H>);
