@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What do more triangles of the same wall cost? Cuts every triangle of a scene's mesh into n * n and runs the scene.
+"""What do more triangles of the same wall cost? Cuts every triangle of a drum into n * n and runs the scene.
 
     cargo build --release --bin mercury-solve
     benches/fineness.py scenes/bench/mesh-drum-6k.toml target/release/mercury-solve
 
-Prints triangles, ns per particle-step, and the ratio to the mesh as it is; the least of three rounds, in which the meshes take turns.
+The first row is the same drum with no corners but those of its two ends: its strips and its ends are plane. Prints triangles, ns per
+particle-step, and the ratio to the first row; the least of five rounds, in which the meshes take turns.
 """
-import json, os, re, subprocess, sys, tempfile
+import json, math, os, re, subprocess, sys, tempfile
 
 
 def read(path):
@@ -32,6 +33,20 @@ def cut(triangle, n):
                 yield at((k - 1, i + 1, j)), at((k - 2, i + 1, j + 1)), at((k - 1, i, j + 1))
 
 
+def coarse(triangles):
+    """The drum about the y axis with the corners of its ends alone."""
+    corners = {tuple(round(a, 9) for a in x) for triangle in triangles for x in triangle}
+    radius = max(math.hypot(x, z) for x, _, z in corners)
+    ends = [f(y for _, y, _ in corners) for f in (min, max)]
+    low, high = (sorted((x for x in corners if x[1] == y and math.hypot(x[0], x[2]) > (1 - 1e-6) * radius),
+                        key=lambda x: math.atan2(x[2], x[0])) for y in ends)
+    for k in range(len(low)):
+        yield low[k - 1], low[k], high[k]
+        yield low[k - 1], high[k], high[k - 1]
+        yield (0.0, ends[0], 0.0), low[k - 1], low[k]
+        yield (0.0, ends[1], 0.0), high[k], high[k - 1]
+
+
 def main(scene, solver):
     text = open(scene).read()
     here = os.path.dirname(os.path.abspath(scene))
@@ -39,9 +54,9 @@ def main(scene, solver):
     triangles = read(os.path.join(here, mesh))
     with tempfile.TemporaryDirectory() as folder:
         cases = []
-        for n in (1, 3, 10, 20):
+        for n in (0, 1, 3, 10, 20):
             path = os.path.join(folder, "%d.obj" % n)
-            fine = [small for triangle in triangles for small in cut(triangle, n)]
+            fine = [small for triangle in triangles for small in cut(triangle, n)] if n else list(coarse(triangles))
             numbers = {}
             with open(path, "w") as f:
                 for small in fine:
@@ -55,7 +70,7 @@ def main(scene, solver):
             new_scene = os.path.join(folder, "%d.toml" % n)
             open(new_scene, "w").write(new)
             cases.append((len(fine), new_scene, []))
-        for _ in range(3):
+        for _ in range(5):
             for _, new_scene, times in cases:
                 out = os.path.join(folder, "out")
                 subprocess.run([solver, new_scene, "--threads", "1", "--output", out, "--force", "--quiet"], check=True, capture_output=True)

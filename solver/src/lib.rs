@@ -8,6 +8,7 @@ pub mod boundaries;
 pub mod contact;
 pub mod engine;
 pub mod forces;
+mod memory;
 pub mod neighbours;
 pub mod output;
 pub mod particles;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::touch::{Touch, Touches};
 use super::facet::{Facet, Nearest, Part};
-use super::near::NearFacet;
+use super::near::Near;
 use super::patches::NO_GROUP;
 use super::{Mesh, SMOOTH_ANGLE, Scratch};
 
@@ -40,18 +40,13 @@ impl Mesh {
     /// Finds the local minima of the distance from `centre` below `reach` (m) among the facets `near`, of each patch the
     /// nearest only. `scratch.bounds` says what the squares of their distances are at least. Which of them are tested, and in which order,
     /// changes nothing in the result.
-    pub(super) fn collect(
-        &self,
-        near: &[NearFacet],
-        centre: DVec3,
-        reach: f64,
-        scratch: &mut Scratch,
-    ) {
+    pub(super) fn collect(&self, near: Near<'_>, centre: DVec3, reach: f64, scratch: &mut Scratch) {
         let Scratch {
             minima,
             best,
             found,
             bounds,
+            nearest: last,
             ..
         } = scratch;
         minima.clear();
@@ -74,19 +69,20 @@ impl Mesh {
                 continue;
             }
             let bound = f64::from(bounds[k]).sqrt();
-            if best.beats(near[k].group, bound) {
+            let (index, group) = near.facet(k);
+            if best.beats(group, bound) {
                 continue;
             }
-            let index = near[k].facet;
-            let facet = &self.facets[index as usize];
+            let facet = &self.facets[index];
             let Some(nearest) = facet.nearest(centre, reach) else {
                 continue;
             };
-            let group = facet.group(centre, 0.0);
+            let group = facet.patch.group(facet.height(centre), 0.0);
             if best.beats(group, nearest.distance) {
                 continue;
             }
             best.note(group, nearest.distance);
+            let index = index as u32;
             let feature = self.feature(index, nearest.part);
             if nearest_of_all.is_none_or(|(other, _, theirs)| {
                 (nearest.distance, feature) < (other.distance, theirs)
@@ -119,6 +115,7 @@ impl Mesh {
         }
         // It is a minimum whatever round-off says; of a surface that acts on one side it tells on which side the centre is.
         if let Some((nearest, facet, feature)) = nearest_of_all {
+            *last = facet;
             let facet = &self.facets[facet as usize];
             let minimum = self.minimum(&nearest, facet, feature, centre);
             let known = |other: &Minimum| other.distance <= nearest.distance + self.round_off;
@@ -214,12 +211,12 @@ impl Mesh {
 
     /// Whether the point of an edge or corner lies on another triangle that comes nearer: where triangles meet without sharing
     /// corners, or across triangles too thin to tell.
-    fn lies_on_nearer(&self, near: &[NearFacet], minimum: &Minimum, centre: DVec3) -> bool {
+    fn lies_on_nearer(&self, near: Near<'_>, minimum: &Minimum, centre: DVec3) -> bool {
         let point = centre - minimum.normal * minimum.distance;
         let distance = minimum.distance.abs();
         let same = self.tolerance.max(THIN * distance);
-        near.iter().any(|other| {
-            let facet = &self.facets[other.facet as usize];
+        near.facets().any(|other| {
+            let facet = &self.facets[other];
             (point - facet.corners[0]).dot(facet.normal).abs() <= same
                 && facet
                     .nearest(point, 2.0 * same)

@@ -7,14 +7,13 @@
 
 mod contacts;
 mod facet;
+mod leaf;
 mod near;
 mod patches;
 mod periodic;
 mod topology;
 mod tree;
 mod triangles;
-
-use std::ops::Range;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
@@ -23,10 +22,12 @@ use super::error::WallError;
 use super::outline::Outline;
 use super::pose::Pose;
 use super::touch::{Touch, Touches};
+use crate::memory::in_large_pages;
 use contacts::{Found, Minimum};
 use facet::Facet;
-use near::NearFacet;
+use leaf::{Bounds, LANES, Leaf};
 pub use near::NearMeshes;
+use near::{Near, Pack};
 use patches::{Best, find_patches};
 use periodic::Continuation;
 pub use periodic::Period;
@@ -60,6 +61,8 @@ pub struct Mesh {
     file_order: Vec<u32>,
     topology: Topology,
     tree: Tree,
+    /// The facets by the leaves of the tree.
+    leaves: Vec<Leaf>,
     bounds: (DVec3, DVec3),
     /// Middle of the bounds and the largest distance of a vertex from it, m.
     ball: (DVec3, f64),
@@ -81,8 +84,10 @@ pub struct Scratch {
     minima: Vec<Minimum>,
     best: Best,
     found: Vec<Found>,
-    near: Vec<NearFacet>,
+    near: Vec<Pack>,
     bounds: Vec<f32>,
+    /// The facet that was nearest, if there was one.
+    nearest: u32,
     search: Search,
 }
 
@@ -90,10 +95,10 @@ pub struct Scratch {
 #[derive(Debug, Clone, Default)]
 struct Search {
     layers: [Vec<u32>; 2],
-    leaves: Vec<Range<u32>>,
-    candidates: Vec<u32>,
-    /// Distance, index, normal, nearest point.
-    found: Vec<(f64, u32, DVec3, DVec3)>,
+    leaves: Vec<u32>,
+    bounds: Vec<Bounds>,
+    /// Least distance (m), in the upper bits, and place among the bounds of the leaves.
+    found: Vec<u64>,
     stack: Vec<u32>,
 }
 
@@ -142,13 +147,13 @@ impl Mesh {
         let tree = Tree::build(&vertices, kept);
         let (vertices, corners) = in_order_of_use(&vertices, kept);
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
-        let mut facets: Vec<Facet> = corners
-            .iter()
-            .zip(edges)
-            .map(|(&corners, edges)| Facet::new(&vertices, corners, edges))
-            .collect();
+        let mut facets = in_large_pages(corners.len());
+        let prepared = corners.iter().zip(edges);
+        facets.extend(prepared.map(|(&corners, edges)| Facet::new(&vertices, corners, edges)));
         steady_normals(&mut facets, &topology, tolerance);
         find_patches(&mut facets, &topology, vertices.len());
+        let mut leaves = in_large_pages(facets.len().div_ceil(LANES));
+        leaves.extend(facets.chunks(LANES).map(Leaf::new));
         let area = facets.iter().map(Facet::area).sum::<f64>();
         let all = || vertices.iter().copied();
         let low = all().fold(DVec3::INFINITY, DVec3::min);
@@ -156,10 +161,10 @@ impl Mesh {
         let middle = 0.5 * (low + high);
         let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
         Self {
-            facets,
             file_order: kept.iter().map(|&(index, _)| index).collect(),
             topology,
             tree,
+            leaves,
             mean_area: area / kept.len() as f64,
             bounds: (low, high),
             ball: (middle, radius),
@@ -169,6 +174,7 @@ impl Mesh {
             dropped,
             continuation: Continuation::default(),
             vertices,
+            facets,
         }
     }
 
@@ -218,19 +224,27 @@ impl Mesh {
     /// See [`super::Shape::touches`].
     pub fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         let mut scratch = Scratch::default();
-        let mut near = Vec::new();
-        self.list(centre, reach, (0.0, 0.0), &mut scratch.search, &mut near);
-        let sphere = (centre, reach);
-        self.touches_of(&near, DVec3::ZERO, sphere, &mut scratch, out);
+        let mut packs = Vec::new();
+        let search = &mut scratch.search;
+        let (_, slack) = self.list(centre, reach, (0.0, 0.0), search, &mut packs);
+        let near = Near {
+            packs: &packs,
+            slack,
+        };
+        self.touches_of(near, DVec3::ZERO, (centre, reach), &mut scratch, out);
     }
 
-    /// Whether a facet may be closer than `reach` (m) to `centre`: it is, or a small box around it is.
+    /// Whether a facet may be closer than `reach` (m) to `centre`: it is to within single precision, or a small box around it is.
     #[must_use]
     pub fn may_be_near(&self, centre: DVec3, reach: f64, scratch: &mut Scratch) -> bool {
-        let near = |facet: usize| self.facets[facet].nearest(centre, reach).is_some();
+        let near = |leaf: u32| {
+            let bounds = self.leaves[leaf as usize].bounds(centre);
+            let farthest = bounds.farthest(reach);
+            let square = farthest * farthest;
+            bounds.squares().into_iter().any(|other| other <= square)
+        };
         let stack = &mut scratch.search.stack;
-        self.tree
-            .has_near(centre, reach, stack, |mut facets| facets.any(near))
+        self.tree.has_near(centre, reach, stack, near)
     }
 
     /// Replaces the content of `out` by the contacts of a sphere (centre and radius, m) with the facets `near`, which [`Mesh::list`]
@@ -238,14 +252,14 @@ impl Mesh {
     #[inline]
     fn touches_of(
         &self,
-        near: &[NearFacet],
+        near: Near<'_>,
         moved: DVec3,
         (centre, reach): (DVec3, f64),
         scratch: &mut Scratch,
         out: &mut Touches,
     ) {
         out.clear();
-        near::bounds(near, moved, reach, &mut scratch.bounds);
+        near.bounds(moved, reach, &mut scratch.bounds);
         self.collect(near, centre, reach, scratch);
         self.merge(&mut scratch.minima, out);
     }

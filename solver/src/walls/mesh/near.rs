@@ -3,8 +3,10 @@
 use glam::{DVec3, Vec3};
 
 use super::super::touch::Touches;
+use super::leaf::{Bound, LANES};
 use super::patches::NO_GROUP;
 use super::{Mesh, Scratch, Search};
+use crate::memory::prefetch;
 
 /// Most facets in a list, if a skin of [`LEAST_SKIN`] holds no more.
 const LONG: usize = 32;
@@ -13,130 +15,182 @@ const LEAST_SKIN: f64 = 0.02;
 const LARGEST_SKIN: f64 = 0.25;
 /// How far ahead of a moving sphere its next list is made, over the skin.
 const AHEAD: f64 = 0.7;
+/// How many spheres ahead lists and facets are asked for: a few calls take as long as memory.
+const LISTS_AHEAD: usize = 6;
+const FACETS_AHEAD: usize = 3;
 /// What single precision may be off by when a list is used, over the largest distance in it.
 const SINGLE: f64 = 5e-7;
 
-/// A facet near a sphere, with what tells in a few operations how near it is at least.
+/// Facets of a [`Pack`].
+const PACK: usize = 4;
+
+/// Facets near a sphere, with what tells in a few operations how near they are at least, side by side.
 ///
 /// A facet lies in its plane; and, since it is convex, beyond the line in the plane that is normal to the way from the foot of the
 /// sphere's centre to the nearest point of the facet. So it is no nearer than that half plane, wherever the sphere goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct NearFacet {
-    /// Index of the facet.
-    pub facet: u32,
+pub(super) struct Pack {
+    /// Normals of the planes, and heights of the centre over them, m.
+    normals: [[f32; PACK]; 3],
+    heights: [f32; PACK],
+    /// Directions and lengths (m) of the ways from the feet to the lines; 0 if a foot is on the facet.
+    ways: [[f32; PACK]; 3],
+    gaps: [f32; PACK],
+    /// Indices of the facets.
+    facets: [u32; PACK],
     /// Patch and side, if the sphere cannot change sides within the skin.
-    pub group: u32,
-    /// Distance, m; rounded down.
+    groups: [u32; PACK],
+    /// Of the nearest one, m; rounded down.
     distance: f32,
-    /// Normal of the plane, and height of the centre over it, m.
-    normal: Vec3,
-    height: f32,
-    /// Direction and length (m) of the way from the foot to the line; 0 if the foot is on the facet.
-    way: Vec3,
-    gap: f32,
 }
 
-impl NearFacet {
-    const NONE: Self = Self {
-        facet: 0,
-        group: NO_GROUP,
-        distance: 0.0,
-        normal: Vec3::ZERO,
-        height: 0.0,
-        way: Vec3::ZERO,
-        gap: 0.0,
+impl Pack {
+    /// No facets: infinitely far.
+    const EMPTY: Self = Self {
+        normals: [[0.0; PACK]; 3],
+        heights: [f32::INFINITY; PACK],
+        ways: [[0.0; PACK]; 3],
+        gaps: [0.0; PACK],
+        facets: [u32::MAX; PACK],
+        groups: [NO_GROUP; PACK],
+        distance: f32::INFINITY,
     };
 
-    /// What the square of the distance (m^2) is at least, when the sphere has `moved` (m). `slack`: see [`SINGLE`].
+    fn put(&mut self, k: usize, bound: &Bound, (facet, group): (u32, u32)) {
+        for axis in 0..3 {
+            self.normals[axis][k] = bound.normal[axis];
+            self.ways[axis][k] = bound.way[axis];
+        }
+        self.heights[k] = bound.height;
+        self.gaps[k] = bound.gap;
+        self.facets[k] = facet;
+        self.groups[k] = group;
+    }
+
+    /// What the squares of the distances (m^2) are at least, when the sphere has `moved` (m). `slack`: see [`SINGLE`].
     #[inline]
-    fn bound(&self, moved: Vec3, slack: f32) -> f32 {
-        let height = ((self.height + self.normal.dot(moved)).abs() - slack).max(0.0);
-        let gap = (self.gap - self.way.dot(moved) - slack).max(0.0);
-        height * height + gap * gap
+    fn bounds(&self, moved: Vec3, slack: f32) -> [f32; PACK] {
+        let mut squares = [0.0; PACK];
+        for (k, square) in squares.iter_mut().enumerate() {
+            let [normal, way] = [&self.normals, &self.ways]
+                .map(|lanes| Vec3::new(lanes[0][k], lanes[1][k], lanes[2][k]));
+            let height = (self.heights[k] + normal.dot(moved)).abs() - slack;
+            let gap = self.gaps[k] - way.dot(moved) - slack;
+            let height = if height > 0.0 { height } else { 0.0 };
+            let gap = if gap > 0.0 { gap } else { 0.0 };
+            *square = height * height + gap * gap;
+        }
+        squares
     }
 }
 
-/// Replaces `bounds` by what the squares of the distances (m^2) of the facets `near` are at least, when the sphere has `moved` (m).
-/// Stops where all others are farther than `reach` (m).
-#[inline]
-pub(super) fn bounds(near: &[NearFacet], moved: DVec3, reach: f64, bounds: &mut Vec<f32>) {
-    let way = moved.length();
-    let farthest = (reach + way) * (1.0 + 1e-6);
-    let slack = (SINGLE * (reach + 2.0 * way)) as f32;
-    let moved = moved.as_vec3();
-    bounds.clear();
-    let within = near
-        .iter()
-        .take_while(|near| f64::from(near.distance) < farthest);
-    bounds.extend(within.map(|near| near.bound(moved, slack)));
+/// The facets near a place, the nearest first.
+#[derive(Clone, Copy)]
+pub(super) struct Near<'a> {
+    pub packs: &'a [Pack],
+    /// What their distances may be off by, m.
+    pub slack: f32,
+}
+
+impl Near<'_> {
+    /// Replaces `bounds` by what the squares of the distances (m^2) of the facets are at least, when the sphere has `moved` (m).
+    /// Stops where all others are farther than `reach` (m).
+    #[inline]
+    pub(super) fn bounds(&self, moved: DVec3, reach: f64, bounds: &mut Vec<f32>) {
+        let way = moved.length();
+        let farthest = (reach + way) * (1.0 + 1e-6);
+        let slack = self.slack + (SINGLE * (reach + 2.0 * way)) as f32;
+        let moved = moved.as_vec3();
+        bounds.clear();
+        for pack in self.packs {
+            if f64::from(pack.distance) >= farthest {
+                break;
+            }
+            bounds.extend_from_slice(&pack.bounds(moved, slack));
+        }
+    }
+
+    /// Index and group of a facet.
+    #[inline]
+    pub(super) fn facet(&self, k: usize) -> (usize, u32) {
+        let pack = &self.packs[k / PACK];
+        (pack.facets[k % PACK] as usize, pack.groups[k % PACK])
+    }
+
+    /// Indices of the facets.
+    pub(super) fn facets(&self) -> impl Iterator<Item = usize> {
+        let all = self.packs.iter().flat_map(|pack| pack.facets);
+        all.filter(|&facet| facet != u32::MAX)
+            .map(|facet| facet as usize)
+    }
 }
 
 impl Mesh {
     /// Replaces `out` by the facets closer than `reach` + `skin` (m) to `centre`, at most about [`LONG`] if the skin can be made
-    /// thinner for that, but not thinner than `least` (m). Returns the skin with which the list is right. The nearest
-    /// facet comes first.
+    /// thinner for that, but not thinner than `least` (m). The nearest facet comes first. Returns the skin with which the list is
+    /// right, and what its distances may be off by, m.
     pub(super) fn list(
         &self,
         centre: DVec3,
         reach: f64,
         (least, mut skin): (f64, f64),
         search: &mut Search,
-        out: &mut Vec<NearFacet>,
-    ) -> f64 {
+        out: &mut Vec<Pack>,
+    ) -> (f64, f32) {
         let Search {
             layers,
             leaves,
-            candidates,
+            bounds,
             found,
             ..
         } = search;
-        let limit = reach + skin;
-        self.tree.leaves(centre, limit, layers, leaves);
-        // First what is quick and without branches, as in the tree.
-        candidates.resize(leaves.iter().map(|leaf| leaf.len()).sum(), 0);
-        let mut count = 0;
-        for index in leaves.iter().cloned().flatten() {
-            candidates[count] = index;
-            let least = self.facets[index as usize].least_height(centre);
-            count += usize::from(least < limit);
+        self.tree.leaves(centre, reach + skin, layers, leaves);
+        for &leaf in &*leaves {
+            prefetch(&self.leaves[leaf as usize]);
         }
-        found.clear();
-        for &index in &candidates[..count] {
-            // Steadied normals are for directions. What is said of the facet here must hold of its corners.
-            let facet = self.facets[index as usize].with_own_normal();
-            if let Some(nearest) = facet.nearest(centre, limit) {
-                found.push((nearest.distance, index, facet.normal, nearest.point));
+        bounds.clear();
+        found.resize(LANES * leaves.len(), 0);
+        let (mut count, mut slack) = (0, 0.0);
+        for &leaf in &*leaves {
+            let of_leaf = self.leaves[leaf as usize].bounds(centre);
+            let farthest = of_leaf.farthest(reach + skin);
+            for (lane, square) in of_leaf.squares().into_iter().enumerate() {
+                let place = bounds.len() * LANES + lane;
+                let distance = (square.sqrt() - of_leaf.slack) * (1.0 - 1e-6);
+                let distance = if distance > 0.0 { distance } else { 0.0 };
+                // Numbers that are not negative have the order of their bits.
+                found[count] = u64::from(distance.to_bits()) << 32 | place as u64;
+                let real = leaf as usize * LANES + lane < self.facets.len();
+                count += usize::from((square < farthest * farthest) & real);
             }
+            slack = of_leaf.slack.max(slack);
+            bounds.push(of_leaf);
         }
+        found.truncate(count);
+        let distance = |key: u64| f32::from_bits((key >> 32) as u32);
         if found.len() > LONG {
             // Without the farthest the list is right for a thinner skin.
-            let (_, farthest, _) = found.select_nth_unstable_by(LONG, |a, b| a.0.total_cmp(&b.0));
-            skin = skin.min((farthest.0 - reach).max(least));
+            let (_, farthest, _) = found.select_nth_unstable(LONG);
+            skin = skin.min((f64::from(distance(*farthest)) - reach).max(least));
         }
-        found.retain(|facet| facet.0 < reach + skin);
-        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        found.retain(|&key| f64::from(distance(key)) < reach + skin);
+        found.sort_unstable();
         out.clear();
-        out.extend(found.iter().map(|&(distance, index, normal, point)| {
-            let height = (centre - point).dot(normal);
-            let way = normal * height - (centre - point);
-            let gap = way.length();
-            // A way that is short against the height has no exact direction.
-            let known = gap > 1e-6 * distance;
-            NearFacet {
-                facet: index,
-                group: self.facets[index as usize].group(centre, skin),
-                distance: (distance * (1.0 - 1e-7)) as f32,
-                normal: normal.as_vec3(),
-                height: height as f32,
-                way: if known {
-                    (way / gap).as_vec3()
-                } else {
-                    Vec3::ZERO
-                },
-                gap: if known { gap as f32 } else { 0.0 },
+        out.resize(found.len().div_ceil(PACK), Pack::EMPTY);
+        for (k, &key) in found.iter().enumerate() {
+            let place = key as u32 as usize;
+            let (of_leaf, lane) = (&bounds[place / LANES], place % LANES);
+            let bound = of_leaf.of(lane);
+            let margin = skin + f64::from(of_leaf.tilt);
+            let group = bound.patch.group(f64::from(bound.height), margin);
+            let facet = leaves[place / LANES] * LANES as u32 + lane as u32;
+            let pack = &mut out[k / PACK];
+            pack.put(k % PACK, &bound, (facet, group));
+            if k % PACK == 0 {
+                pack.distance = distance(key);
             }
-        }));
-        skin
+        }
+        (skin, slack)
     }
 
     /// The skin with which a list of facets of mean size has about half of [`LONG`] entries: those of a cap whose height is the skin.
@@ -145,13 +199,36 @@ impl Mesh {
     }
 }
 
+#[cfg(test)]
+impl Mesh {
+    /// The contacts of a sphere when every facet is tested, whatever tree and lists say.
+    pub(crate) fn touches_of_all(&self, centre: DVec3, radius: f64, out: &mut Touches) {
+        let facets: Vec<u32> = (0..self.facets.len() as u32).collect();
+        let packs: Vec<Pack> = facets
+            .iter()
+            .map(|&facet| Pack {
+                heights: [0.0, f32::INFINITY, f32::INFINITY, f32::INFINITY],
+                facets: [facet, u32::MAX, u32::MAX, u32::MAX],
+                distance: 0.0,
+                ..Pack::EMPTY
+            })
+            .collect();
+        let near = Near {
+            packs: &packs,
+            slack: 0.0,
+        };
+        let sphere = (centre, radius);
+        self.touches_of(near, DVec3::ZERO, sphere, &mut Scratch::default(), out);
+    }
+}
+
 /// Lists of facets for spheres near meshes. They are made when they are asked for, from the tree of the mesh, with a skin of their
 /// own: so the candidate list need not know the facets. They change no result, so they are no part of the state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NearMeshes {
     lists: Vec<List>,
-    /// The facets of all lists, each in its own room.
-    facets: Vec<NearFacet>,
+    /// The facets of all lists, each list in its own room.
+    packs: Vec<Pack>,
 }
 
 /// Where a list stands, and for which place of the sphere it was made.
@@ -161,18 +238,25 @@ struct List {
     centre: DVec3,
     /// How far the sphere may move, m; negative before the list is made.
     skin: f64,
+    /// What its distances may be off by, m.
+    slack: f32,
+    /// In packs.
     begin: u32,
     count: u32,
     room: u32,
+    /// The facet that was nearest last.
+    nearest: u32,
 }
 
 impl List {
     const NONE: Self = Self {
         centre: DVec3::ZERO,
         skin: -1.0,
+        slack: 0.0,
         begin: 0,
         count: 0,
         room: 0,
+        nearest: u32::MAX,
     };
 
     fn range(&self) -> std::ops::Range<usize> {
@@ -204,6 +288,7 @@ impl NearMeshes {
         if index >= self.lists.len() {
             self.lists.resize(index + 1, List::NONE);
         }
+        self.prefetch_next(index, mesh);
         let mut list = self.lists[index];
         // The comparison is false for a place that is not a number.
         let within = list.skin >= 0.0 && centre.distance(list.centre) <= list.skin;
@@ -212,8 +297,29 @@ impl NearMeshes {
             self.lists[index] = list;
         }
         let moved = centre - list.centre;
-        let near = &self.facets[list.range()];
+        let near = Near {
+            packs: &self.packs[list.range()],
+            slack: list.slack,
+        };
         mesh.touches_of(near, moved, (centre, radius), scratch, touches);
+        self.lists[index].nearest = scratch.nearest;
+    }
+
+    /// Asks for what spheres with the next numbers need: nothing here is in the cache from one step to the next.
+    #[inline]
+    fn prefetch_next(&self, index: usize, mesh: &Mesh) {
+        if let Some(list) = self.lists.get(index + LISTS_AHEAD) {
+            prefetch(list);
+        }
+        let Some(list) = self.lists.get(index + FACETS_AHEAD) else {
+            return;
+        };
+        if let Some(pack) = self.packs[list.range()].first() {
+            prefetch(pack);
+        }
+        if let Some(facet) = mesh.facets.get(list.nearest as usize) {
+            prefetch(facet);
+        }
     }
 
     /// One more than the largest number that was asked for.
@@ -245,8 +351,8 @@ impl NearMeshes {
             room: 0,
             ..*list
         };
-        let facets = &other.facets[list.range()];
-        self.lists[index] = self.store(empty, facets);
+        let packs = &other.packs[list.range()];
+        self.lists[index] = self.store(empty, packs);
     }
 
     fn make(
@@ -260,13 +366,13 @@ impl NearMeshes {
         let (least, largest) = (LEAST_SKIN * radius, LARGEST_SKIN * radius);
         let wanted = match old.skin {
             skin if skin < 0.0 => mesh.usual_skin(radius),
-            skin if (old.count as usize) < LONG / 2 => 1.5 * skin,
+            skin if (old.count as usize) < LONG / PACK / 2 => 1.5 * skin,
             skin => skin,
         };
         let skin = wanted.clamp(least, largest);
         let place = ahead(&old, centre, skin.min(old.skin));
         let Scratch { search, near, .. } = scratch;
-        let skin = mesh.list(place, radius, (least, skin), search, near);
+        let (skin, slack) = mesh.list(place, radius, (least, skin), search, near);
         if place.distance(centre) > skin {
             let unmade = List { skin: -1.0, ..old };
             return self.make(unmade, mesh, centre, radius, scratch);
@@ -274,20 +380,21 @@ impl NearMeshes {
         let list = List {
             centre: place,
             skin,
+            slack,
             ..old
         };
         self.store(list, near)
     }
 
     /// Writes a list into the room it has, or into new room.
-    fn store(&mut self, list: List, near: &[NearFacet]) -> List {
+    fn store(&mut self, list: List, near: &[Pack]) -> List {
         let count = near.len() as u32;
         let (begin, room) = if count <= list.room {
             (list.begin, list.room)
         } else {
-            let begin = self.facets.len() as u32;
+            let begin = self.packs.len() as u32;
             let room = count + count / 2;
-            self.facets.resize((begin + room) as usize, NearFacet::NONE);
+            self.packs.resize((begin + room) as usize, Pack::EMPTY);
             (begin, room)
         };
         let list = List {
@@ -296,7 +403,7 @@ impl NearMeshes {
             room,
             ..list
         };
-        self.facets[list.range()].copy_from_slice(near);
+        self.packs[list.range()].copy_from_slice(near);
         list
     }
 }

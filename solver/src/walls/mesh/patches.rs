@@ -122,19 +122,17 @@ fn quiet_corners(facets: &[Facet], topology: &Topology, corners: usize) -> Vec<[
     quiet
 }
 
-impl Facet {
-    /// The patch and the side of it on which `centre` is, as one number; [`NO_GROUP`] if the facet may not be left out there, or if a
-    /// centre that is no more than `skin` (m) away may be on the other side.
+impl Membership {
+    /// The patch and the side of it on which a place is that has this `height` (m) over the facet, as one number; [`NO_GROUP`] if
+    /// the facet may not be left out there, or if a place whose height differs by no more than `margin` (m) may be on the other side.
     #[inline]
-    pub(super) fn group(&self, centre: DVec3, skin: f64) -> u32 {
-        let height = self.height(centre);
+    pub(super) fn group(self, height: f64, margin: f64) -> u32 {
         let behind = height < 0.0;
-        let Membership(patch) = self.patch;
-        if patch & Membership::SIDES[usize::from(behind)] == 0 || height.abs() <= skin {
+        if self.0 & Self::SIDES[usize::from(behind)] == 0 || height.abs() <= margin {
             return NO_GROUP;
         }
-        let side = u32::from(self.patch.turned() ^ behind);
-        (patch >> Membership::NUMBER) << 1 | side
+        let side = u32::from(self.turned() ^ behind);
+        (self.0 >> Self::NUMBER) << 1 | side
     }
 }
 

@@ -1,112 +1,149 @@
 //! A tree of boxes around triangles.
 
-use std::ops::Range;
-
 use glam::{DVec3, Vec3};
 
-/// Most triangles in a leaf.
-const LEAF: usize = 4;
+use super::leaf::LANES;
+use crate::memory::prefetch;
+
+/// Children of a node.
+const WIDE: usize = 8;
+
 /// Boxes smaller than this part of the reach are taken for what they hold, where that may be.
 const SMALL: f64 = 0.5;
 
-/// A bounding volume hierarchy: each node halves its triangles at the median of their middles along the longest edge of the box
-/// around these. It lives in the mesh's own frame, so motion costs nothing.
+/// What single precision may be off by: of a place, over its largest coordinate; of a distance, over itself.
+const PLACE: f64 = 2e-7;
+const DISTANCE: f64 = 1e-6;
+
+/// Marks a child that is a leaf.
+const LEAF: u32 = 1 << 31;
+
+/// A bounding volume hierarchy: triangles are halved at the median of their middles along the longest edge of the box around these,
+/// and each node holds what three such cuts give. It lives in the mesh's own frame, so motion costs nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
 }
 
+/// The boxes of a node's children, side by side: a search waits for memory above all, and looks at all of them at once.
 #[derive(Debug, Clone, PartialEq)]
+#[repr(align(64))]
 struct Node {
-    /// Corners of the box, rounded outwards: nodes are what a search waits for, and half as large so.
-    low: Vec3,
-    high: Vec3,
-    /// First triangle of a leaf; second child of a branch, whose first child follows it.
-    next: u32,
-    /// Number of triangles of a leaf; 0 for a branch.
-    count: u32,
+    /// Corners of the boxes, rounded outwards, m; turned inside out where there is no child.
+    low: [[f32; WIDE]; 3],
+    high: [[f32; WIDE]; 3],
+    /// Index of a node, or [`LEAF`] and that of a leaf.
+    next: [u32; WIDE],
 }
 
-impl Node {
-    /// Square of the distance from the box, m^2.
-    #[inline]
-    fn square_distance(&self, x: DVec3) -> f64 {
-        (self.low.as_dvec3() - x)
-            .max(x - self.high.as_dvec3())
-            .max(DVec3::ZERO)
-            .length_squared()
+/// A ball that is searched for boxes, in single precision and no smaller than it is.
+#[derive(Clone, Copy)]
+struct Ball {
+    centre: [f32; 3],
+    /// m^2.
+    square: f32,
+}
+
+impl Ball {
+    fn new(centre: DVec3, reach: f64) -> Self {
+        let reach = reach * (1.0 + DISTANCE) + PLACE * centre.abs().max_element();
+        Self {
+            centre: centre.as_vec3().to_array(),
+            square: (reach * reach) as f32,
+        }
     }
 }
 
-/// Triangles are cut off by exact distances later, so boxes may be a little generous.
-fn square_of(reach: f64) -> f64 {
-    reach * reach * (1.0 + 1e-9)
+impl Node {
+    const EMPTY: Self = Self {
+        low: [[f32::INFINITY; WIDE]; 3],
+        high: [[f32::NEG_INFINITY; WIDE]; 3],
+        next: [LEAF; WIDE],
+    };
+
+    /// Which children's boxes a ball reaches.
+    #[inline]
+    fn near(&self, ball: &Ball) -> [bool; WIDE] {
+        let mut squares = [0.0f32; WIDE];
+        for (axis, x) in ball.centre.into_iter().enumerate() {
+            for (k, square) in squares.iter_mut().enumerate() {
+                let (below, above) = (self.low[axis][k] - x, x - self.high[axis][k]);
+                let beyond = if below > above { below } else { above };
+                let beyond = if beyond > 0.0 { beyond } else { 0.0 };
+                *square += beyond * beyond;
+            }
+        }
+        squares.map(|square| square <= ball.square)
+    }
+
+    /// Whether the box of a child is small against the reach.
+    fn is_small(&self, child: usize, ball: &Ball) -> bool {
+        let edges = [0, 1, 2].map(|axis| self.high[axis][child] - self.low[axis][child]);
+        let size = f64::from(Vec3::from_array(edges).length_squared());
+        size < SMALL * SMALL * f64::from(ball.square)
+    }
 }
 
 /// In single precision, and not nearer.
-fn outwards(x: DVec3, next: fn(f32) -> f32) -> Vec3 {
-    Vec3::from_array(x.as_vec3().to_array().map(next))
+fn outwards(x: DVec3, next: fn(f32) -> f32) -> [f32; 3] {
+    x.as_vec3().to_array().map(next)
 }
 
+/// A triangle on its way into the tree: its middle is the key by which it is sorted.
+type Keyed = (DVec3, (u32, [u32; 3]));
+
 impl Tree {
-    /// Sorts the triangles so that those of a leaf lie together, and builds the tree over them.
+    /// Sorts the triangles so that those of a leaf lie together, [`LANES`] of them but for the last leaf, and builds the tree over them.
     pub(super) fn build(vertices: &[DVec3], triangles: &mut [(u32, [u32; 3])]) -> Self {
         let mut tree = Self { nodes: Vec::new() };
-        // The middles are the sort keys; they move with the triangles.
-        let mut keyed: Vec<(DVec3, (u32, [u32; 3]))> = triangles
+        let mut keyed: Vec<Keyed> = triangles
             .iter()
             .map(|&triangle| {
                 let sum: DVec3 = triangle.1.iter().map(|&k| vertices[k as usize]).sum();
                 (sum / 3.0, triangle)
             })
             .collect();
-        tree.split(vertices, &mut keyed, 0);
+        tree.branch(vertices, &mut keyed, 0);
         for (triangle, (_, sorted)) in triangles.iter_mut().zip(keyed) {
             *triangle = sorted;
         }
         tree
     }
 
-    fn split(
-        &mut self,
-        vertices: &[DVec3],
-        triangles: &mut [(DVec3, (u32, [u32; 3]))],
-        first: usize,
-    ) {
-        let mut low = DVec3::INFINITY;
-        let mut high = DVec3::NEG_INFINITY;
-        let (mut least, mut largest) = (low, high);
-        for (middle, (_, corners)) in triangles.iter() {
-            least = least.min(*middle);
-            largest = largest.max(*middle);
-            for &k in corners {
-                low = low.min(vertices[k as usize]);
-                high = high.max(vertices[k as usize]);
-            }
-        }
+    /// Adds the node over `triangles`, whose first one is number `first` of all. Returns its index.
+    fn branch(&mut self, vertices: &[DVec3], triangles: &mut [Keyed], first: usize) -> u32 {
         let index = self.nodes.len();
-        let leaf = triangles.len() <= LEAF;
-        self.nodes.push(Node {
-            low: outwards(low, f32::next_down),
-            high: outwards(high, f32::next_up),
-            next: first as u32,
-            count: if leaf { triangles.len() as u32 } else { 0 },
-        });
-        if leaf {
-            return;
+        self.nodes.push(Node::EMPTY);
+        let mut parts = vec![triangles];
+        while parts.len() < WIDE && parts.iter().any(|part| part.len() > LANES) {
+            parts = parts.into_iter().flat_map(halves).collect();
         }
-        let axis = (largest - least).max_position();
-        let half = triangles.len() / 2;
-        triangles.select_nth_unstable_by(half, |a, b| {
-            a.0[axis].total_cmp(&b.0[axis]).then(a.1.0.cmp(&b.1.0))
-        });
-        let (left, right) = triangles.split_at_mut(half);
-        self.split(vertices, left, first);
-        self.nodes[index].next = self.nodes.len() as u32;
-        self.split(vertices, right, first + half);
+        let mut begin = first;
+        for (child, part) in parts.into_iter().enumerate() {
+            let node = &mut self.nodes[index];
+            let corners = || part.iter().flat_map(|(_, (_, corners))| corners);
+            let places = || corners().map(|&k| vertices[k as usize]);
+            let low = places().fold(DVec3::INFINITY, DVec3::min);
+            let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+            let (low, high) = (outwards(low, f32::next_down), outwards(high, f32::next_up));
+            for axis in 0..3 {
+                node.low[axis][child] = low[axis];
+                node.high[axis][child] = high[axis];
+            }
+            let count = part.len();
+            let next = if count <= LANES {
+                LEAF | (begin / LANES) as u32
+            } else {
+                self.branch(vertices, part, begin)
+            };
+            self.nodes[index].next[child] = next;
+            begin += count;
+        }
+        index as u32
     }
 
-    /// Replaces `leaves` by the triangles of every leaf whose box is closer than `reach` (m) to `centre`. `layers`: memory.
+    /// Replaces `leaves` by the leaves whose boxes are closer than `reach` (m) to `centre`, and some that are hardly farther.
+    /// `layers`: memory.
     ///
     /// Goes down level by level and without branches on what it finds, so that a processor waits for the memory of all nodes of a
     /// level at once: large trees are not in the cache.
@@ -115,62 +152,83 @@ impl Tree {
         centre: DVec3,
         reach: f64,
         layers: &mut [Vec<u32>; 2],
-        leaves: &mut Vec<Range<u32>>,
+        leaves: &mut Vec<u32>,
     ) {
-        let square = square_of(reach);
+        let ball = Ball::new(centre, reach);
         let [layer, next] = layers;
         layer.clear();
         layer.push(0);
         leaves.clear();
         while !layer.is_empty() {
             let (mut branches, mut found) = (0, leaves.len());
-            next.resize(2 * layer.len(), 0);
-            leaves.resize(found + layer.len(), 0..0);
+            next.resize(WIDE * layer.len(), 0);
+            leaves.resize(found + WIDE * layer.len(), 0);
             for &index in &*layer {
                 let node = &self.nodes[index as usize];
-                let near = node.square_distance(centre) <= square;
-                let leaf = node.count > 0;
-                next[branches] = index + 1;
-                next[branches + 1] = node.next;
-                branches += 2 * usize::from(near & !leaf);
-                leaves[found] = node.next..node.next + node.count;
-                found += usize::from(near & leaf);
+                for (to, near) in node.next.into_iter().zip(node.near(&ball)) {
+                    let leaf = to & LEAF != 0;
+                    next[branches] = to;
+                    branches += usize::from(near & !leaf);
+                    leaves[found] = to & !LEAF;
+                    found += usize::from(near & leaf);
+                }
             }
             next.truncate(branches);
             leaves.truncate(found);
+            for &index in &*next {
+                prefetch(&self.nodes[index as usize]);
+            }
             std::mem::swap(layer, next);
         }
     }
 
-    /// Whether `near` is true of the triangles of a leaf whose box is closer than `reach` (m) to `centre`. It is not asked if the
-    /// box is small against the reach.
+    /// Whether `near` is true of a leaf whose box is closer than `reach` (m) to `centre`. It is not asked if the box is small against
+    /// the reach.
     pub(super) fn has_near(
         &self,
         centre: DVec3,
         reach: f64,
         stack: &mut Vec<u32>,
-        mut near: impl FnMut(Range<usize>) -> bool,
+        mut near: impl FnMut(u32) -> bool,
     ) -> bool {
+        let ball = Ball::new(centre, reach);
         stack.clear();
         stack.push(0);
-        let square = square_of(reach);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
-            if node.square_distance(centre) > square {
-                continue;
-            }
-            if node.count > 0 {
-                let size = f64::from(node.low.distance_squared(node.high));
-                let small = size < SMALL * SMALL * square;
-                let first = node.next as usize;
-                if small || near(first..first + node.count as usize) {
+            for (child, reached) in node.near(&ball).into_iter().enumerate() {
+                if !reached {
+                    continue;
+                }
+                let to = node.next[child];
+                if to & LEAF == 0 {
+                    stack.push(to);
+                } else if node.is_small(child, &ball) || near(to & !LEAF) {
                     return true;
                 }
-            } else {
-                stack.push(node.next);
-                stack.push(index + 1);
             }
         }
         false
     }
+}
+
+/// Cuts triangles in two, the first part a multiple of [`LANES`], unless they fit a leaf.
+fn halves(triangles: &mut [Keyed]) -> impl Iterator<Item = &mut [Keyed]> {
+    let half = if triangles.len() <= LANES {
+        triangles.len()
+    } else {
+        triangles.len().div_ceil(LANES) / 2 * LANES
+    };
+    if half < triangles.len() {
+        let low = triangles.iter().fold(DVec3::INFINITY, |x, t| x.min(t.0));
+        let high = triangles
+            .iter()
+            .fold(DVec3::NEG_INFINITY, |x, t| x.max(t.0));
+        let axis = (high - low).max_position();
+        triangles.select_nth_unstable_by(half, |a, b| {
+            a.0[axis].total_cmp(&b.0[axis]).then(a.1.0.cmp(&b.1.0))
+        });
+    }
+    let (left, right) = triangles.split_at_mut(half);
+    [left, right].into_iter().filter(|part| !part.is_empty())
 }
