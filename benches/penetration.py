@@ -8,17 +8,24 @@
 Same particles, same mesh, same law (LIGGGHTS' Mindlin factor is 1, the scene's 2/3), same step. Prints height by both codes
 each millisecond and the largest difference. With --reference FILE, LIGGGHTS' heights are also written as the table that
 validation-long compares with (tests/src/long/penetration-25k.liggghts.csv). LIGGGHTS needs some 10 minutes.
+
+    benches/penetration.py --shots SCENES/penetration-25k.toml FILE
+
+shoots it nine times from just above the bed, with small shifts sideways, and writes the heights as the other table that validation-long
+compares with (tests/src/long/penetration-shots.liggghts.csv). That takes an hour.
 """
 import csv, datetime, os, re, subprocess, sys, tempfile, tomllib
 
 
-def main(scene, track, reference=None):
-    cfg = tomllib.load(open(scene, "rb"))
-    here = os.path.dirname(os.path.abspath(scene))
+# Sideways, m.
+SHIFTS = [(0.0, 0.0), (1e-6, 0.0), (-1e-6, 0.0), (0.0, 1e-6), (0.0, -1e-6), (1e-5, 0.0), (-1e-5, 0.0), (0.0, 1e-5), (0.0, -1e-5)]
+
+
+def fly(cfg, here, end):
+    """Times and heights by LIGGGHTS, each millisecond, as it prints them; number of particles of the table; seconds of its loop."""
     table, intruder = cfg["particles"]
     rows = list(csv.DictReader(open(os.path.join(here, table["file"]))))
-    ours = {round(float(r["time"]), 6): float(r["z"]) for r in csv.DictReader(open(track))}
-    end, step = max(ours), cfg["time"]["step"]
+    step = cfg["time"]["step"]
     names = ["m1", "steel"]
     normal = [cfg["materials"][n]["normal"] for n in names]
     density = [cfg["materials"][n]["density"] for n in names]
@@ -80,12 +87,25 @@ run %d
     if run.returncode:
         sys.exit("liggghts failed:\n%s" % (run.stdout + run.stderr)[-2000:])
     heights = re.findall(r"^HEIGHT (\S+) (\S+)", run.stdout, re.M)
+    loop = re.findall(r"Loop time of ([\d.eE+-]+) on", run.stdout)
+    return heights, len(rows), loop[-1] if loop else "?"
+
+
+def head(scene, what, arguments, factor, step, count):
+    """The comment above a table."""
+    return ("# Height of the centre of the steel sphere of %s%s by LIGGGHTS 3.8 (Debian's package), one process.\n"
+            "# Made on %s by: benches/penetration.py %s\n"
+            "# Model hertz with tangential history (Mindlin factor 1%s), step %g s, gravity 9.81 m/s^2, %d spheres of the scene's table, "
+            "mesh of the scene.\n" % (os.path.basename(scene), what, datetime.date.today(), arguments, factor, step, count))
+
+
+def compare(scene, track, reference=None):
+    cfg = tomllib.load(open(scene, "rb"))
+    ours = {round(float(r["time"]), 6): float(r["z"]) for r in csv.DictReader(open(track))}
+    heights, count, loop = fly(cfg, os.path.dirname(os.path.abspath(scene)), max(ours))
     if reference:
         with open(reference, "w") as f:
-            f.write("# Height of the centre of the steel sphere of %s by LIGGGHTS 3.8 (Debian's package), one process.\n" % os.path.basename(scene))
-            f.write("# Made on %s by: benches/penetration.py SCENES/%s TRACK.csv --reference FILE\n" % (datetime.date.today(), os.path.basename(scene)))
-            f.write("# Model hertz with tangential history (Mindlin factor 1, the scene's is 2/3), step %g s, gravity 9.81 m/s^2, "
-                    "%d spheres of the scene's table, mesh of the scene.\n" % (step, len(rows)))
+            f.write(head(scene, "", "SCENES/%s TRACK.csv --reference FILE" % os.path.basename(scene), ", the scene's is 2/3", cfg["time"]["step"], count))
             f.write("time_s,height_m\n" + "".join("%s,%.6f\n" % (t, float(h)) for t, h in heights))
     largest = 0.0
     print("time_s,mercury_m,liggghts_m")
@@ -94,14 +114,29 @@ run %d
         if mine is not None:
             largest = max(largest, abs(mine - float(height)))
             print("%s,%.6f,%.6f" % (time, mine, float(height)))
-    loop = re.findall(r"Loop time of ([\d.eE+-]+) on", run.stdout)
-    print("largest difference %.3g mm; LIGGGHTS' loop %s s" % (1e3 * largest, loop[-1] if loop else "?"))
+    print("largest difference %.3g mm; LIGGGHTS' loop %s s" % (1e3 * largest, loop))
+
+
+def shoot(scene, file):
+    cfg = tomllib.load(open(scene, "rb"))
+    text = ""
+    for x, y in SHIFTS:
+        # After 0.0202 s of the scene's free fall.
+        cfg["particles"][1].update(position=[x, y, -0.0430015], velocity=[0.0, 0.0, -5.198162])
+        heights, count, _ = fly(cfg, os.path.dirname(os.path.abspath(scene)), 0.014)
+        text += "".join("%g,%g,%s,%.6f\n" % (x, y, t, float(h)) for t, h in heights)
+    with open(file, "w") as f:
+        f.write(head(scene, ", shot from just above the bed with small shifts along x and y,", "--shots SCENES/%s FILE" % os.path.basename(scene), "",
+                     cfg["time"]["step"], count))
+        f.write("x_m,y_m,time_s,height_m\n" + text)
 
 
 if __name__ == "__main__":
     if len(sys.argv) == 5 and sys.argv[3] == "--reference":
-        main(sys.argv[1], sys.argv[2], sys.argv[4])
+        compare(sys.argv[1], sys.argv[2], sys.argv[4])
+    elif len(sys.argv) == 4 and sys.argv[1] == "--shots":
+        shoot(*sys.argv[2:])
     elif len(sys.argv) == 3:
-        main(*sys.argv[1:])
+        compare(*sys.argv[1:])
     else:
         sys.exit(__doc__)

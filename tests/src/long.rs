@@ -34,8 +34,18 @@ pub fn run(runs: &Path) -> Result<Results> {
     // Later the intruder only flies.
     let end = [format!("time.end={}", penetration::END)];
     let results = Results {
-        drum: drum::evaluate(&runs::finished("drum-soft", &[], runs)?)?,
-        penetration: penetration::evaluate(&runs::finished("penetration-25k", &end, runs)?)?,
+        drum: drum::evaluate(&runs::finished("drum-soft", "drum-soft", &[], runs)?)?,
+        penetration: penetration::evaluate(
+            &runs::finished("penetration-25k", "penetration-25k", &end, runs)?,
+            &penetration::SHIFTS
+                .iter()
+                .enumerate()
+                .map(|(k, &shift)| {
+                    let name = format!("penetration-shot-{k}");
+                    runs::finished("penetration-25k", &name, &penetration::shot(shift), runs)
+                })
+                .collect::<Result<Vec<_>>>()?,
+        )?,
     };
     let names: Vec<&str> = results.outcomes().map(|row| row.name.as_str()).collect();
     compare_names(&names, FROZEN)?;

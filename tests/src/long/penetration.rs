@@ -14,6 +14,72 @@ pub(super) const END: f64 = 0.045;
 /// from there on the path is chaotic (see the page).
 const COMPARED: f64 = 0.03;
 
+/// Shots from just above the bed, with the sphere shifted sideways by so much along x and y (m): what differs by less than any bed of beads can
+/// be built.
+pub(super) const SHIFTS: [[f64; 2]; 9] = [
+    [0.0, 0.0],
+    [1e-6, 0.0],
+    [-1e-6, 0.0],
+    [0.0, 1e-6],
+    [0.0, -1e-6],
+    [1e-5, 0.0],
+    [-1e-5, 0.0],
+    [0.0, 1e-5],
+    [0.0, -1e-5],
+];
+/// Heights of the shots by LIGGGHTS; the file says how they were made.
+const LIGGGHTS_SHOTS: &str = include_str!("penetration-shots.liggghts.csv");
+/// When the shots begin in the scene's time, and how long they last, s: the sphere has left the floor.
+pub(super) const SHOT: [f64; 2] = [0.0202, 0.014];
+/// Over which time speeds are taken at the end of a shot, s.
+const SPAN: f64 = 3e-3;
+
+/// What makes the scene such a shot.
+pub(super) fn shot([x, y]: [f64; 2]) -> Vec<String> {
+    vec![
+        // Where free fall has brought it.
+        format!("particles.intruder.position=[{x:?},{y:?},-0.0430015]"),
+        "particles.intruder.velocity=[0.0,0.0,-5.198162]".to_owned(),
+        "materials.m1.tangential.stiffness_factor=1.0".to_owned(),
+        "materials.steel.tangential.stiffness_factor=1.0".to_owned(),
+        format!("time.end={}", SHOT[1]),
+    ]
+}
+
+/// The end of a shot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Flight {
+    /// m.
+    pub(super) height: f64,
+    /// m/s.
+    pub(super) speed: f64,
+}
+
+impl Flight {
+    fn of(rows: &[[f64; 2]]) -> Result<Self> {
+        let [early, late] = [SHOT[1] - SPAN, SHOT[1]].map(|time| at(rows, time));
+        let (early, late) = early.zip(late).context("a shot is short")?;
+        // In free flight this is the speed in the middle.
+        Ok(Self {
+            height: late,
+            speed: (late - early) / SPAN - 0.5 * 9.81 * SPAN,
+        })
+    }
+
+    /// Height after some more free flight, m.
+    pub(super) fn after(self, time: f64) -> f64 {
+        self.height + self.speed * time - 0.5 * 9.81 * time * time
+    }
+}
+
+/// Mean and standard deviation.
+pub(super) fn spread(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let squares: f64 = values.map(|x| (x - mean).powi(2)).sum();
+    [mean, (squares / (count - 1.0)).sqrt()]
+}
+
 /// What the run gave.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Found {
@@ -24,10 +90,26 @@ pub(super) struct Found {
     pub(super) ours: Vec<[f64; 2]>,
     /// The same by LIGGGHTS.
     pub(super) theirs: Vec<[f64; 2]>,
+    /// Our ends of the shots and those of LIGGGHTS, in the order of [`SHIFTS`].
+    pub(super) shots: Vec<[Flight; 2]>,
 }
 
-/// Reads the run and compares.
-pub(super) fn evaluate(run: &Run) -> Result<Found> {
+/// Both codes' ends of the shots.
+fn flights(shots: &[Run]) -> Result<Vec<[Flight; 2]>> {
+    let theirs = numbers(LIGGGHTS_SHOTS, ["x_m", "y_m", "time_s", "height_m"])?;
+    let pairs = SHIFTS.iter().zip(shots);
+    pairs
+        .map(|(shift, run)| {
+            let rows = theirs.iter().filter(|row| row[..2] == shift[..]);
+            let rows: Vec<[f64; 2]> = rows.map(|row| [row[2], row[3]]).collect();
+            let ours = Flight::of(&run.table("track.csv", ["time", "z"])?)?;
+            Ok([ours, Flight::of(&rows)?])
+        })
+        .collect()
+}
+
+/// Reads the runs and compares.
+pub(super) fn evaluate(run: &Run, shots: &[Run]) -> Result<Found> {
     let ours = run.table("track.csv", ["time", "z"])?;
     let theirs = numbers(LIGGGHTS, ["time_s", "height_m"])?;
     let mut worst = 0.0f64;
@@ -44,6 +126,11 @@ pub(super) fn evaluate(run: &Run) -> Result<Found> {
     let rebound = |rows| rebound(rows).context("a table is short");
     let (back, back_there) = (rebound(&ours)?, rebound(&theirs)?);
     let free = at(&ours, 0.02).context("the run is short")?;
+    let shots = flights(shots)?;
+    let [height, height_there] =
+        [0, 1].map(|code| spread(shots.iter().map(move |shot| 1e3 * shot[code].height)));
+    let [speed, speed_there] =
+        [0, 1].map(|code| spread(shots.iter().map(move |shot| shot[code].speed)));
     Ok(Found {
         checks: vec![
             outcome(
@@ -69,10 +156,26 @@ pub(super) fn evaluate(run: &Run) -> Result<Found> {
                 0.2,
                 "LIGGGHTS 3.8; the scatter of a chaotic rebound",
             ),
+            outcome(
+                "penetration-25k: nine shots, mean height after the rebound, at 0.0342 s (mm)",
+                height_there[0],
+                height[0],
+                1.0,
+                "LIGGGHTS 3.8, the same nine shots, the same law (`benches/penetration.py --shots`)",
+            ),
+            outcome(
+                "penetration-25k: nine shots, mean speed after the rebound (m/s)",
+                speed_there[0],
+                speed[0],
+                // Three standard errors of the difference of two means, if both codes scatter as LIGGGHTS does.
+                3.0 * speed_there[1] * (2.0 / SHIFTS.len() as f64).sqrt(),
+                "LIGGGHTS 3.8, the same nine shots; three standard errors",
+            ),
         ],
         size: (run.particles, run.steps),
         ours,
         theirs,
+        shots,
     })
 }
 
@@ -93,5 +196,35 @@ impl Found {
     /// Time (s) and height (m) at the end.
     pub(super) fn last(&self) -> [f64; 2] {
         self.ours.last().copied().unwrap_or([f64::NAN; 2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shots begin where the table of LIGGGHTS says that they do, and every one is in it.
+    #[test]
+    fn shots_are_those_of_the_table() {
+        // Where free fall has brought the sphere.
+        let [begin, _] = SHOT;
+        assert!((0.06 - 5.0 * begin - 0.5 * 9.81 * begin * begin + 0.0430015).abs() < 1e-7);
+        assert!((5.0 + 9.81 * begin - 5.198162).abs() < 1e-12);
+        let rows = numbers(LIGGGHTS_SHOTS, ["x_m", "y_m", "time_s", "height_m"]).unwrap();
+        for shift in SHIFTS {
+            assert_eq!(rows.iter().filter(|row| row[..2] == shift).count(), 14);
+        }
+    }
+
+    #[test]
+    fn a_free_flight_goes_on() {
+        let height = |t: f64| 0.02 + 2.0 * t - 0.5 * 9.81 * t * t;
+        let rows: Vec<[f64; 2]> = (0..=14)
+            .map(|k| f64::from(k) * 1e-3)
+            .map(|t| [t, height(t)])
+            .collect();
+        let flight = Flight::of(&rows).unwrap();
+        assert!((flight.after(0.01) - height(0.024)).abs() < 1e-12);
+        assert_eq!(spread([1.0, 2.0, 3.0].into_iter()), [2.0, 1.0]);
     }
 }

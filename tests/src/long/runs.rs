@@ -64,9 +64,9 @@ pub(super) fn numbers<const N: usize>(text: &str, names: [&str; N]) -> Result<Ve
         .collect()
 }
 
-/// The run of `../shared/scenes/<scene>.toml`, with `KEY=VALUE` put on top, in `runs/<scene>`: the one that is there if it is finished and of the same plan, else
+/// The run of `../shared/scenes/<scene>.toml`, with `KEY=VALUE` put on top, in `runs/<name>`: the one that is there if it is finished and of the same plan, else
 /// a new one.
-pub(super) fn finished(scene: &str, overrides: &[String], runs: &Path) -> Result<Run> {
+pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Path) -> Result<Run> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../shared/scenes")
         .join(format!("{scene}.toml"));
@@ -77,15 +77,15 @@ pub(super) fn finished(scene: &str, overrides: &[String], runs: &Path) -> Result
     );
     let plan = plan(&read_scene(&path, overrides).map_err(|e| anyhow!("{e}"))?)
         .map_err(|e| anyhow!("{e}"))?;
-    let (folder, prefix) = (runs.join(scene), plan.prefix.clone());
+    let (folder, prefix) = (runs.join(name), plan.prefix.clone());
     let document = document(&plan)?;
     let summary_path = folder.join("summary.json");
     let there = std::fs::read_to_string(folder.join("plan.toml")).is_ok_and(|old| old == document)
         && std::fs::read_to_string(&summary_path).is_ok_and(|text| is_finished(&text));
     if there {
-        println!("{scene}: the run in {} is taken", folder.display());
+        println!("{name}: the run in {} is taken", folder.display());
     } else {
-        println!("{scene}: runs into {}", folder.display());
+        println!("{name}: runs into {}", folder.display());
         folder::prepare(&folder, &prefix, true)?;
         let options = RunOptions {
             folder: folder.clone(),
