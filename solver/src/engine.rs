@@ -25,7 +25,7 @@ use crate::contact::registry::contact_loop;
 use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
 };
-use crate::neighbours::{Images, Skin, Validity, build};
+use crate::neighbours::{Images, Skin, Validity, build, leeways};
 use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
 use crate::plan::Plan;
 use crate::walls::{Pose, ServoState, WallState};
@@ -69,6 +69,8 @@ pub struct Engine {
     /// One for each wall if any has a servo; empty otherwise.
     servos: Vec<ServoState>,
     skin: Skin,
+    /// How much farther than half the skin each particle may go before that, m; empty if none may.
+    leeway: Vec<f64>,
     validity: Validity,
     /// Poses of the walls when the list was built.
     listed_poses: Vec<Pose>,
@@ -198,6 +200,7 @@ impl Engine {
             wall_states,
             servos,
             skin,
+            leeway: Vec::new(),
             validity: Validity::default(),
             listed_poses: Vec::new(),
             moving_walls,
@@ -433,11 +436,12 @@ impl Engine {
     /// Builds the candidate list anew if it may miss a contact. `fastest` is the largest speed of this step, m/s.
     fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
         let dt = self.plan.time_step;
+        let limit = 0.5 * self.skin.thickness;
         let mut valid = !self.rows_changed;
         if valid {
             valid = self
                 .validity
-                .advance(fastest, dt, 0.5 * self.skin.thickness, &self.particles);
+                .advance(fastest, dt, limit, &self.particles, &self.leeway);
         }
         // Particles use up to half of the skin; the other half is the walls'.
         let reach = self.images.size.length();
@@ -448,7 +452,7 @@ impl Engine {
                 self.plan.walls[index]
                     .shape
                     .displacement(from, to, about, reach)
-                    <= 0.5 * self.skin.thickness
+                    <= limit
             });
         if !valid {
             self.rebuild()?;
@@ -469,6 +473,7 @@ impl Engine {
                 idle as f64 / self.particles.len().max(1) as f64,
             );
         }
+        let mut leeway = leeways(&self.particles, &self.skin);
         let removed = self.boundaries.take_row_map(self.particles.len());
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
@@ -476,7 +481,13 @@ impl Engine {
         if let Some(bodies) = &mut self.particles.bodies {
             bodies.wrap(&self.images);
         }
-        let (list, sorted) = build(&mut self.particles, skin, &self.images, parallel);
+        let (list, sorted) = build(
+            &mut self.particles,
+            &mut leeway,
+            skin,
+            &self.images,
+            parallel,
+        );
         let Particles {
             records, bodies, ..
         } = &mut self.particles;
@@ -485,6 +496,7 @@ impl Engine {
         }
         let near_walls = find_near_walls(
             &self.particles,
+            &leeway,
             &self.plan.walls,
             &self.wall_states,
             &self.images,
@@ -502,7 +514,9 @@ impl Engine {
             })
             .collect();
         self.forces.adopt(&list, &near_walls, &new_row, parallel);
-        self.boundaries.listed(&self.particles, self.skin.thickness);
+        let most = leeway.iter().copied().fold(0.0, f64::max);
+        self.boundaries.listed(&self.particles, skin + 2.0 * most);
+        self.leeway = leeway;
         self.listed_poses = self.wall_states.iter().map(|state| state.pose).collect();
         self.validity.reset();
         self.rows_changed = false;

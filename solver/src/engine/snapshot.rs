@@ -26,6 +26,8 @@ pub struct Snapshot {
     pub near_walls: Vec<SavedSlot>,
     /// Thickness of the skin, and its limits.
     pub skin: Skin,
+    /// How much farther than half the skin each particle may go, m; empty if none may.
+    pub leeway: Vec<f64>,
     /// How much of the skin is used up.
     pub validity: Validity,
     /// Poses of the walls when the list was built.
@@ -57,6 +59,7 @@ impl Engine {
             pairs,
             near_walls,
             skin: self.skin,
+            leeway: self.leeway.clone(),
             validity: self.validity,
             listed_poses: self.listed_poses.clone(),
             servos: self.servos.clone(),
@@ -86,6 +89,7 @@ impl Engine {
         engine.step = snapshot.step;
         engine.particles = snapshot.particles;
         engine.skin = snapshot.skin;
+        engine.leeway = snapshot.leeway;
         engine.validity = snapshot.validity;
         engine.listed_poses = snapshot.listed_poses;
         engine.servos = snapshot.servos;

@@ -19,13 +19,14 @@ pub struct NearWall {
     pub features: u8,
 }
 
-/// Finds every particle whose surface is closer than `margin` (m) to a wall, by rows.
+/// Finds every particle whose surface is closer than `margin` and its `leeway` (m; empty for none) to a wall, by rows.
 ///
 /// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once, a mesh that goes on for
 /// ever by the image that is between its faces.
 #[must_use]
 pub fn find_near_walls(
     particles: &Particles,
+    leeway: &[f64],
     walls: &[Wall],
     states: &[WallState],
     images: &Images,
@@ -43,7 +44,8 @@ pub fn find_near_walls(
                     let (state, place) = (&states[index], record.position);
                     let image = image_between_faces(wall, state, images, place, code);
                     let centre = state.into_wall(place + images.shift(image));
-                    let reach = record.radius + margin;
+                    let leeway = leeway.get(chunk * CHUNK + k).copied().unwrap_or_default();
+                    let reach = record.radius + leeway + margin;
                     let features = match &wall.shape {
                         // Most walls of most scenes.
                         Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),

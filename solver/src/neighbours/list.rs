@@ -1,5 +1,6 @@
 //! The candidate list: every pair that may touch before the list is built again.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
@@ -45,13 +46,15 @@ impl CandidateList {
 }
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. Returns the list and where each old row went
+/// R_i + R_j + l_i + l_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. `leeway`: l of
+/// each row (m), above zero for few, and put into the new order; empty for none. Returns the list and where each old row went
 /// (`new_row[old]`). `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
 pub fn build(
     particles: &mut Particles,
+    leeway: &mut Vec<f64>,
     skin: f64,
     images: &Images,
     parallel: bool,
@@ -71,11 +74,54 @@ pub fn build(
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    let mut list = list(particles, &grid, &levels, skin, images, parallel);
+    if !leeway.is_empty() {
+        *leeway = order.iter().map(|&old| leeway[old as usize]).collect();
+    }
+    let members = Members::new(&particles.records, leeway, &levels);
+    let mut list = list(&members, &grid, skin, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
     }
     (list, new_row)
+}
+
+/// The particles as the search sees them.
+struct Members {
+    /// All of them, with radii that hold their leeway too.
+    all: Vec<Spot>,
+    /// The level of each. Those with leeway have a level of their own, the highest: they are few, and their reach must not widen
+    /// the cells of all others.
+    level: Vec<u8>,
+    /// Largest radius of each level, m, leeway included.
+    largest: Vec<f64>,
+}
+
+impl Members {
+    fn new(records: &[Particle], leeway: &[f64], levels: &Levels) -> Self {
+        let mut members = Self {
+            all: Vec::with_capacity(records.len()),
+            level: Vec::with_capacity(records.len()),
+            largest: levels.largest.clone(),
+        };
+        let own = levels.largest.len();
+        for (row, record) in records.iter().enumerate() {
+            let leeway = leeway.get(row).copied().unwrap_or_default();
+            let radius = record.radius + leeway;
+            let fixed = record.inverse_mass == 0.0;
+            members.all.push(Spot {
+                position: record.position.to_array(),
+                radius: if fixed { -radius } else { radius },
+            });
+            if leeway > 0.0 {
+                members.largest.resize(own + 1, 0.0);
+                members.largest[own] = members.largest[own].max(radius);
+                members.level.push(own as u8);
+            } else {
+                members.level.push(levels.of(record.radius) as u8);
+            }
+        }
+        members
+    }
 }
 
 /// Lists the pairs of sorted particles.
@@ -83,28 +129,24 @@ pub fn build(
 /// The partners of a row in later cells lie in five runs of rows: the rest of its own cell with the next one, and three
 /// neighbouring cells in each of four later rows of cells. That is for particles of the lowest level; the others are few.
 fn list(
-    particles: &Particles,
+    members: &Members,
     grid: &Grid,
-    levels: &Levels,
     skin: f64,
     images: &Images,
     parallel: bool,
 ) -> CandidateList {
-    let records = &particles.records;
-    let lowest = levels.largest[0];
-    let spots: Vec<Spot> = records
+    let count = members.all.len();
+    let spots: Vec<Spot> = members
+        .all
         .iter()
-        .map(|record| Spot {
-            position: record.position.to_array(),
-            radius: if record.radius <= lowest {
-                signed_radius(record)
-            } else {
-                // Near nothing: compares false.
-                f64::NAN
-            },
+        .zip(&members.level)
+        .map(|(&spot, &level)| Spot {
+            // Near nothing: compares false.
+            radius: if level == 0 { spot.radius } else { f64::NAN },
+            ..spot
         })
         .collect();
-    let through = OtherPairs::find(records, grid, levels, skin, images, parallel);
+    let through = OtherPairs::find(members, grid, skin, images, parallel);
     let [.., slow] = grid.ordered_counts();
     let layer = |c| layer(&spots, grid, c, skin, &through);
     let layers: Vec<CandidateList> = if parallel {
@@ -112,10 +154,10 @@ fn list(
     } else {
         (0..slow).map(layer).collect()
     };
-    let count = layers.iter().map(|layer| layer.entries.len()).sum();
+    let entries = layers.iter().map(|layer| layer.entries.len()).sum();
     let mut result = CandidateList {
-        start: Vec::with_capacity(records.len() + 1),
-        entries: Vec::with_capacity(count),
+        start: Vec::with_capacity(count + 1),
+        entries: Vec::with_capacity(entries),
     };
     result.start.push(0);
     for layer in layers {
@@ -187,14 +229,6 @@ struct Spot {
     radius: f64,
 }
 
-fn signed_radius(record: &Particle) -> f64 {
-    if record.inverse_mass > 0.0 {
-        record.radius
-    } else {
-        -record.radius
-    }
-}
-
 /// Entries of a list that grows without a branch for each: those behind `count` are scratch.
 #[derive(Default)]
 struct Growing {
@@ -259,37 +293,30 @@ struct OtherPairs {
 }
 
 impl OtherPairs {
-    fn find(
-        records: &[Particle],
-        grid: &Grid,
-        levels: &Levels,
-        skin: f64,
-        images: &Images,
-        parallel: bool,
-    ) -> Self {
-        if levels.largest.len() == 1 && !images.any() {
+    fn find(members: &Members, grid: &Grid, skin: f64, images: &Images, parallel: bool) -> Self {
+        if members.largest.len() == 1 && !images.any() {
             return Self { pairs: Vec::new() };
         }
         let search = Search {
-            records,
+            members,
             grid,
-            levels,
-            above: (1..levels.largest.len())
-                .map(|level| Above::new(records, levels, level, skin, images))
+            above: (1..members.largest.len())
+                .map(|level| Above::new(members, level, skin, images))
                 .collect(),
             skin,
             images,
         };
+        let rows = members.all.len();
         let add = |mut pairs: Vec<_>, row| {
             search.pairs_of(row, &mut pairs);
             pairs
         };
         let mut pairs = if parallel {
-            let rows = (0..records.len()).into_par_iter().with_min_len(256);
+            let rows = (0..rows).into_par_iter().with_min_len(256);
             let parts: Vec<Vec<_>> = rows.fold(Vec::new, add).collect();
             parts.concat()
         } else {
-            (0..records.len()).fold(Vec::new(), add)
+            (0..rows).fold(Vec::new(), add)
         };
         pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner, candidate.image));
         Self { pairs }
@@ -309,17 +336,12 @@ struct Above {
 }
 
 impl Above {
-    fn new(
-        records: &[Particle],
-        levels: &Levels,
-        level: usize,
-        skin: f64,
-        images: &Images,
-    ) -> Self {
-        let of_level = |&row: &u32| levels.of(records[row as usize].radius) == level;
-        let rows: Vec<u32> = (0..records.len() as u32).filter(of_level).collect();
-        let positions = rows.iter().map(|&row| records[row as usize].position);
-        let (grid, order) = Grid::sort(positions, 2.0 * levels.largest[level] + skin, images);
+    fn new(members: &Members, level: usize, skin: f64, images: &Images) -> Self {
+        let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
+        let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
+        let position = |&row: &u32| DVec3::from_array(members.all[row as usize].position);
+        let cell = 2.0 * members.largest[level] + skin;
+        let (grid, order) = Grid::sort(rows.iter().map(position), cell, images);
         let rows = order.iter().map(|&k| rows[k as usize]).collect();
         Self { grid, rows }
     }
@@ -327,10 +349,9 @@ impl Above {
 
 /// The search for the pairs that the cells of the lowest level do not show.
 struct Search<'a> {
-    records: &'a [Particle],
+    members: &'a Members,
     /// Cells of the lowest level; they hold all rows.
     grid: &'a Grid,
-    levels: &'a Levels,
     /// Levels from the second on.
     above: Vec<Above>,
     skin: f64,
@@ -340,35 +361,35 @@ struct Search<'a> {
 impl Search<'_> {
     /// Adds the pairs of a particle with those of its own level that it meets, and with all of lower levels.
     fn pairs_of(&self, row: usize, pairs: &mut Vec<(u32, Candidate)>) {
-        let record = &self.records[row];
-        let own = self.levels.of(record.radius);
+        let Members {
+            all,
+            level,
+            largest,
+        } = self.members;
+        let spot = all[row];
+        let own = usize::from(level[row]);
         // In the lowest level those without a shift are known from the cells.
         let here = (own > 0).then_some(NO_SHIFT);
         let images = self.images;
         let (low, high) = (images.min, images.min + images.size);
         for image in here.into_iter().chain(images.neighbours()) {
-            let position = record.position + images.shift(image);
+            let position = DVec3::from_array(spot.position) + images.shift(image);
             // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
             // other axes particles may stand outside the domain.
-            let reach = record.radius + self.levels.largest[own] + self.skin;
+            let reach = spot.radius.abs() + largest[own] + self.skin;
             let outside = (low - position).max(position - high);
             if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
                 continue;
             }
-            for level in 0..=own {
-                let reach = record.radius + self.levels.largest[level] + self.skin;
+            for lower in 0..=own {
+                let reach = spot.radius.abs() + largest[lower] + self.skin;
                 let mut test = |other: usize| {
                     // Of two particles of a level the one in the higher row looks.
-                    if level == own && other >= row {
+                    if lower == own && other >= row {
                         return;
                     }
-                    let (position, radius) = (position.to_array(), signed_radius(record));
-                    let record = &self.records[other];
-                    let spot = Spot {
-                        position: record.position.to_array(),
-                        radius: signed_radius(record),
-                    };
-                    if !near(spot, position, radius, self.skin) {
+                    let position = position.to_array();
+                    if !near(all[other], position, spot.radius, self.skin) {
                         return;
                     }
                     pairs.push(if other < row {
@@ -379,13 +400,12 @@ impl Search<'_> {
                         (row as u32, Candidate { partner, image })
                     });
                 };
-                if level > 0 {
-                    let Above { grid, rows } = &self.above[level - 1];
+                if lower > 0 {
+                    let Above { grid, rows } = &self.above[lower - 1];
                     grid.visit_near(position, reach, |k| test(rows[k] as usize));
                 } else {
-                    let lowest = self.levels.largest[0];
                     self.grid.visit_near(position, reach, |other| {
-                        if self.records[other].radius <= lowest {
+                        if level[other] == 0 {
                             test(other);
                         }
                     });
@@ -399,7 +419,6 @@ impl Search<'_> {
 mod tests {
     use super::*;
     use crate::particles::FIXED;
-    use glam::DVec3;
     use proptest::prelude::*;
 
     fn cloud(seed: u64, count: usize, size: DVec3, ratio: f64, fixed_every: usize) -> Particles {
@@ -448,6 +467,7 @@ mod tests {
             skin in 0.0..0.02f64,
             fixed_every in 0usize..5,
             outside in any::<bool>(),
+            leeway_every in 0usize..8,
         ) {
             let size = DVec3::new(0.5, 0.7, if flat { 0.45 } else { 1.3 });
             let mut particles = cloud(seed, count, size, ratio, fixed_every);
@@ -458,7 +478,15 @@ mod tests {
                 }
             }
             let images = Images::new(DVec3::ZERO, size, periodic);
-            let (list, new_row) = build(&mut particles, skin, &images, seed % 2 == 0);
+            // As much as the periodic domain leaves.
+            let ahead = |k: usize| if leeway_every > 0 && k % leeway_every == 0 { 0.01 * (k % 3) as f64 } else { 0.0 };
+            let mut leeway: Vec<f64> = if leeway_every > 0 { (0..count).map(ahead).collect() } else { Vec::new() };
+            let given = leeway.clone();
+            let (list, new_row) = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
+            for (old, leeway_then) in given.iter().enumerate() {
+                prop_assert_eq!(leeway[new_row[old] as usize], *leeway_then);
+            }
+            let leeway = |row: usize| leeway.get(row).copied().unwrap_or_default();
 
             let mut moved = new_row.clone();
             moved.sort_unstable();
@@ -474,7 +502,7 @@ mod tests {
                     for image in 0..27 {
                         let allowed = image == NO_SHIFT || images.neighbours().any(|c| c == image);
                         let gap = (a.position - b.position - images.shift(image)).length();
-                        if allowed && gap < a.radius + b.radius + skin {
+                        if allowed && gap < a.radius + b.radius + leeway(i) + leeway(j) + skin {
                             expected.push((i as u32, j as u32, image));
                         }
                     }

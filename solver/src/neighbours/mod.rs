@@ -1,10 +1,11 @@
 //! Finding neighbours: cells, the sort, and the list of candidate pairs.
 //!
 //! The list holds every pair whose surfaces are closer than a skin. It stays valid until a particle has moved half the
-//! skin; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
+//! skin, or its leeway more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
 
 mod grid;
 mod images;
+mod leeway;
 mod levels;
 mod list;
 mod skin;
@@ -12,6 +13,7 @@ mod validity;
 
 pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
+pub use leeway::leeways;
 pub use levels::Levels;
 pub use list::{Candidate, CandidateList, build};
 pub use skin::Skin;

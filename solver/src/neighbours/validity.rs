@@ -20,20 +20,32 @@ impl Validity {
     }
 
     /// A step of `dt` (s) was made in which no particle was faster than `speed` (m/s). Returns whether every particle is
-    /// surely within `limit` (m) of where it was listed.
-    pub fn advance(&mut self, speed: f64, dt: f64, limit: f64, particles: &Particles) -> bool {
+    /// surely within `limit` (m), and its `leeway` (m; empty for none), of where it was listed.
+    pub fn advance(
+        &mut self,
+        speed: f64,
+        dt: f64,
+        limit: f64,
+        particles: &Particles,
+        leeway: &[f64],
+    ) -> bool {
         self.steps += 1;
         // Round-off of the positions is far below this factor's margin.
         self.bound += speed * dt * (1.0 + 1e-9);
         if self.bound <= limit {
             return true;
         }
-        let mut largest: f64 = 0.0;
-        for (record, listed) in particles.records.iter().zip(&particles.listed_at) {
-            largest = largest.max((record.position - *listed).length_squared());
-        }
-        self.bound = largest.sqrt();
+        self.bound = displacements(particles)
+            .enumerate()
+            .map(|(row, moved)| moved - leeway.get(row).copied().unwrap_or_default())
+            .fold(0.0, f64::max);
         // Close to the limit a true measurement would be due in every step: rebuild instead.
         self.bound + 2.0 * speed * dt <= 0.97 * limit
     }
+}
+
+/// How far each particle is from where it was listed, m.
+pub(super) fn displacements(particles: &Particles) -> impl Iterator<Item = f64> {
+    let rows = particles.records.iter().zip(&particles.listed_at);
+    rows.map(|(record, listed)| record.position.distance(*listed))
 }

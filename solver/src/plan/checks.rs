@@ -355,7 +355,7 @@ fn for_each_touching_pair(
     if particles.is_empty() {
         return;
     }
-    let (list, _) = build(&mut particles, 0.0, &images, false);
+    let (list, _) = build(&mut particles, &mut Vec::new(), 0.0, &images, false);
     for row in 0..particles.len() {
         let one = particles.records[row];
         for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {
