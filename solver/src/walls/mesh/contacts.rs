@@ -49,6 +49,7 @@ impl Mesh {
             nearest: last,
             ..
         } = scratch;
+        *last = u32::MAX;
         minima.clear();
         best.clear();
         found.clear();

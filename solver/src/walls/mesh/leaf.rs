@@ -138,11 +138,13 @@ impl Leaf {
             let way = nearest + normal * height;
             let length = way.length();
             let way = way * (1.0 / length);
+            // A short way keeps something of the height in single precision. It would count as distance when the sphere moves away.
+            let way = way - normal * way.dot(normal);
             // Whatever the direction, the facet lies beyond the nearest of its corners along it. That is behind if the foot is inside.
             let [a, b, c] = from.map(|from| -from.dot(way));
             let gap = if a < b { a } else { b };
             let gap = if c < gap { c } else { gap };
-            // The direction of a shorter way is not exact: it might lead out of the plane.
+            // The direction of a shorter way is not known.
             let known = (length > LEAST_GAP * farthest) & (gap > 0.0);
             let keep = |x: f32| if known { x } else { 0.0 };
             out.heights[k] = height;
@@ -190,6 +192,22 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    /// Normals that were steadied after the corners' planes: heights over them are not farther from those here than the tilt.
+    #[test]
+    fn the_tilt_covers_steadied_normals() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let mut facet = Facet::new(&corners, [0, 1, 2], [0, 1, 2]);
+        facet.set_normal(DVec3::new(1e-3, 0.0, 1.0).normalize());
+        let leaf = Leaf::new(std::slice::from_ref(&facet));
+        for x in [DVec3::new(50.0, 0.0, 1.0), DVec3::new(-50.0, 3.0, 1.0)] {
+            let bounds = leaf.bounds(x);
+            let off = (f64::from(bounds.heights[0]) - facet.height(x)).abs();
+            // Nearly all of it: the sphere is far in the direction in which the normal is off.
+            let tilt = f64::from(bounds.tilt);
+            assert!(off <= tilt && off > 0.9 * tilt, "{off} of {tilt}");
+        }
+    }
 
     proptest! {
         /// Never farther than the facet, wherever the place: above it, beside it, and above its sides to within any distance, where

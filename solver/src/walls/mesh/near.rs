@@ -407,3 +407,55 @@ impl NearMeshes {
         list
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use mercury_common::formats::mesh::TriangleMesh;
+    use mercury_common::random::Stream;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// What a list says of a facet holds wherever the sphere has gone since: also if its foot was hardly beside the facet when
+        /// the list was made, so that single precision knows the way there badly, and is far beside it now.
+        #[test]
+        fn bounds_of_lists_hold_after_moves(
+            seed in any::<u64>(),
+            size in -2.0..0.5f64,
+            beside in -4.0..-0.3f64,
+            height in -1.0..1.0f64,
+            away in 0.0..4.0f64,
+        ) {
+            let mut random = Stream::new(seed, "moves", 0);
+            let mut any = || {
+                2.0 * DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 1.0
+            };
+            let shift = any() * 10f64.powf(away);
+            let corners = [any(), any(), any()].map(|x| x * 10f64.powf(size) + shift);
+            let triangles = TriangleMesh {
+                vertices: corners.to_vec(),
+                triangles: vec![[0, 1, 2]],
+                welded: 0,
+            };
+            let Ok(mesh) = Mesh::new(&triangles, |x| x, false) else { return Ok(()) };
+            let facet = &mesh.facets[0];
+            let [a, b, _] = facet.corners;
+            let outwards = (b - a).cross(facet.normal).normalize();
+            let foot = 0.5 * (a + b) + outwards * 10f64.powf(beside);
+            let place = foot + facet.normal * height;
+            let (mut search, mut packs) = (Search::default(), Vec::new());
+            let (_, slack) = mesh.list(place, 2.0, (2.0, 2.0), &mut search, &mut packs);
+            let near = Near { packs: &packs, slack };
+            prop_assert_eq!(packs.len(), 1);
+            for _ in 0..20 {
+                let moved = any() * 0.5;
+                let mut bounds = Vec::new();
+                near.bounds(moved, 3.0, &mut bounds);
+                let least = f64::from(bounds[0]).sqrt();
+                let exact = facet.nearest(place + moved, f64::INFINITY).unwrap().distance;
+                prop_assert!(least <= exact, "{least} of {exact}");
+            }
+        }
+    }
+}

@@ -21,7 +21,7 @@ pub(super) struct Membership(u32);
 
 impl Membership {
     /// In no patch.
-    pub(super) const NONE: Self = Self(u32::MAX);
+    pub(super) const NONE: Self = Self(!(Self::SIDES[0] | Self::SIDES[1]));
     /// The facet is turned over against the first one of its patch.
     const TURNED: u32 = 1;
     /// It may be left out in front, where its normal points, or behind.

@@ -222,8 +222,17 @@ fn lists_and_queries_agree(
             wall.touches_of_all(place, reach, &mut all);
             prop_assert_eq!(listed.as_slice(), all.as_slice());
             prop_assert_eq!(asked.as_slice(), all.as_slice());
-            if !asked.is_empty() {
+            if let Some(touch) = asked.iter().next() {
                 prop_assert!(wall.may_be_near(place, reach, &mut scratch));
+                // A contact that has just begun must not be missed either.
+                let barely =
+                    touch.distance.abs() * (1.0 + 10f64.powf(-7.0 + 4.0 * random.uniform()));
+                let mut fresh = NearMeshes::default();
+                for from in [place + DVec3::splat(0.1 * step), place] {
+                    fresh.touches(0, wall, from, barely, &mut scratch, &mut listed);
+                }
+                wall.touches_of_all(place, barely, &mut all);
+                prop_assert_eq!(listed.as_slice(), all.as_slice());
             }
         }
         centre += step
