@@ -69,7 +69,7 @@ pub struct Engine {
     /// One for each wall if any has a servo; empty otherwise.
     servos: Vec<ServoState>,
     skin: Skin,
-    /// How much farther than half the skin each particle may go before that, m; empty if none may.
+    /// How much farther than half the skin each particle may go before the list is built anew, m; empty if none may.
     leeway: Vec<f64>,
     validity: Validity,
     /// Poses of the walls when the list was built.

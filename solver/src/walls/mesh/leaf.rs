@@ -9,8 +9,8 @@ use super::patches::Membership;
 pub(super) const LANES: usize = 8;
 
 /// What single precision may be off by, over the distance from the place and the size of the leaf: rounding the place, the
-/// corners and the normal, their differences and a product of three sums up to less than 14 units of 2^-24.
-const SINGLE: f32 = 1e-6;
+/// corners and the normal, their differences and products of three sums up to less than 20 units of 2^-24.
+const SINGLE: f32 = 1.5e-6;
 
 /// The shortest way in the plane that counts, over the same.
 const LEAST_GAP: f32 = 1e-3;
