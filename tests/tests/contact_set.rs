@@ -93,6 +93,47 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Two among hundreds shoot through the others, which hardly move: they get leeway, and lists last longer. Through faces
+    /// and walls of spheres that are fixed too.
+    #[test]
+    fn is_that_of_brute_force_while_few_are_fast(
+        seed in any::<u64>(),
+        count in 400usize..500,
+        ratio in prop_oneof![Just(1.0), 1.0..4.0f64],
+        periodic in any::<[bool; 3]>(),
+        speed in 1.0..5.0f64,
+    ) {
+        let size = dvec3(0.5, 0.6, 0.7);
+        let mut random = Stream::new(seed, "few are fast", 0);
+        let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
+        let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
+        let mut plan = Plan::bare(1e-3, (DVec3::ZERO, size), 1000.0, law);
+        plan.periodic = periodic;
+        let particles = (0..count)
+            .map(|k| NewParticle {
+                velocity: (vector() * 2.0 - 1.0).normalize() * if k == 16 || k == 215 { speed } else { 0.02 },
+                fixed: k % 7 == 0,
+                ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), 0)
+            })
+            .collect();
+        let mut engine = start(plan.with_particles(particles));
+        let mut with_leeway = 0;
+        for _ in 0..150 {
+            engine.step(RECORDS).unwrap();
+            let found = recorded(&engine);
+            let expected = overlapping(&engine, size, periodic);
+            prop_assert_eq!(&found, &expected, "in step {}", engine.steps());
+            let leeway = engine.snapshot().leeway;
+            with_leeway += usize::from(leeway.iter().any(|&leeway| leeway > 0.0));
+        }
+        // Later the skin of so thin a gas is as thick as it may be, and leaves no room for more.
+        prop_assert!(with_leeway > 2, "leeway in {with_leeway} steps only");
+    }
+}
+
 /// The list must be rebuilt for a particle that moves only because its velocity is prescribed, even where a kick of gravity
 /// happens to cancel that velocity before it is put back.
 #[test]
