@@ -381,8 +381,8 @@ impl Search<'_> {
             if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
                 continue;
             }
-            for lower in 0..=own {
-                let reach = spot.radius.abs() + largest[lower] + self.skin;
+            for (lower, largest) in largest[..=own].iter().enumerate() {
+                let reach = spot.radius.abs() + largest + self.skin;
                 let mut test = |other: usize| {
                     // Of two particles of a level the one in the higher row looks.
                     if lower == own && other >= row {
