@@ -479,8 +479,12 @@ mod tests {
             }
             let images = Images::new(DVec3::ZERO, size, periodic);
             // As much as the periodic domain leaves.
-            let ahead = |k: usize| if leeway_every > 0 && k % leeway_every == 0 { 0.01 * (k % 3) as f64 } else { 0.0 };
-            let mut leeway: Vec<f64> = if leeway_every > 0 { (0..count).map(ahead).collect() } else { Vec::new() };
+            let ahead = |k: usize| {
+                let some = k.is_multiple_of(leeway_every);
+                if some { 0.01 * (k % 3) as f64 } else { 0.0 }
+            };
+            let with_leeway = if leeway_every > 0 { count } else { 0 };
+            let mut leeway: Vec<f64> = (0..with_leeway).map(ahead).collect();
             let given = leeway.clone();
             let (list, new_row) = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
             for (old, leeway_then) in given.iter().enumerate() {
