@@ -16,7 +16,7 @@ const MORE: f64 = 1.5;
 ///
 /// The list is built anew when a particle has used up its part of the skin. Where a few move much farther than all others, as a
 /// stone that falls into a bed and the grains that it pushes away, they would set the pace for all. So the farthest of each
-/// [`FEW`] are listed farther out, by as much as lets the rest use up the skin: some pairs more, for fewer lists.
+/// 200 are listed farther out, by as much as lets the rest use up the skin: some pairs more, for fewer lists.
 #[must_use]
 pub fn leeways(particles: &Particles, skin: &Skin) -> Vec<f64> {
     let few = particles.len() / FEW;
