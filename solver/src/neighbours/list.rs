@@ -372,11 +372,13 @@ impl Search<'_> {
         let here = (own > 0).then_some(NO_SHIFT);
         let images = self.images;
         let (low, high) = (images.min, images.min + images.size);
+        // Those with leeway need not be the largest.
+        let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
         for image in here.into_iter().chain(images.neighbours()) {
             let position = DVec3::from_array(spot.position) + images.shift(image);
             // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
             // other axes particles may stand outside the domain.
-            let reach = spot.radius.abs() + largest[own] + self.skin;
+            let reach = spot.radius.abs() + farthest + self.skin;
             let outside = (low - position).max(position - high);
             if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
                 continue;
@@ -478,10 +480,15 @@ mod tests {
                 }
             }
             let images = Images::new(DVec3::ZERO, size, periodic);
-            // As much as the periodic domain leaves.
+            // As much as the periodic domain leaves; also for small ones alone, which are then beside larger ones without.
+            let largest = particles.records.iter().fold(0.0f64, |r, p| r.max(p.radius));
             let ahead = |k: usize| {
-                let some = k.is_multiple_of(leeway_every);
-                if some { 0.01 * (k % 3) as f64 } else { 0.0 }
+                let small = particles.records[k].radius < 0.2 * largest;
+                match (k.is_multiple_of(leeway_every), seed % 3 > 0) {
+                    (true, true) => 0.01 * (k % 3) as f64,
+                    (true, false) if small => 0.002,
+                    _ => 0.0,
+                }
             };
             let with_leeway = if leeway_every > 0 { count } else { 0 };
             let mut leeway: Vec<f64> = (0..with_leeway).map(ahead).collect();

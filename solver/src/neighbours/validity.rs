@@ -2,7 +2,7 @@
 
 use crate::particles::Particles;
 
-/// Upper bound of the largest displacement since the list was built.
+/// Upper bound of the largest displacement since the list was built, less the leeway of who made it.
 ///
 /// The bound grows by the largest speed times the step, which costs nothing. When it reaches its limit, the true largest
 /// displacement is taken once and the bound goes on from there, so that particles which rattle about do not force rebuilds.
