@@ -1,17 +1,17 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
-//! The rooms, each of which may use those below it: [`run`], [`output`], [`engine`], [`plan`], [`boundaries`],
-//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`particles`].
+//! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
+//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`state`].
 
 pub mod bodies;
 pub mod boundaries;
 pub mod contact;
-pub mod engine;
 pub mod forces;
 mod memory;
 pub mod neighbours;
 pub mod output;
-pub mod particles;
 pub mod plan;
 pub mod run;
+pub mod state;
+pub mod step;
 pub mod walls;

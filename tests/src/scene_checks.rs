@@ -6,8 +6,8 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use mercury_common::scene::read_scene;
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{Plan, plan};
+use mercury_solver::step::Engine;
 
 use crate::cases::Case;
 use crate::cases::Tolerance::{Absolute, Digit, Relative};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw};
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::Watch;
-use mercury_solver::particles::Particle;
 use mercury_solver::plan::{Material, NewParticle, Plan};
+use mercury_solver::state::Particle;
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
 /// Records of all contacts, no audit.

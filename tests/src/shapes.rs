@@ -14,8 +14,8 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewBody, Plan};
+use mercury_solver::step::Engine;
 
 use crate::cases::Case;
 use crate::scenes::{plane, start};

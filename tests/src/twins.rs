@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 use mercury_solver::walls as fast;
 
 use crate::reference::bodies::Body;

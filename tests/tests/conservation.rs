@@ -5,8 +5,8 @@ use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, LinearFriction, Luding, PairLaw, Plastic, SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::NewParticle;
+use mercury_solver::step::Engine;
 use mercury_tests::scenes::{advance, plan, start};
 
 /// Seven spheres of four sizes that fly together, stick and tumble on, with friction of every kind.

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
 use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::Partner;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 use mercury_tests::scenes::{RECORDS, frictionless, start};
 use proptest::prelude::*;
 

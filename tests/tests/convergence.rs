@@ -5,7 +5,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, PairLaw, SpringRotation,
 };
-use mercury_solver::particles::volume;
+use mercury_solver::state::volume;
 use mercury_tests::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
 
 /// Three spheres of unequal size in a sequence of contacts: the first hits the second, which hits the third and a plane.

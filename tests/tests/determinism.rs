@@ -11,9 +11,9 @@ use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Luding, Mindlin, PairLaw, SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::block_size;
 use mercury_solver::plan::{NewBody, NewParticle, Plan};
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{plane, wall};
 

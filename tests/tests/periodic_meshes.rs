@@ -9,9 +9,9 @@ use mercury_common::random::Stream;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::engine::Engine;
-use mercury_solver::particles::volume;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::state::volume;
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Disc, Mesh, Motion, Plane, Shape, Side, Wall};
 use mercury_tests::scenes::{advance, frictionless, particle, row, sphere, start, wall};
 

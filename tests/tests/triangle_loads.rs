@@ -15,11 +15,11 @@ use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin, PairLaw,
     SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::{LoadSums, Watch, block_size};
-use mercury_solver::particles::volume;
 use mercury_solver::plan::{NewBody, NewParticle, Plan};
 use mercury_solver::run::{RunOptions, run};
+use mercury_solver::state::volume;
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Mesh, Motion, Shape, Wall};
 use mercury_tests::scenes::{add_material, plan, wall};
 

@@ -1,7 +1,7 @@
 //! Rigid bodies of several pebbles.
 //!
 //! What is it? A clump is one rigid body; its pebbles are spheres at fixed places of the body's principal frame. Contacts are
-//! found and evaluated between pebbles, which are rows of [`Particles`](crate::particles::Particles) like any sphere, with one
+//! found and evaluated between pebbles, which are rows of [`Particles`](crate::state::Particles) like any sphere, with one
 //! over the *body's* mass as their inverse mass. The equation of motion is solved for the body alone, once per step:
 //!
 //! ```text
@@ -10,7 +10,7 @@
 //! place       positions and velocities of the pebbles from those of the body
 //! ```
 //!
-//! Their columns are [`Bodies`](crate::particles::Bodies). Why columns of their own? A scene without clumps has none of them ([`Particles::bodies`](crate::particles::Particles) is
+//! Their columns are [`Bodies`](crate::state::Bodies). Why columns of their own? A scene without clumps has none of them ([`Particles::bodies`](crate::state::Particles) is
 //! `None`), and its passes over particles know nothing of bodies.
 //!
 //! A body takes as many ids as it has pebbles. The first is the id of the body and of its first pebble.

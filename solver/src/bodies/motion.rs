@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::rotation::{angular_velocity, free_rotation};
 use crate::forces::Fastest;
-use crate::particles::{
+use crate::state::{
     Bodies, Body, BodyPebble, FIXED, Load, NO_PEBBLE, PRESCRIBED, Particle, PrescribedBody,
 };
 

@@ -1,7 +1,7 @@
 //! Bodies in periodic domains: each pebble's row stands in the domain by itself, whole periods off its body if need be.
 
 use crate::neighbours::Images;
-use crate::particles::{Bodies, Particle};
+use crate::state::{Bodies, Particle};
 
 impl Bodies {
     /// Puts the centres of mass inside the periodic domain; [`Bodies::note_shifts`] must follow once the rows are wrapped too.

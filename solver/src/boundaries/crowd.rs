@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::particles::Particles;
+use crate::state::Particles;
 
 /// Most cells: a million heads of lists are cleared in a fraction of a millisecond.
 const MOST_CELLS: f64 = 1_048_576.0;

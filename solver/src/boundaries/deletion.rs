@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::{DeletionPlan, Region};
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::particles::{FIXED, PEBBLE, Particles};
 use crate::plan::Plan;
+use crate::state::{FIXED, PEBBLE, Particles};
 
 /// Where a particle went.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

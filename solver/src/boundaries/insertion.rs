@@ -8,8 +8,8 @@ use super::placement::{Extent, Room, Space, of_sphere, overlaps_wall};
 use super::{Ingredient, InsertionPlan, Tally, Total};
 use crate::bodies::Clump;
 use crate::neighbours::Images;
-use crate::particles::Particles;
 use crate::plan::{NewBody, NewParticle, Plan};
+use crate::state::Particles;
 use crate::walls::WallState;
 
 /// Why an insertion did not insert more in the last step.

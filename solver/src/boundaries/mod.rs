@@ -37,8 +37,8 @@ use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
 use crate::neighbours::Images;
-use crate::particles::Particles;
 use crate::plan::Plan;
+use crate::state::Particles;
 use crate::walls::WallState;
 
 /// All of the boundaries that must be kept to go on later with the same numbers.

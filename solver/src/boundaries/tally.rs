@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::{Body, Particle, inverse_inertia_factor, volume};
+use crate::state::{Body, Particle, inverse_inertia_factor, volume};
 
 /// Sums over the particles that came in or went out somewhere. Velocities are those at the time of the event, which in the
 /// leapfrog order of a time step (kick, drift, boundaries, kick) is half a step before that of the positions.

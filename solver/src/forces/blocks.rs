@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::Load;
+use crate::state::Load;
 
 /// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
 /// of the same size, so that two threads (and nearly so, more) get the same.

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::neighbours::CandidateList;
-use crate::particles::{Bodies, Load, Particle, Particles};
+use crate::state::{Bodies, Load, Particle, Particles};
 use crate::walls::NearMeshes;
 
 type Histories<N, T, R> = (

@@ -19,7 +19,7 @@ pub use observation::{ContactRecord, Observation, Partner, Watch};
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
-use crate::particles::{Load, Particle, Particles};
+use crate::state::{Load, Particle, Particles};
 use crate::walls::{Wall, WallState};
 
 /// What the force evaluation of one step is told.

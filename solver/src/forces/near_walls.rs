@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::neighbours::Images;
-use crate::particles::{Particle, Particles};
+use crate::state::{Particle, Particles};
 use crate::walls::{Scratch, Shape, Touches, Wall, WallState, image_between_faces, images_met};
 
 /// A particle that may touch a wall before the list is built again.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::Load;
+use crate::state::Load;
 use crate::walls::WallGrip;
 
 /// What to see in a force evaluation.

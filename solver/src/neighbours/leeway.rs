@@ -2,7 +2,7 @@
 
 use super::Skin;
 use super::validity::displacements;
-use crate::particles::Particles;
+use crate::state::Particles;
 
 /// One particle of so many gets leeway.
 const FEW: usize = 200;
@@ -47,7 +47,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::particles::Particle;
+    use crate::state::Particle;
 
     fn moved_by(ways: impl Iterator<Item = f64>) -> Particles {
         let mut particles = Particles::new(false);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::Particle;
+use crate::state::Particle;
 
 /// Largest number of classes of sizes that the choice of levels looks at: 2^(CLASSES - 1) choices are compared.
 const CLASSES: usize = 11;

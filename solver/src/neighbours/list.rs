@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
-use crate::particles::{Bodies, Particle, Particles};
+use crate::state::{Bodies, Particle, Particles};
 
 /// A listed partner of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -420,7 +420,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::particles::FIXED;
+    use crate::state::FIXED;
     use proptest::prelude::*;
 
     fn cloud(seed: u64, count: usize, size: DVec3, ratio: f64, fixed_every: usize) -> Particles {

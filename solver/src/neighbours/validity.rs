@@ -1,6 +1,6 @@
 //! How long a candidate list stays valid.
 
-use crate::particles::Particles;
+use crate::state::Particles;
 
 /// Upper bound of the largest displacement since the list was built, less the leeway of who made it.
 ///

@@ -2,9 +2,9 @@
 
 use glam::DQuat;
 
-use crate::engine::Engine;
 use crate::forces::{LoadSums, Observation};
-use crate::particles::{Bodies, Load, Particle};
+use crate::state::{Bodies, Load, Particle};
+use crate::step::Engine;
 use crate::walls::Pose;
 
 /// What is written of one time. Rows are in the engine's order.

@@ -8,8 +8,8 @@ use mercury_common::frames::{
 
 use super::stream::Stream;
 use super::{OutputError, State};
-use crate::particles::{FIXED, PRESCRIBED, volume};
 use crate::plan::Plan;
+use crate::state::{FIXED, PRESCRIBED, volume};
 
 pub(super) struct ParticleFrames {
     writer: ParticleWriter,

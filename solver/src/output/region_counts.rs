@@ -8,8 +8,8 @@ use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 use super::stream::{Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::boundaries::CountedRegion;
-use crate::particles::volume;
 use crate::plan::Plan;
+use crate::state::volume;
 
 pub(super) struct RegionCounts {
     file: TextFile,

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::Moment;
 use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
-use crate::particles::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
+use crate::state::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
 use crate::walls::Pose;
 
 /// A [`Moment`] in the order of ids.

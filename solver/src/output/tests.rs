@@ -9,7 +9,7 @@ use super::{Moment, State, energies, folder};
 use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::particles::{FIXED, Load, Particle};
+use crate::state::{FIXED, Load, Particle};
 use mercury_common::frames::ContactColumns;
 
 fn particle(x: f64, radius: f64, flags: u32) -> Particle {

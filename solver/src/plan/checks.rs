@@ -8,7 +8,7 @@ use super::particles::{StartingParticles, StartingSphere, Typed};
 use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
 use crate::neighbours::{Images, NO_SHIFT, build};
-use crate::particles::{Particle, Particles};
+use crate::state::{Particle, Particles};
 use crate::walls::{Touches, Wall, image_between_faces};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.

@@ -11,7 +11,7 @@ use mercury_common::sizes::{SizeDistribution, SizeError};
 use super::parameter::short;
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold};
-use crate::particles::volume;
+use crate::state::volume;
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(

@@ -38,7 +38,7 @@ use mercury_common::formats::number::NumberStyle;
 use crate::bodies::Clump;
 use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
-use crate::particles::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
+use crate::state::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
 use crate::walls::Wall;
 
 /// A run, resolved and checked.

@@ -4,9 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::Plan;
 use crate::bodies::{Clump, angular_velocity};
-use crate::particles::{
-    Body, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody,
-};
+use crate::state::{Body, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody};
 
 /// A body to be made of one of the plan's clumps.
 #[derive(Debug, Clone, PartialEq)]

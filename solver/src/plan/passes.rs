@@ -3,7 +3,7 @@
 use super::{Plan, expected_number};
 use crate::contact::registry::contact_loop;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
-use crate::particles::{Body, BodyPebble, Particle};
+use crate::state::{Body, BodyPebble, Particle};
 use crate::walls::Shape;
 
 /// A part of the simulation that a scene may or may not need.

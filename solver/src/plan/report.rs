@@ -7,7 +7,7 @@ use super::parameter::short;
 use super::passes::{expected_spheres, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
-use crate::engine::is_constrained;
+use crate::step::is_constrained;
 use crate::walls::Shape;
 
 /// The plan in aligned plain text.

@@ -9,7 +9,7 @@ use crate::bodies::Clump;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::rolling::FrictionSpring;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
-use crate::particles::{inverse_inertia_factor, volume};
+use crate::state::{inverse_inertia_factor, volume};
 
 /// Steps per contact of the automatic step.
 const STEPS_PER_CONTACT: f64 = 50.0;

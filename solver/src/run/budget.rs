@@ -4,10 +4,10 @@ use glam::DVec3;
 use mercury_pictures::EnergyRow;
 
 use crate::boundaries::Tally;
-use crate::engine::Engine;
 use crate::output::Written;
 use crate::output::summary::{Dissipated, EnergySummary};
 use crate::plan::{NewBody, Plan};
+use crate::step::Engine;
 
 /// Budgets of mass and momentum.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! When the particles have come to rest.
 
-use crate::engine::is_constrained;
-use crate::particles::{FIXED, PEBBLE, PRESCRIBED, Particles};
+use crate::state::{FIXED, PEBBLE, PRESCRIBED, Particles};
+use crate::step::is_constrained;
 
 /// Steps in a row that must be calm.
 const STEPS: u32 = 1000;

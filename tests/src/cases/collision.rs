@@ -9,7 +9,7 @@ use crate::scenes::{
     add_material, frictionless, observed_step, particle, plan, plane, sphere, start,
 };
 use mercury_solver::contact::AnyNormal;
-use mercury_solver::particles::volume;
+use mercury_solver::state::volume;
 
 /// What a collision was like.
 #[derive(Debug, Clone, Copy, Default)]

@@ -8,9 +8,9 @@ use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin, MindlinRescaled,
     PairLaw, SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::ContactRecord;
-use mercury_solver::particles::{Particle, volume};
+use mercury_solver::state::{Particle, volume};
+use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Digit, Relative};

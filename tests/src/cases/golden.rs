@@ -9,7 +9,7 @@ use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin, PairLaw,
     SpringRotation,
 };
-use mercury_solver::engine::Engine;
+use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Digit, Relative};

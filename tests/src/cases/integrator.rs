@@ -7,7 +7,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw, SpringRotation,
 };
-use mercury_solver::engine::Engine;
+use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

@@ -9,8 +9,8 @@ use mercury_common::random::Stream;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::engine::Engine;
-use mercury_solver::particles::volume;
+use mercury_solver::state::volume;
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Cylinder, Mesh, Motion, Plane, Shape, Side};
 
 use super::Case;

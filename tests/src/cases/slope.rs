@@ -5,8 +5,8 @@ use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw, SpringRotation,
 };
-use mercury_solver::engine::Engine;
-use mercury_solver::particles::volume;
+use mercury_solver::state::volume;
+use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};

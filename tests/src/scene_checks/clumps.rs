@@ -3,9 +3,9 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use mercury_solver::engine::Engine;
-use mercury_solver::particles::Body;
 use mercury_solver::plan::Plan;
+use mercury_solver::state::Body;
+use mercury_solver::step::Engine;
 
 use super::planned;
 use crate::cases::Case;

@@ -4,9 +4,9 @@ use anyhow::{Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::ene::{EnergyReader, EnergyRow};
 use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::Partner;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

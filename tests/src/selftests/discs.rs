@@ -7,8 +7,8 @@ use mercury_common::formats::orientation::euler_from_quaternion;
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw, SpringRotation,
 };
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use mercury_solver::contact::normal::{effective_modulus, hertz_damping};
 use mercury_solver::contact::{AnyNormal, Hertz, Plastic};
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

@@ -4,8 +4,8 @@ use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw};
-use mercury_solver::engine::Engine;
 use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::step::Engine;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};

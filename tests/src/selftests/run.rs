@@ -7,10 +7,10 @@ use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, PairLaw};
-use mercury_solver::engine::Engine;
 use mercury_solver::forces::Watch;
-use mercury_solver::particles::{FIXED, Particle, inverse_inertia_factor};
 use mercury_solver::plan::Plan;
+use mercury_solver::state::{FIXED, Particle, inverse_inertia_factor};
+use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
 use super::comparison::Tally;

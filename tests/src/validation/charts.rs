@@ -8,7 +8,7 @@ use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::particles::volume;
+use mercury_solver::state::volume;
 use plotters::prelude::*;
 use plotters::style::register_font;
 

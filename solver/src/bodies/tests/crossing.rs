@@ -7,9 +7,9 @@ use glam::{DVec3, dvec3};
 use super::t_bar;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
-use crate::engine::Engine;
-use crate::particles::Body;
 use crate::plan::{NewBody, Plan};
+use crate::state::Body;
+use crate::step::Engine;
 
 fn law() -> AnyPairLaw {
     AnyPairLaw {

@@ -8,10 +8,10 @@ use mercury_common::scene::{Files, parse_scene};
 use super::{rod, t_bar};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
-use crate::engine::Engine;
 use crate::forces::Watch;
-use crate::particles::PEBBLE;
 use crate::plan::{NewBody, NewParticle, Plan, plan};
+use crate::state::PEBBLE;
+use crate::step::Engine;
 
 const WATCH: Option<Watch> = Some(Watch {
     records: true,

@@ -7,8 +7,8 @@ use glam::{DQuat, DVec3, dvec3};
 use super::rod;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
-use crate::engine::Engine;
 use crate::plan::{NewBody, Plan};
+use crate::step::Engine;
 use crate::walls::{Motion, Plane, Shape, Wall};
 
 /// Damping ratio of restitution 0.6: zeta = -ln e / sqrt(pi^2 + ln^2 e).

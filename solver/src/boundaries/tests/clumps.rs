@@ -7,8 +7,8 @@ use super::inserting::{Still, wall};
 use super::{insertion, plan, uniform, unit_box};
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, Region, Total};
-use crate::particles::PEBBLE;
 use crate::plan::Plan;
+use crate::state::PEBBLE;
 use crate::walls::{Cylinder, Shape, Side, Touches};
 
 /// Two spheres that lie half in one another, of volume 1 m^3 by decree.

@@ -8,8 +8,8 @@ use mercury_common::random::Stream;
 use super::super::{DeletionPlan, InsertionPlan, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan};
 use crate::contact::{AnyTangential, LinearFriction, SpringRotation};
-use crate::engine::Engine;
 use crate::plan::{NewParticle, Plan};
+use crate::step::Engine;
 
 fn outlet(name: &str, region: Region) -> DeletionPlan {
     DeletionPlan {

@@ -8,10 +8,10 @@ use proptest::prelude::*;
 
 use super::super::{Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan, uniform, unit_box};
-use crate::engine::Engine;
 use crate::neighbours::Images;
-use crate::particles::Particles;
 use crate::plan::{Material, NewParticle, Plan};
+use crate::state::Particles;
+use crate::step::Engine;
 use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallState};
 
 /// Particles and boundaries without an engine: nothing moves.

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::super::{Region, Total};
 use super::{insertion, monodisperse, plan, uniform, unit_box};
-use crate::engine::Engine;
+use crate::step::Engine;
 
 #[test]
 fn a_hundred_thousand_particles_come_within_seconds() {

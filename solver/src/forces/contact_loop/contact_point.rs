@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::particles::{Bodies, NO_PEBBLE, Particle};
+use crate::state::{Bodies, NO_PEBBLE, Particle};
 
 /// The velocity along `normal` that a unit impulse along it at the contact point gives that point, 1/kg:
 /// 1/M + (r x n).I^-1 (r x n), the inverse of the effective mass of impact dynamics (Stronge 2000, section 3.1). The arm from

@@ -6,7 +6,7 @@ use super::contact_point::mobility;
 use super::{Block, FREE, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
 use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
-use crate::particles::{Bodies, Load, Particle};
+use crate::state::{Bodies, Load, Particle};
 
 /// Slots that are searched for contacts before the contacts found are evaluated.
 const CHUNK: usize = 128;

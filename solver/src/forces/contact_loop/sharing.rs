@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError, RwLock};
 use super::{Block, Histories, Pass, Rows};
 use crate::contact::{NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Fastest, Finish};
-use crate::particles::{Load, Particle};
+use crate::state::{Load, Particle};
 
 /// How often a thread looks whether one of its blocks can be finished, before it leaves that to the thread that called. It
 /// is enough for the others to compute a block, and not more than a nuisance where threads share a core.

@@ -6,7 +6,7 @@ use super::contact_point::mobility;
 use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
 use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
-use crate::particles::{Load, Particle};
+use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {

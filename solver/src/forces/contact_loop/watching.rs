@@ -4,7 +4,7 @@ use super::{Histories, Pass, Seen};
 use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::opposite;
-use crate::particles::Particle;
+use crate::state::Particle;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     /// Adds a contact to an observation.

@@ -12,7 +12,7 @@ fn stone(surface: Option<TriangleMesh>) -> Clump {
         radius: radius * RADIUS,
     };
     let pebbles = vec![at(-0.7, 0.1, 1.0), at(0.6, 0.0, 0.8), at(0.2, 0.9, 0.5)];
-    let volume = 1.7 * crate::particles::volume(RADIUS, 3);
+    let volume = 1.7 * crate::state::volume(RADIUS, 3);
     let mass = DENSITY * volume;
     let moments = DVec3::new(0.5, 0.7, 0.9) * (mass * RADIUS * RADIUS);
     let stone = Clump::new("stone", 0, pebbles, mass, volume, moments).unwrap();

@@ -6,8 +6,8 @@ use super::{Audit, Engine, LoadSeries, RunError};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot};
 use crate::neighbours::{Skin, Validity};
-use crate::particles::Particles;
 use crate::plan::Plan;
+use crate::state::Particles;
 use crate::walls::{Pose, ServoState};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of

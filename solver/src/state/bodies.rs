@@ -13,7 +13,7 @@ pub struct Body {
     pub clump: u32,
     /// Index of the material of its surface.
     pub material: u32,
-    /// [`FIXED`] and [`PRESCRIBED`](crate::particles::PRESCRIBED).
+    /// [`FIXED`] and [`PRESCRIBED`](crate::state::PRESCRIBED).
     pub flags: u32,
     /// Its first place in [`Bodies::pebbles`].
     pub first: u32,

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::forces::Fastest;
-use crate::particles::{FIXED, Load, PEBBLE, Particle};
+use crate::state::{FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
 pub(super) struct KickDrift {

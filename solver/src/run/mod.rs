@@ -22,14 +22,14 @@ use rest::Rest;
 use shortfall::shortfalls;
 
 use crate::boundaries::Tally;
-use crate::engine::{Engine, RunError};
 use crate::forces::{Watch, block_size};
 use crate::output::summary::{Status, Summary};
 use crate::output::{
     Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,
 };
-use crate::particles::{FIXED, PEBBLE, inverse_inertia_factor};
 use crate::plan::Plan;
+use crate::state::{FIXED, PEBBLE, inverse_inertia_factor};
+use crate::step::{Engine, RunError};
 
 /// What a run needs beside its plan.
 #[derive(Debug, Clone, Default)]

@@ -1,13 +1,4 @@
-//! Particles: what the force loop reads in one compact record, everything else in columns.
-//!
-//! Rows are kept sorted in space (`neighbours`), so a row index is valid only until the next sort; what
-//! users see and what files hold is the `id`, which never changes.
-
-mod bodies;
-mod columns;
-
-pub use bodies::{Bodies, Body, BodyPebble, NO_PEBBLE, PrescribedBody};
-pub use columns::{Particles, Prescribed};
+//! What the force loop reads of a particle, and what it leaves there.
 
 use glam::DVec3;
 

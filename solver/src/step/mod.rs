@@ -26,8 +26,8 @@ use crate::forces::{
     ContactForces, Fastest, Observation, StepContext, Watch, block_size, find_near_walls,
 };
 use crate::neighbours::{Images, Skin, Validity, build, leeways};
-use crate::particles::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
 use crate::plan::Plan;
+use crate::state::{FIXED, Load, PRESCRIBED, Particle, Particles, inverse_inertia_factor};
 use crate::walls::{Pose, ServoState, WallState};
 
 /// Why a run cannot go on.

@@ -1,0 +1,13 @@
+//! Everything that changes in a run, and nothing else: particles in one compact record each for the force loop, the rest in
+//! columns, bodies.
+//!
+//! Rows are kept sorted in space (`neighbours`), so a row index is valid only until the next sort; what
+//! users see and what files hold is the `id`, which never changes.
+
+mod bodies;
+mod particles;
+mod record;
+
+pub use bodies::{Bodies, Body, BodyPebble, NO_PEBBLE, PrescribedBody};
+pub use particles::{Particles, Prescribed};
+pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};
