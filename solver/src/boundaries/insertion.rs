@@ -9,7 +9,7 @@ use super::{Ingredient, InsertionPlan, Tally, Total};
 use crate::bodies::Clump;
 use crate::neighbours::Images;
 use crate::plan::{NewBody, NewParticle, Plan};
-use crate::state::Particles;
+use crate::state::{Particles, Plain};
 use crate::walls::WallState;
 
 /// Why an insertion did not insert more in the last step.
@@ -368,4 +368,41 @@ impl Insertion {
 /// The factor on the lengths of a clump that gives it the pending size.
 fn scale(pending: &Pending, clump: &Clump) -> f64 {
     2.0 * pending.radius / clump.equal_volume_diameter()
+}
+
+crate::state::plain!(Pending {
+    material,
+    clump,
+    radius
+});
+crate::state::plain!(InsertionState {
+    inserted,
+    failed_attempts,
+    limit,
+    pending,
+    drawn
+});
+
+impl Plain for Limit {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        let number: u8 = match self {
+            Self::NotBegun => 0,
+            Self::Rate => 1,
+            Self::Space => 2,
+            Self::Total => 3,
+            Self::Time => 4,
+        };
+        number.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        match u8::take(bytes)? {
+            0 => Ok(Self::NotBegun),
+            1 => Ok(Self::Rate),
+            2 => Ok(Self::Space),
+            3 => Ok(Self::Total),
+            4 => Ok(Self::Time),
+            other => Err(format!("{other} is no reason why an insertion waits")),
+        }
+    }
 }

@@ -54,6 +54,13 @@ pub struct BoundaryState {
     pub margin: f64,
 }
 
+crate::state::plain!(BoundaryState {
+    insertions,
+    deletions,
+    faces,
+    margin
+});
+
 /// Insertions and deletions of a run, and what they counted.
 #[derive(Debug, Clone)]
 pub struct Boundaries {

@@ -59,3 +59,13 @@ impl Tally {
         self.rotational += other.rotational;
     }
 }
+
+crate::state::plain!(Tally {
+    number,
+    mass,
+    volume,
+    momentum,
+    mass_moment,
+    kinetic,
+    rotational
+});

@@ -118,6 +118,15 @@ impl LoadSums {
     }
 }
 
+crate::state::plain!(FeatureLoad {
+    force,
+    shear,
+    normal,
+    slip
+});
+
+crate::state::plain!(LoadSums { evaluations, loads });
+
 #[cfg(test)]
 mod tests {
     use super::*;

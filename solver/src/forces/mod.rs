@@ -10,12 +10,14 @@ mod contact_loop;
 mod feature_loads;
 mod near_walls;
 mod observation;
+mod passes;
 
 pub use blocks::block_size;
 pub use contact_loop::ContactLoop;
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Observation, Partner, Watch};
+pub use passes::{ForcePass, Forces, Needs, NewList};
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
@@ -87,6 +89,11 @@ pub struct SavedSlot {
 
 /// A contact loop with its slots, whatever its laws.
 pub trait ContactForces: Send {
+    /// What the loop needs of the step.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
     /// Takes a new candidate list. Histories of touching pairs go along: `new_row[old]` says where each row of the last list
     /// went, `u32::MAX` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
     fn adopt(
@@ -137,3 +144,12 @@ pub trait ContactForces: Send {
     /// Bytes of one slot, for the memory estimate.
     fn slot_bytes(&self) -> usize;
 }
+
+crate::state::plain!(SavedSlot {
+    row,
+    partner,
+    image,
+    touching,
+    feature,
+    history
+});

@@ -53,6 +53,12 @@ impl Skin {
     }
 }
 
+crate::state::plain!(Skin {
+    thickness,
+    least,
+    largest
+});
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -49,3 +49,5 @@ pub(super) fn displacements(particles: &Particles) -> impl Iterator<Item = f64> 
     let rows = particles.records.iter().zip(&particles.listed_at);
     rows.map(|(record, listed)| record.position.distance(*listed))
 }
+
+crate::state::plain!(Validity { bound, steps });

@@ -7,7 +7,6 @@ use super::parameter::short;
 use super::passes::{expected_spheres, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
-use crate::step::is_constrained;
 use crate::walls::Shape;
 
 /// The plan in aligned plain text.
@@ -110,7 +109,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     let prescribed = plan
         .particles
         .iter()
-        .filter(|p| !p.fixed && is_constrained(&p.build(plan).0))
+        .filter(|p| !p.fixed && p.build(plan).0.is_constrained())
         .count();
     let mut start = format!("{}", plan.particles.len());
     for (count, what) in [(fixed, "fixed"), (prescribed, "prescribed")] {

@@ -1,7 +1,6 @@
 //! When the particles have come to rest.
 
 use crate::state::{FIXED, PEBBLE, PRESCRIBED, Particles};
-use crate::step::is_constrained;
 
 /// Steps in a row that must be calm.
 const STEPS: u32 = 1000;
@@ -37,7 +36,7 @@ impl Rest {
     pub(super) fn is_reached(&mut self, particles: &Particles, expects_more: bool) -> bool {
         let (mut number, mut mass, mut diameter, mut doubled) = (0.0, 0.0, 0.0, 0.0);
         for (record, &m) in particles.records.iter().zip(&particles.masses) {
-            if is_constrained(record) || record.flags & PEBBLE != 0 {
+            if record.is_constrained() || record.flags & PEBBLE != 0 {
                 continue;
             }
             let spin = record.radius * record.radius * record.angular_velocity.length_squared();

@@ -119,6 +119,23 @@ impl Bodies {
         }
     }
 
+    /// Whether bodies, pebbles and `rows` rows name each other rightly.
+    pub(super) fn is_consistent(&self, rows: usize) -> bool {
+        let is_body = |index: u32| (index as usize) < self.all.len();
+        let of_row = self.of_row.len() == rows
+            && (self.of_row.iter())
+                .all(|&place| place == NO_PEBBLE || (place as usize) < self.pebbles.len());
+        let pebbles = self
+            .pebbles
+            .iter()
+            .all(|pebble| is_body(pebble.body) && self.of_row.get(pebble.row as usize).is_some());
+        let bodies = self.all.iter().all(|body| {
+            let end = u64::from(body.first) + u64::from(body.count);
+            body.count > 0 && end <= self.pebbles.len() as u64
+        });
+        of_row && pebbles && bodies && self.prescribed.iter().all(|body| is_body(body.body))
+    }
+
     /// Whether two rows are pebbles of one body.
     #[must_use]
     pub fn are_of_one_body(&self, row: usize, other: usize) -> bool {
@@ -162,3 +179,40 @@ impl Bodies {
         });
     }
 }
+
+crate::state::plain!(Body {
+    id,
+    clump,
+    material,
+    flags,
+    first,
+    count,
+    position,
+    velocity,
+    orientation,
+    angular_momentum,
+    angular_velocity,
+    moments,
+    mass,
+    volume,
+    radius,
+    load
+});
+crate::state::plain!(BodyPebble {
+    body,
+    row,
+    offset,
+    shift
+});
+crate::state::plain!(PrescribedBody {
+    body,
+    velocity,
+    angular_velocity
+});
+crate::state::plain!(Bodies {
+    all,
+    pebbles,
+    of_row,
+    prescribed,
+    extra_ids
+});

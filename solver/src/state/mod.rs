@@ -5,9 +5,12 @@
 //! users see and what files hold is the `id`, which never changes.
 
 mod bodies;
+mod codec;
 mod particles;
 mod record;
 
 pub use bodies::{Bodies, Body, BodyPebble, NO_PEBBLE, PrescribedBody};
+pub(crate) use codec::plain;
+pub use codec::{DecodeError, Decoder, Encoder, Plain, VERSION};
 pub use particles::{Particles, Prescribed};
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};

@@ -203,6 +203,23 @@ impl Particles {
         u64::from(self.next_id - extra)
     }
 
+    /// Whether every column has an entry for each row, and whatever names a row or a body names one that is there.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
+        let rows = self.len();
+        let columns = [
+            self.loads.len(),
+            self.ids.len(),
+            self.masses.len(),
+            self.listed_at.len(),
+            self.orientations.as_ref().map_or(rows, Vec::len),
+        ];
+        let mut prescribed = self.prescribed.iter();
+        columns == [rows; 5]
+            && prescribed.all(|prescribed| (prescribed.row as usize) < rows)
+            && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
+    }
+
     /// Rows in order of their ids: the order of every output.
     #[must_use]
     pub fn rows_by_id(&self) -> Vec<u32> {
@@ -221,3 +238,20 @@ fn gather<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32], parallel: b
         order.iter().map(row).collect()
     };
 }
+
+crate::state::plain!(Prescribed {
+    row,
+    velocity,
+    angular_velocity
+});
+crate::state::plain!(Particles {
+    records,
+    loads,
+    ids,
+    masses,
+    listed_at,
+    orientations,
+    prescribed,
+    bodies,
+    next_id
+});

@@ -25,6 +25,14 @@ pub struct Particle {
     pub flags: u32,
 }
 
+impl Particle {
+    /// Whether it does not move freely: fixed, or some components of its motion are prescribed.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        self.flags & (FIXED | PRESCRIBED) != 0
+    }
+}
+
 /// The particle never moves and feels no gravity.
 pub const FIXED: u32 = 1;
 /// Some components of its velocities are prescribed.
@@ -84,3 +92,19 @@ pub fn volume(radius: f64, dimensions: u8) -> f64 {
 pub fn inverse_inertia_factor(dimensions: u8) -> f64 {
     if dimensions == 2 { 2.0 } else { 2.5 }
 }
+
+crate::state::plain!(Particle {
+    position,
+    radius,
+    velocity,
+    inverse_mass,
+    angular_velocity,
+    material,
+    flags
+});
+crate::state::plain!(Load {
+    force,
+    unused_force,
+    torque,
+    unused_torque
+});

@@ -27,7 +27,7 @@ impl Engine {
         if !output.triangle_loads || !(frame || vtk) {
             return [None, None];
         }
-        let loads = self.forces.take_feature_loads();
+        let loads = self.forces.contacts.take_feature_loads();
         let series = &mut self.load_series;
         let evaluations = std::mem::take(&mut series.pending);
         if output.frames {
@@ -42,3 +42,9 @@ impl Engine {
         ]
     }
 }
+
+crate::state::plain!(LoadSeries {
+    pending,
+    frames,
+    vtk
+});

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::{Audit, Engine, LoadSeries, RunError};
+use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::BoundaryState;
-use crate::forces::{SavedLoads, SavedSlot};
-use crate::neighbours::{Skin, Validity};
+use crate::forces::{ForcePass, SavedLoads, SavedSlot};
 use crate::plan::Plan;
-use crate::state::Particles;
-use crate::walls::{Pose, ServoState};
+use crate::state::{DecodeError, Decoder, Encoder, Particles};
+use crate::walls::ServoState;
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -24,22 +23,14 @@ pub struct Snapshot {
     pub pairs: Vec<SavedSlot>,
     /// The particles near walls in order, with their histories.
     pub near_walls: Vec<SavedSlot>,
-    /// Thickness of the skin, and its limits.
-    pub skin: Skin,
-    /// How much farther than half the skin each particle may go, m; empty if none may.
-    pub leeway: Vec<f64>,
-    /// How much of the skin is used up.
-    pub validity: Validity,
-    /// Poses of the walls when the list was built.
-    pub listed_poses: Vec<Pose>,
+    /// What the forces beside the contacts remember, by their names.
+    pub other_forces: Vec<(String, Vec<u8>)>,
+    /// What is known of the lists.
+    pub lists: Lists,
     /// How far the servos of the walls have come: one for each wall, or empty where no wall has one.
     pub servos: Vec<ServoState>,
     /// The second half kick of the last step is still to be made.
     pub kick_due: bool,
-    /// Rows were added or removed since the list was built.
-    pub rows_changed: bool,
-    /// How often the list was built.
-    pub rebuilds: u64,
     /// Insertions and deletions, and what they counted.
     pub boundaries: BoundaryState,
     /// Running sums of the energy audit.
@@ -48,27 +39,99 @@ pub struct Snapshot {
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
 
+impl Snapshot {
+    /// As bytes, with a version and checksums.
+    #[must_use]
+    pub fn encode(&self) -> Vec<u8> {
+        let mut encoder = Encoder::new();
+        encoder.section("clock", &(self.step, self.kick_due));
+        encoder.section("particles", &self.particles);
+        encoder.section("pairs", &self.pairs);
+        encoder.section("near walls", &self.near_walls);
+        encoder.section("other forces", &self.other_forces);
+        encoder.section("lists", &self.lists);
+        encoder.section("servos", &self.servos);
+        encoder.section("boundaries", &self.boundaries);
+        encoder.section("audit", &self.audit);
+        encoder.section("feature loads", &self.feature_loads);
+        encoder.finish()
+    }
+
+    /// From the bytes of [`Snapshot::encode`], the same to the bit.
+    ///
+    /// # Errors
+    /// If the bytes are no state, of another version, cut or damaged, or contradict each other.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        let mut decoder = Decoder::new(bytes)?;
+        let (step, kick_due) = decoder.section("clock")?;
+        let snapshot = Self {
+            step,
+            particles: decoder.section("particles")?,
+            pairs: decoder.section("pairs")?,
+            near_walls: decoder.section("near walls")?,
+            other_forces: decoder.section("other forces")?,
+            lists: decoder.section("lists")?,
+            servos: decoder.section("servos")?,
+            kick_due,
+            boundaries: decoder.section("boundaries")?,
+            audit: decoder.section("audit")?,
+            feature_loads: decoder.section("feature loads")?,
+        };
+        decoder.finish()?;
+        snapshot.check()?;
+        Ok(snapshot)
+    }
+
+    /// Whether columns have the same length and indices lead somewhere.
+    fn check(&self) -> Result<(), DecodeError> {
+        let wrong = |section: &str, reason: &str| DecodeError::Wrong {
+            section: section.to_owned(),
+            reason: reason.to_owned(),
+        };
+        if !self.particles.is_consistent() {
+            return Err(wrong(
+                "particles",
+                "columns differ in length, or rows lead nowhere",
+            ));
+        }
+        let rows = self.particles.len();
+        let is_row = |row: u32| (row as usize) < rows;
+        let listed = |slot: &SavedSlot| is_row(slot.row) && is_row(slot.partner);
+        if !self.pairs.iter().all(listed) {
+            return Err(wrong("pairs", "a listed pair leads to no particle"));
+        }
+        if !self.near_walls.iter().all(|slot| is_row(slot.row)) {
+            return Err(wrong("near walls", "a wall is near no particle"));
+        }
+        if ![0, rows].contains(&self.lists.leeway.len()) {
+            return Err(wrong("lists", "not one leeway for each particle"));
+        }
+        Ok(())
+    }
+}
+
 impl Engine {
     /// The present state.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let (pairs, near_walls) = self.forces.save();
+        let (pairs, near_walls) = self.forces.contacts.save();
         Snapshot {
             step: self.step,
             particles: self.particles.clone(),
             pairs,
             near_walls,
-            skin: self.skin,
-            leeway: self.leeway.clone(),
-            validity: self.validity,
-            listed_poses: self.listed_poses.clone(),
+            other_forces: (self.forces.others().iter())
+                .map(|pass| (pass.name().to_owned(), pass.save()))
+                .collect(),
+            lists: self.lists.clone(),
             servos: self.servos.clone(),
             kick_due: self.kick_due,
-            rows_changed: self.rows_changed,
-            rebuilds: self.rebuilds,
             boundaries: self.boundaries.state(),
             audit: self.audit,
-            feature_loads: (self.forces.save_feature_loads(), self.load_series.clone()),
+            feature_loads: (
+                self.forces.contacts.save_feature_loads(),
+                self.load_series.clone(),
+            ),
         }
     }
 
@@ -78,24 +141,37 @@ impl Engine {
     /// # Errors
     /// If threads cannot be started.
     pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
-        let mut engine = Self::unstarted(plan, threads)?;
+        Self::restore_with_forces(plan, snapshot, Vec::new(), threads)
+    }
+
+    /// The same for a run that was started with other forces beside the contacts ([`Engine::with_forces`]).
+    ///
+    /// # Errors
+    /// Also if these are not the forces of the snapshot.
+    pub fn restore_with_forces(
+        plan: Arc<Plan>,
+        snapshot: Snapshot,
+        others: Vec<Box<dyn ForcePass>>,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, others, threads)?;
         let rows = snapshot.particles.len();
         engine
             .forces
+            .contacts
             .restore(rows, &snapshot.pairs, &snapshot.near_walls);
         let (in_blocks, taken) = snapshot.feature_loads;
-        engine.forces.restore_feature_loads(&in_blocks);
+        engine.forces.contacts.restore_feature_loads(&in_blocks);
         engine.load_series = taken;
         engine.step = snapshot.step;
         engine.particles = snapshot.particles;
-        engine.skin = snapshot.skin;
-        engine.leeway = snapshot.leeway;
-        engine.validity = snapshot.validity;
-        engine.listed_poses = snapshot.listed_poses;
+        engine
+            .forces
+            .restore_others(&engine.particles, &snapshot.other_forces)
+            .map_err(RunError::Forces)?;
+        engine.lists = snapshot.lists;
         engine.servos = snapshot.servos;
         engine.kick_due = snapshot.kick_due;
-        engine.rows_changed = snapshot.rows_changed;
-        engine.rebuilds = snapshot.rebuilds;
         engine.boundaries.restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);

@@ -87,6 +87,11 @@ impl RigidVelocity {
     }
 }
 
+crate::state::plain!(Pose {
+    rotation,
+    translation
+});
+
 #[cfg(test)]
 mod tests {
     use super::*;

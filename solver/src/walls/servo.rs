@@ -137,6 +137,12 @@ impl Servo {
     }
 }
 
+crate::state::plain!(ServoState {
+    displacement,
+    velocity,
+    next_velocity
+});
+
 #[cfg(test)]
 mod tests {
     use super::*;

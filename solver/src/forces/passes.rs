@@ -1,0 +1,173 @@
+//! The forces of a run as a list: the contact loop first, others beside it. Each says what it needs, and nothing but these needs
+//! decides how the step is made: whether the kick is fused with the contact loop, how far pairs are listed, whether shapes of
+//! walls are refitted, which columns exist.
+
+use super::{ContactForces, Fastest, Finish, NearWall, Observation, StepContext};
+use crate::neighbours::CandidateList;
+use crate::state::Particles;
+
+/// What a force pass needs of the step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Needs {
+    /// Largest gap between the surfaces of two particles, or of a particle and a wall, across which it acts, m. Pairs are listed
+    /// that much farther out.
+    pub range: f64,
+    /// It reads the orientations of both particles, so they are integrated.
+    pub orientations: bool,
+    /// It adds loads once those of the contacts are known, so the kick has to wait for it.
+    pub after_contacts: bool,
+}
+
+impl Needs {
+    /// What two passes need together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            range: self.range.max(other.range),
+            orientations: self.orientations || other.orientations,
+            after_contacts: self.after_contacts || other.after_contacts,
+        }
+    }
+}
+
+/// A new candidate list, as a pass is told of it.
+pub struct NewList<'a> {
+    /// Particles in their new order.
+    pub particles: &'a Particles,
+    /// All pairs closer than their radii, the skin and the range of the pass that reaches farthest.
+    pub pairs: &'a CandidateList,
+    /// All particles that near to a wall.
+    pub near_walls: &'a [NearWall],
+    /// Where each row of the last list went, `u32::MAX` for rows that were removed.
+    pub new_row: &'a [u32],
+    /// Made with the threads of the pool from within which it is called.
+    pub parallel: bool,
+}
+
+/// A force beside the contacts: gravity between grains, drag, bonds, bridges.
+///
+/// It is asked in the order of the list, always with the same numbers whatever the number of threads, and must answer likewise.
+pub trait ForcePass: Send {
+    /// A word for it, unique in the run.
+    fn name(&self) -> &str;
+
+    /// What it needs; the same during a whole run.
+    fn needs(&self) -> Needs;
+
+    /// Takes a new candidate list.
+    fn adopt(&mut self, list: &NewList<'_>);
+
+    /// Adds its loads to those of the contacts, if it [`needs`](Self::needs) to come after them.
+    fn add_loads(&mut self, particles: &mut Particles, context: &StepContext<'_>);
+
+    /// Adds what it saw in the last watched evaluation: energy stored, what it dissipated, its loads on walls.
+    fn observe(&self, seen: &mut Observation);
+
+    /// All that it remembers, by ids that survive sorting, so that [`ForcePass::restore`] can go on with the same numbers.
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes back what [`ForcePass::save`] gave; called after the contact loop has its lists back.
+    ///
+    /// # Errors
+    /// If these are no bytes of this pass; what is wrong with them.
+    fn restore(&mut self, particles: &Particles, saved: &[u8]) -> Result<(), String>;
+}
+
+/// All forces of a run.
+pub struct Forces {
+    /// The contact loop, with which the kick may be fused.
+    pub contacts: Box<dyn ContactForces>,
+    others: Vec<Box<dyn ForcePass>>,
+    needs: Needs,
+}
+
+impl Forces {
+    /// The contact loop, and what comes beside it.
+    #[must_use]
+    pub fn new(contacts: Box<dyn ContactForces>, others: Vec<Box<dyn ForcePass>>) -> Self {
+        let needs = others.iter().map(|pass| pass.needs());
+        let needs = needs.fold(contacts.needs(), Needs::and);
+        Self {
+            contacts,
+            others,
+            needs,
+        }
+    }
+
+    /// What all of them need together.
+    #[must_use]
+    pub fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// The passes beside the contact loop.
+    #[must_use]
+    pub fn others(&self) -> &[Box<dyn ForcePass>] {
+        &self.others
+    }
+
+    /// Gives the passes beside the contact loop back what they had saved, by their names.
+    ///
+    /// # Errors
+    /// If these are not the same passes, or one of them cannot read what is its own.
+    pub fn restore_others(
+        &mut self,
+        particles: &Particles,
+        saved: &[(String, Vec<u8>)],
+    ) -> Result<(), String> {
+        let names = |names: Vec<&str>| match names.as_slice() {
+            [] => "none".to_owned(),
+            some => some.join(", "),
+        };
+        let mine: Vec<&str> = self.others.iter().map(|pass| pass.name()).collect();
+        let theirs: Vec<&str> = saved.iter().map(|(name, _)| name.as_str()).collect();
+        if mine != theirs {
+            return Err(format!(
+                "it has these beside the contacts: {}; the run: {}",
+                names(theirs),
+                names(mine)
+            ));
+        }
+        for (pass, (name, bytes)) in self.others.iter_mut().zip(saved) {
+            pass.restore(particles, bytes)
+                .map_err(|reason| format!("{name}: {reason}"))?;
+        }
+        Ok(())
+    }
+
+    /// Hands a new candidate list to all.
+    pub fn adopt(&mut self, list: &NewList<'_>) {
+        self.contacts
+            .adopt(list.pairs, list.near_walls, list.new_row, list.parallel);
+        for pass in &mut self.others {
+            pass.adopt(list);
+        }
+    }
+
+    /// Computes all loads. `finish` as for [`ContactForces::compute`]; only where no pass comes after the contacts.
+    pub fn compute(
+        &mut self,
+        particles: &mut Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+        finish: &Finish<'_>,
+    ) -> Fastest {
+        let bound = self.contacts.compute(particles, context, pool, finish);
+        for pass in &mut self.others {
+            if pass.needs().after_contacts {
+                pass.add_loads(particles, context);
+            }
+        }
+        bound
+    }
+
+    /// What the last watched evaluation saw.
+    #[must_use]
+    pub fn observation(&self, walls: usize) -> Observation {
+        let mut seen = self.contacts.observation(walls);
+        for pass in &self.others {
+            pass.observe(&mut seen);
+        }
+        seen
+    }
+}

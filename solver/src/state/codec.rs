@@ -1,0 +1,442 @@
+//! Values as bytes and back: what the state of a run is written in.
+//!
+//! Numbers are little-endian, floating-point numbers bit by bit, so that a run goes on from them with the same bytes. Values are
+//! collected in sections, each with a name, its length and a checksum, behind a head with a version.
+
+use std::collections::BTreeMap;
+
+use glam::{DQuat, DVec3};
+
+/// The first bytes.
+const MAGIC: &[u8; 8] = b"MERCSTAT";
+/// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
+pub const VERSION: u32 = 1;
+
+/// Why bytes are no state.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// Something else altogether.
+    #[error("this is not the state of a run: it begins with other bytes")]
+    Foreign,
+    /// Of another version of this program.
+    #[error(
+        "the state has the layout of version {found}, this program reads version {VERSION}\n\
+         help: go on with the version of the program that wrote it"
+    )]
+    Version {
+        /// What the head says.
+        found: u32,
+    },
+    /// It ends too early.
+    #[error("the state is cut off in section `{section}`")]
+    Cut {
+        /// Where.
+        section: String,
+    },
+    /// Bytes have changed since they were written.
+    #[error(
+        "section `{section}` is damaged: its checksum is {found:08x}, it should be {expected:08x}"
+    )]
+    Damaged {
+        /// Where.
+        section: String,
+        /// Of the bytes.
+        found: u32,
+        /// As written.
+        expected: u32,
+    },
+    /// A value that cannot be, or sections in another order.
+    #[error("section `{section}`: {reason}")]
+    Wrong {
+        /// Where.
+        section: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// A value that can be written as bytes and read back, the same to the bit.
+pub trait Plain: Sized {
+    /// Appends the value.
+    fn put(&self, bytes: &mut Vec<u8>);
+    /// Takes a value from the front.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes.
+    fn take(bytes: &mut &[u8]) -> Result<Self, String>;
+}
+
+/// The first `count` bytes, which are taken away.
+fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
+    let (front, rest) = bytes
+        .split_at_checked(count)
+        .ok_or_else(|| format!("{count} bytes expected, {} left", bytes.len()))?;
+    *bytes = rest;
+    Ok(front)
+}
+
+macro_rules! plain_number {
+    ($($number:ty),*) => {$(
+        impl Plain for $number {
+            fn put(&self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_le_bytes());
+            }
+
+            fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+                let mut raw = [0; size_of::<$number>()];
+                raw.copy_from_slice(front(bytes, size_of::<$number>())?);
+                Ok(<$number>::from_le_bytes(raw))
+            }
+        }
+    )*};
+}
+
+plain_number!(u8, u16, u32, u64, f64);
+
+impl Plain for usize {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        (*self as u64).put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let number = u64::take(bytes)?;
+        Self::try_from(number).map_err(|_| format!("{number} is too large for this machine"))
+    }
+}
+
+impl Plain for bool {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        bytes.push(u8::from(*self));
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        match u8::take(bytes)? {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(format!("{other} is neither yes nor no")),
+        }
+    }
+}
+
+impl<T: Plain> Plain for Option<T> {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.is_some().put(bytes);
+        if let Some(value) = self {
+            value.put(bytes);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        bool::take(bytes)?.then(|| T::take(bytes)).transpose()
+    }
+}
+
+impl<T: Plain> Plain for Vec<T> {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.len().put(bytes);
+        for value in self {
+            value.put(bytes);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let count = usize::take(bytes)?;
+        // No value takes less than a byte: a damaged length asks for no memory.
+        let most = bytes.len();
+        if count > most {
+            return Err(format!(
+                "{count} entries announced, room for {most} at most"
+            ));
+        }
+        (0..count).map(|_| T::take(bytes)).collect()
+    }
+}
+
+impl Plain for String {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.len().put(bytes);
+        bytes.extend_from_slice(self.as_bytes());
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let count = usize::take(bytes)?;
+        let text = front(bytes, count)?.to_vec();
+        Self::from_utf8(text).map_err(|error| error.to_string())
+    }
+}
+
+impl<T: Plain, const N: usize> Plain for [T; N] {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        for value in self {
+            value.put(bytes);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let values: Vec<T> = (0..N).map(|_| T::take(bytes)).collect::<Result<_, _>>()?;
+        values
+            .try_into()
+            .map_err(|_| format!("{N} values expected"))
+    }
+}
+
+impl<K: Plain + Ord, V: Plain> Plain for BTreeMap<K, V> {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.len().put(bytes);
+        for (key, value) in self {
+            key.put(bytes);
+            value.put(bytes);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Vec::<(K, V)>::take(bytes).map(Self::from_iter)
+    }
+}
+
+impl<A: Plain, B: Plain> Plain for (A, B) {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.0.put(bytes);
+        self.1.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok((A::take(bytes)?, B::take(bytes)?))
+    }
+}
+
+impl Plain for DVec3 {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.to_array().put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        <[f64; 3]>::take(bytes).map(Self::from_array)
+    }
+}
+
+impl Plain for DQuat {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.to_array().put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        <[f64; 4]>::take(bytes).map(Self::from_array)
+    }
+}
+
+/// Makes a struct [`Plain`](crate::state::Plain): its fields in this order. All of them must be named, so none can be forgotten.
+macro_rules! plain {
+    ($name:ty { $($field:ident),* $(,)? }) => {
+        impl $crate::state::Plain for $name {
+            fn put(&self, bytes: &mut Vec<u8>) {
+                $($crate::state::Plain::put(&self.$field, bytes);)*
+            }
+
+            fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+                Ok(Self { $($field: $crate::state::Plain::take(bytes)?,)* })
+            }
+        }
+    };
+}
+pub(crate) use plain;
+
+/// Collects sections.
+#[derive(Debug)]
+pub struct Encoder {
+    bytes: Vec<u8>,
+}
+
+impl Default for Encoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Encoder {
+    /// A head and no section yet.
+    #[must_use]
+    pub fn new() -> Self {
+        let mut bytes = MAGIC.to_vec();
+        VERSION.put(&mut bytes);
+        Self { bytes }
+    }
+
+    /// Appends a section.
+    pub fn section(&mut self, name: &str, value: &impl Plain) {
+        name.to_owned().put(&mut self.bytes);
+        let length_at = self.bytes.len();
+        self.bytes.extend_from_slice(&[0; 12]);
+        let begin = self.bytes.len();
+        value.put(&mut self.bytes);
+        let length = (self.bytes.len() - begin) as u64;
+        let checksum = crc32fast::hash(&self.bytes[begin..]);
+        self.bytes[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
+        self.bytes[length_at + 8..begin].copy_from_slice(&checksum.to_le_bytes());
+    }
+
+    /// All of it.
+    #[must_use]
+    pub fn finish(self) -> Vec<u8> {
+        self.bytes
+    }
+}
+
+/// Reads sections in the order in which they were written.
+#[derive(Debug)]
+pub struct Decoder<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Decoder<'a> {
+    /// Behind the head of these bytes.
+    ///
+    /// # Errors
+    /// If they are no state, or one of another version.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, DecodeError> {
+        let cut = |_| DecodeError::Cut {
+            section: "head".to_owned(),
+        };
+        let mut rest = bytes.strip_prefix(MAGIC).ok_or(DecodeError::Foreign)?;
+        let found = u32::take(&mut rest).map_err(cut)?;
+        if found != VERSION {
+            return Err(DecodeError::Version { found });
+        }
+        Ok(Self { rest })
+    }
+
+    /// The value in the next section, which must have this name.
+    ///
+    /// # Errors
+    /// If it is another one, cut, damaged, or holds no such value.
+    pub fn section<T: Plain>(&mut self, name: &str) -> Result<T, DecodeError> {
+        let section = || name.to_owned();
+        let cut = |_| DecodeError::Cut { section: section() };
+        let wrong = |reason| DecodeError::Wrong {
+            section: section(),
+            reason,
+        };
+        let found = String::take(&mut self.rest).map_err(cut)?;
+        if found != name {
+            return Err(wrong(format!("`{found}` stands in its place")));
+        }
+        let length = usize::take(&mut self.rest).map_err(cut)?;
+        let expected = u32::take(&mut self.rest).map_err(cut)?;
+        let mut bytes = front(&mut self.rest, length).map_err(cut)?;
+        let found = crc32fast::hash(bytes);
+        if found != expected {
+            return Err(DecodeError::Damaged {
+                section: section(),
+                found,
+                expected,
+            });
+        }
+        let value = T::take(&mut bytes).map_err(wrong)?;
+        if !bytes.is_empty() {
+            return Err(wrong(format!("{} bytes too many", bytes.len())));
+        }
+        Ok(value)
+    }
+
+    /// Nothing may follow.
+    ///
+    /// # Errors
+    /// If something does.
+    pub fn finish(self) -> Result<(), DecodeError> {
+        if self.rest.is_empty() {
+            return Ok(());
+        }
+        Err(DecodeError::Wrong {
+            section: "end".to_owned(),
+            reason: format!("{} bytes follow the last section", self.rest.len()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    type Value = (Vec<(u32, Option<f64>)>, (String, [bool; 3]));
+
+    fn encoded(value: &Value) -> Vec<u8> {
+        let mut encoder = Encoder::new();
+        encoder.section("first", value);
+        encoder.section("second", &value.0);
+        encoder.finish()
+    }
+
+    fn decoded(bytes: &[u8]) -> Result<Value, DecodeError> {
+        let mut decoder = Decoder::new(bytes)?;
+        let value = decoder.section("first")?;
+        let _: Vec<(u32, Option<f64>)> = decoder.section("second")?;
+        decoder.finish()?;
+        Ok(value)
+    }
+
+    fn value() -> impl Strategy<Value = Value> {
+        let entries =
+            proptest::collection::vec((any::<u32>(), proptest::option::of(any::<u64>())), 0..20);
+        (entries, (".*", any::<[bool; 3]>())).prop_map(|(entries, rest)| {
+            // Any bits, numbers or not.
+            let entries = entries
+                .into_iter()
+                .map(|(n, bits)| (n, bits.map(f64::from_bits)));
+            (entries.collect(), rest)
+        })
+    }
+
+    fn bits(value: &Value) -> Vec<Option<u64>> {
+        let bits = |entry: &(u32, Option<f64>)| entry.1.map(f64::to_bits);
+        value.0.iter().map(bits).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(value in value()) {
+            let back = decoded(&encoded(&value)).unwrap();
+            prop_assert_eq!(bits(&back), bits(&value));
+            prop_assert_eq!(back.1, value.1);
+        }
+
+        #[test]
+        fn any_change_of_a_bit_and_any_cut_is_an_error(value in value(), place: proptest::sample::Index, bit in 0u8..8) {
+            let mut bytes = encoded(&value);
+            let place = place.index(bytes.len());
+            prop_assert!(decoded(&bytes[..place]).is_err());
+            bytes[place] ^= 1 << bit;
+            prop_assert!(decoded(&bytes).is_err());
+        }
+
+        #[test]
+        fn bytes_that_nobody_wrote_are_an_error(noise in proptest::collection::vec(any::<u8>(), 0..200)) {
+            prop_assert!(decoded(&noise).is_err());
+            let mut behind_head = Encoder::new().finish();
+            behind_head.extend(noise);
+            prop_assert!(decoded(&behind_head).is_err());
+        }
+    }
+
+    #[test]
+    fn other_versions_and_other_files_are_named() {
+        assert_eq!(decoded(b"PNG").unwrap_err(), DecodeError::Foreign);
+        let mut bytes = encoded(&(Vec::new(), (String::new(), [false; 3])));
+        bytes[8] = 9;
+        assert_eq!(
+            decoded(&bytes).unwrap_err(),
+            DecodeError::Version { found: 9 }
+        );
+    }
+
+    #[test]
+    fn a_length_beyond_the_bytes_asks_for_no_memory() {
+        let mut bytes: &[u8] = &u64::MAX.to_le_bytes();
+        assert!(
+            Vec::<f64>::take(&mut bytes)
+                .unwrap_err()
+                .contains("room for 0")
+        );
+    }
+}

@@ -1,0 +1,18 @@
+//! What comes and what goes.
+
+use super::Engine;
+
+impl Engine {
+    /// Removes and inserts particles.
+    pub(super) fn exchange_particles(&mut self) {
+        let time = self.time();
+        let changed = self.boundaries.exchange(
+            &mut self.particles,
+            &self.plan,
+            &self.images,
+            &self.wall_states,
+            time,
+        );
+        self.lists.rows_changed |= changed;
+    }
+}

@@ -1,0 +1,98 @@
+//! The force evaluation, and what is fused with it.
+
+use std::sync::{Mutex, PoisonError};
+
+use glam::DQuat;
+
+use super::Engine;
+use super::motion::turn_orientations;
+use crate::forces::{Fastest, Finish, StepContext, Watch, block_size};
+use crate::state::{Load, Particle, Particles};
+
+impl Engine {
+    /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
+    /// ends this step and begins the next.
+    pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
+        let watch = match watch {
+            Some(watch) => Some(watch),
+            None if self.plan.energy_budget || !self.servos.is_empty() => Some(Watch::default()),
+            None => None,
+        };
+        let watch = watch.map(|watch| Watch {
+            audit: (self.plan.energy_budget && self.step > 0).then_some(self.plan.time_step),
+            ..watch
+        });
+        // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces
+        // come after the contacts, the loads are not complete yet.
+        if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
+            self.forces_and_drift(spring_time, watch);
+        } else {
+            self.forces_alone(spring_time, watch);
+            self.kick_due = true;
+        }
+        self.load_series.note_evaluation();
+        if self.plan.energy_budget {
+            let seen = self.observation();
+            self.audit.take_in(&seen);
+        }
+    }
+
+    /// The forces, loads gathered to bodies.
+    fn forces_alone(&mut self, spring_time: f64, watch: Option<Watch>) {
+        let leave = |_: usize, _: &mut [Particle], _: &[Load]| Fastest::default();
+        self.compute(spring_time, watch, &leave);
+        self.gather_loads();
+    }
+
+    /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
+    fn forces_and_drift(&mut self, spring_time: f64, watch: Option<Watch>) {
+        let drift = self.plan.time_step;
+        let pass = self.kick_drift(2, drift);
+        // Turned while the angular velocities are in the cache. No lock is ever waited for.
+        let mut orientations = self.particles.orientations.take();
+        let size = block_size(self.particles.len());
+        let shares: Vec<Mutex<&mut [DQuat]>> = orientations
+            .iter_mut()
+            .flat_map(|all| all.chunks_mut(size))
+            .map(Mutex::new)
+            .collect();
+        let finish = |block: usize, records: &mut [Particle], loads: &[Load]| {
+            let fastest = pass.run(records, loads);
+            if let Some(share) = shares.get(block) {
+                let mut share = share.lock().unwrap_or_else(PoisonError::into_inner);
+                turn_orientations(&mut share, records, drift);
+            }
+            fastest
+        };
+        let fastest = self.compute(spring_time, watch, &finish);
+        drop(shares);
+        self.particles.orientations = orientations;
+        self.gather_loads();
+        let of_bodies = self.advance_bodies(2, drift);
+        self.drifted = Some(fastest.merge(of_bodies));
+    }
+
+    fn compute(&mut self, spring_time: f64, watch: Option<Watch>, finish: &Finish<'_>) -> Fastest {
+        let context = StepContext {
+            spring_time,
+            images: &self.images,
+            walls: &self.plan.walls,
+            wall_states: &self.wall_states,
+            wall_curvature: self.plan.wall_curvature,
+            contact_point_mass: self.plan.contact_point_mass,
+            feature_loads: self.plan.output.triangle_loads,
+            watch,
+        };
+        let pool = self.pool.as_deref();
+        self.forces
+            .compute(&mut self.particles, &context, pool, finish)
+    }
+
+    /// Adds up what the contacts did to the pebbles of each body.
+    fn gather_loads(&mut self) {
+        let Particles { loads, bodies, .. } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.gather(loads, self.pool.as_deref());
+        }
+    }
+}

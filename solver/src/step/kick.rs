@@ -1,0 +1,121 @@
+//! Kicks and drifts of all particles and bodies between two force evaluations.
+
+use rayon::prelude::*;
+
+use super::motion::{KickDrift, turn_orientations};
+use super::{Engine, RunError};
+use crate::bodies::BodyStep;
+use crate::forces::{Fastest, block_size};
+use crate::state::{Particle, Particles};
+
+impl Engine {
+    /// First half kick and drift, with the second half kick of the step before if it is still due.
+    pub(super) fn kick_and_drift(&mut self) -> Fastest {
+        let kicks = if std::mem::take(&mut self.kick_due) {
+            2
+        } else {
+            1
+        };
+        let drift = self.plan.time_step;
+        let fastest = self.advance(kicks, drift);
+        self.turn_orientations(drift);
+        fastest
+    }
+
+    /// Makes the second half kick if it is still due, so that positions, velocities and forces belong to the same time.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn complete_step(&mut self) -> Result<(), RunError> {
+        if std::mem::take(&mut self.kick_due) && !self.advance(1, 0.0).sum.is_finite() {
+            return Err(self.not_finite());
+        }
+        Ok(())
+    }
+
+    /// `kicks` half kicks, then a drift of `drift` seconds.
+    fn advance(&mut self, kicks: u32, drift: f64) -> Fastest {
+        let pass = self.kick_drift(kicks, drift);
+        let special = self.hold_prescribed();
+        let size = block_size(self.particles.len());
+        let records = &mut self.particles.records;
+        let loads = &self.particles.loads;
+        let fastest = match &self.pool {
+            Some(pool) if records.len() > size => pool.install(|| {
+                let chunks = records.par_chunks_mut(size).zip(loads.par_chunks(size));
+                chunks
+                    .map(|(records, loads)| pass.run(records, loads))
+                    .reduce(Fastest::default, Fastest::merge)
+            }),
+            _ => pass.run(records, loads),
+        };
+        let prescribed = self.release_prescribed(special, drift);
+        let fastest = Fastest {
+            squared_speed: fastest.squared_speed.max(prescribed),
+            ..fastest
+        };
+        fastest.merge(self.advance_bodies(kicks, drift))
+    }
+
+    /// The same for bodies, whose pebbles the pass over the particles leaves alone.
+    pub(super) fn advance_bodies(&mut self, kicks: u32, drift: f64) -> Fastest {
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        let Some(bodies) = bodies else {
+            return Fastest::default();
+        };
+        let step = BodyStep {
+            half: 0.5 * self.plan.time_step,
+            drift,
+            kicks,
+            gravity: self.plan.gravity,
+        };
+        bodies.advance(records, &step, self.pool.as_deref())
+    }
+
+    pub(super) fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
+        KickDrift {
+            half: 0.5 * self.plan.time_step,
+            drift,
+            kicks,
+            gravity: self.plan.gravity,
+            inverse_inertia: self.inverse_inertia,
+            turns: self.turns,
+        }
+    }
+
+    /// Remembers where prescribed particles stand before a pass that ignores what is prescribed.
+    fn hold_prescribed(&self) -> Vec<Particle> {
+        let rows = self.particles.prescribed.iter();
+        rows.map(|prescribed| self.particles.records[prescribed.row as usize])
+            .collect()
+    }
+
+    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the largest squared speed
+    /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
+        let mut largest = 0.0f64;
+        for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
+            let record = &mut self.particles.records[prescribed.row as usize];
+            for axis in 0..3 {
+                if let Some(velocity) = prescribed.velocity[axis] {
+                    record.velocity[axis] = velocity;
+                    record.position[axis] = before.position[axis] + velocity * drift;
+                }
+                if let Some(spin) = prescribed.angular_velocity[axis] {
+                    record.angular_velocity[axis] = spin;
+                }
+            }
+            largest = largest.max(record.velocity.length_squared());
+        }
+        largest
+    }
+
+    /// Turns the orientations by the angular velocities over `drift` seconds.
+    fn turn_orientations(&mut self, drift: f64) {
+        if let Some(orientations) = &mut self.particles.orientations {
+            turn_orientations(orientations, &self.particles.records, drift);
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The candidate lists: whether they still hold all contacts, and how they are built.
+
+use super::{Engine, RunError};
+use crate::forces::{NewList, find_near_walls};
+use crate::neighbours::{Skin, Validity, build, leeways};
+use crate::state::{Particle, Particles};
+use crate::walls::Pose;
+
+/// What is known of the present lists.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lists {
+    /// Thickness of the skin, and its limits.
+    pub skin: Skin,
+    /// How much farther than half the skin each particle may go before the list is built anew, m; empty if none may.
+    pub leeway: Vec<f64>,
+    /// How much of the skin is used up.
+    pub validity: Validity,
+    /// Poses of the walls when the list was built.
+    pub poses: Vec<Pose>,
+    /// Rows were added or removed since the list was built.
+    pub rows_changed: bool,
+    /// How often the list was built.
+    pub rebuilds: u64,
+}
+
+impl Lists {
+    /// Before the first one.
+    pub(super) fn new(skin: Skin) -> Self {
+        Self {
+            skin,
+            leeway: Vec::new(),
+            validity: Validity::default(),
+            poses: Vec::new(),
+            rows_changed: true,
+            rebuilds: 0,
+        }
+    }
+}
+
+impl Engine {
+    /// Builds the candidate list anew if it may miss a contact. `fastest` is the largest speed of this step, m/s.
+    pub(super) fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
+        let dt = self.plan.time_step;
+        let limit = 0.5 * self.lists.skin.thickness;
+        let mut valid = !self.lists.rows_changed;
+        if valid {
+            valid = self.lists.validity.advance(
+                fastest,
+                dt,
+                limit,
+                &self.particles,
+                &self.lists.leeway,
+            );
+        }
+        // Particles use up to half of the skin; the other half is the walls'.
+        let reach = self.images.size.length();
+        let about = self.images.min + 0.5 * self.images.size;
+        valid = valid
+            && self.moving_walls.iter().all(|&index| {
+                let (from, to) = (&self.lists.poses[index], &self.wall_states[index].pose);
+                self.plan.walls[index]
+                    .shape
+                    .displacement(from, to, about, reach)
+                    <= limit
+            });
+        if !valid {
+            self.rebuild()?;
+        }
+        Ok(())
+    }
+
+    /// Sorts the particles and builds the candidate lists.
+    fn rebuild(&mut self) -> Result<(), RunError> {
+        let finite = |record: &Particle| record.position.is_finite();
+        if !self.particles.records.iter().all(finite) {
+            return Err(self.not_finite());
+        }
+        if self.lists.validity.steps > 0 {
+            let idle = self
+                .forces
+                .contacts
+                .listed()
+                .saturating_sub(self.forces.contacts.touching());
+            self.lists.skin.adapt(
+                self.lists.validity.steps,
+                idle as f64 / self.particles.len().max(1) as f64,
+            );
+        }
+        let mut leeway = leeways(&self.particles, &self.lists.skin);
+        let removed = self.boundaries.take_row_map(self.particles.len());
+        // Steps are made from within the pool, if there is one.
+        let parallel = rayon::current_thread_index().is_some();
+        let skin = self.lists.skin.thickness;
+        // Forces that act across a gap need their pairs listed that much farther out.
+        let margin = skin + self.forces.needs().range;
+        if let Some(bodies) = &mut self.particles.bodies {
+            bodies.wrap(&self.images);
+        }
+        let (list, sorted) = build(
+            &mut self.particles,
+            &mut leeway,
+            margin,
+            &self.images,
+            parallel,
+        );
+        let Particles {
+            records, bodies, ..
+        } = &mut self.particles;
+        if let Some(bodies) = bodies {
+            bodies.note_shifts(records, &self.images);
+        }
+        let near_walls = find_near_walls(
+            &self.particles,
+            &leeway,
+            &self.plan.walls,
+            &self.wall_states,
+            &self.images,
+            margin,
+            parallel,
+        );
+        let new_row: Vec<u32> = removed
+            .into_iter()
+            .map(|row| {
+                if row == u32::MAX {
+                    row
+                } else {
+                    sorted[row as usize]
+                }
+            })
+            .collect();
+        self.forces.adopt(&NewList {
+            particles: &self.particles,
+            pairs: &list,
+            near_walls: &near_walls,
+            new_row: &new_row,
+            parallel,
+        });
+        let most = leeway.iter().copied().fold(0.0, f64::max);
+        self.boundaries.listed(&self.particles, skin + 2.0 * most);
+        self.lists.leeway = leeway;
+        self.lists.poses = self.wall_states.iter().map(|state| state.pose).collect();
+        self.lists.validity.reset();
+        self.lists.rows_changed = false;
+        self.lists.rebuilds += 1;
+        Ok(())
+    }
+}
+
+crate::state::plain!(Lists {
+    skin,
+    leeway,
+    validity,
+    poses,
+    rows_changed,
+    rebuilds
+});

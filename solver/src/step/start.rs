@@ -1,0 +1,127 @@
+//! The start: from a plan to the state whose first forces are known.
+
+use std::sync::Arc;
+
+use super::{Audit, Engine, Lists, LoadSeries, RunError};
+use crate::boundaries::Boundaries;
+use crate::contact::registry::contact_loop;
+use crate::forces::{ForcePass, Forces, Watch};
+use crate::neighbours::{Images, Skin};
+use crate::plan::Plan;
+use crate::state::{Particles, inverse_inertia_factor};
+use crate::walls::ServoState;
+
+impl Engine {
+    /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
+    ///
+    /// # Errors
+    /// If threads cannot be started, or the start is not a number.
+    pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
+        Self::with_forces(plan, Vec::new(), threads)
+    }
+
+    /// The same with other forces beside the contacts.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn with_forces(
+        plan: Arc<Plan>,
+        others: Vec<Box<dyn ForcePass>>,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        let mut engine = Self::unstarted(plan, others, threads)?;
+        engine.exchange_particles();
+        engine.keep_lists_valid(0.0)?;
+        let spring_time = if engine.plan.startup_increment {
+            engine.plan.time_step
+        } else {
+            0.0
+        };
+        engine.evaluate_forces(
+            spring_time,
+            Some(Watch {
+                records: true,
+                audit: None,
+            }),
+            false,
+        );
+        engine.answer_loads();
+        // The first step begins with its own half kick alone.
+        engine.kick_due = false;
+        Ok(engine)
+    }
+
+    /// The particles and walls of a plan as they are placed, without lists and forces.
+    pub(super) fn unstarted(
+        plan: Arc<Plan>,
+        others: Vec<Box<dyn ForcePass>>,
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        let (contacts, law_names) = contact_loop(&plan.laws);
+        let forces = Forces::new(contacts, others);
+        let needs = forces.needs();
+        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+        let mut particles = Particles::new(plan.orientations || needs.orientations);
+        for new in &plan.particles {
+            let (record, mass, prescribed) = new.build(&plan);
+            particles.push(record, mass, prescribed);
+        }
+        for new in &plan.bodies {
+            new.add_to(&mut particles, &plan);
+        }
+        let pool = match threads {
+            0 | 1 => None,
+            _ => {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                Some(Arc::new(
+                    pool.map_err(|error| RunError::Threads(error.to_string()))?,
+                ))
+            }
+        };
+        let wall_states: Vec<_> = plan
+            .walls
+            .iter()
+            .map(|wall| wall.state(0.0, plan.time_step))
+            .collect();
+        let has_servo = plan
+            .walls
+            .iter()
+            .any(|wall| wall.motion.servo(0.0).is_some());
+        let servos = vec![ServoState::default(); if has_servo { plan.walls.len() } else { 0 }];
+        let moving_walls = plan
+            .walls
+            .iter()
+            .enumerate()
+            .filter(|(_, wall)| !wall.motion.is_static())
+            .map(|(index, _)| index)
+            .collect();
+        let mut skin = Skin::new(plan.smallest_radius, plan.mean_radius);
+        let mut room = f64::INFINITY;
+        for axis in 0..3 {
+            if plan.periodic[axis] {
+                room = room.min(0.5 * images.size[axis] - 2.0 * plan.largest_radius - needs.range);
+            }
+        }
+        skin.limit(0.99 * room);
+        Ok(Self {
+            boundaries: Boundaries::new(&plan),
+            inverse_inertia: inverse_inertia_factor(plan.dimensions),
+            turns: plan.laws.turns(),
+            plan,
+            particles,
+            forces,
+            law_names,
+            images,
+            wall_states,
+            servos,
+            lists: Lists::new(skin),
+            moving_walls,
+            step: 0,
+            kick_due: false,
+            drifted: None,
+            pool,
+            audit: Audit::default(),
+            load_series: LoadSeries::default(),
+        })
+    }
+}
