@@ -31,7 +31,7 @@ impl BodyFrames {
 
 impl Stream for BodyFrames {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if state.frame {
+        if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
         Ok(())

@@ -48,7 +48,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
 
 impl Stream for ContactFrames {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.contacts {
+        if !state.due.contacts {
             return Ok(());
         }
         self.writer.append(contact_frame(state, &self.columns))?;

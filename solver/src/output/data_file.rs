@@ -34,7 +34,7 @@ impl DataFile {
 
 impl Stream for DataFile {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
+        if !state.due.frame {
             return Ok(());
         }
         let rows = DataRows::new(state, self.pebbles).rows;

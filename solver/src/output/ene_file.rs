@@ -34,7 +34,7 @@ impl EneFile {
 
 impl Stream for EneFile {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
+        if !state.due.frame {
             return Ok(());
         }
         let row = energies(state, self.gravity, self.dimensions);

@@ -32,7 +32,7 @@ impl FstatFile {
 
 impl Stream for FstatFile {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.contacts {
+        if !state.due.contacts {
             return Ok(());
         }
         let radii = || state.particles.iter().map(|particle| particle.radius);

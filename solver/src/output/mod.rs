@@ -33,7 +33,7 @@ mod writer;
 
 pub use energies::energies;
 pub use moment::Moment;
-pub use schedule::Schedule;
+pub use schedule::{Due, Schedule};
 pub use state::State;
 pub use stream::OutputError;
 pub use wall_outlines::wall_outlines;

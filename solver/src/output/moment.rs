@@ -2,6 +2,7 @@
 
 use glam::DQuat;
 
+use super::Due;
 use crate::forces::{LoadSums, Observation};
 use crate::state::{Bodies, Load, Particle};
 use crate::step::Engine;
@@ -14,12 +15,8 @@ pub struct Moment {
     pub time: f64,
     /// Steps made.
     pub step: u64,
-    /// A frame is due.
-    pub frame: bool,
-    /// The contacts are due.
-    pub contacts: bool,
-    /// The files for ParaView are due.
-    pub vtk: bool,
+    /// What is written of it.
+    pub due: Due,
     /// Particles.
     pub records: Vec<Particle>,
     /// Contact forces on the particles.
@@ -45,16 +42,14 @@ pub struct Moment {
 impl Moment {
     /// Of an engine whose step is complete and was watched; takes the sums that are due out of it.
     #[must_use]
-    pub fn take(engine: &mut Engine, frame: bool, contacts: bool, vtk: bool) -> Self {
-        let load_sums = engine.take_load_sums(frame, vtk);
+    pub fn take(engine: &mut Engine, due: Due) -> Self {
+        let load_sums = engine.take_load_sums(due.frame, due.vtk);
         let particles = &engine.particles;
         let audit = engine.audit();
         Self {
             time: engine.time(),
             step: engine.steps(),
-            frame,
-            contacts,
-            vtk,
+            due,
             records: particles.records.clone(),
             loads: particles.loads.clone(),
             ids: particles.ids.clone(),

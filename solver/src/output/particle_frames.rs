@@ -66,7 +66,7 @@ pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
 
 impl Stream for ParticleFrames {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if state.frame {
+        if state.due.frame {
             self.writer.append(self.table.frame(state))?;
         }
         Ok(())

@@ -110,7 +110,7 @@ pub(super) fn contents(
 
 impl Stream for RegionCounts {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
+        if !state.due.frame {
             return Ok(());
         }
         let out = &mut self.file.buffer;

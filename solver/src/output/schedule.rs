@@ -1,19 +1,112 @@
-//! When something is written.
+//! When something is written: one schedule for everything that a run leaves.
+
+use crate::plan::OutputPlan;
+
+/// What is written of one state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Due {
+    /// A frame: particles, bodies, walls, energies, tracks, regions.
+    pub frame: bool,
+    /// The contacts.
+    pub contacts: bool,
+    /// The files for ParaView.
+    pub vtk: bool,
+}
+
+impl Due {
+    /// Whether anything is.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self != Self::default()
+    }
+
+    /// What either asks for.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            frame: self.frame || other.frame,
+            contacts: self.contacts || other.contacts,
+            vtk: self.vtk || other.vtk,
+        }
+    }
+
+    /// Whether each contact has to be recorded for it.
+    #[must_use]
+    pub fn needs_records(self) -> bool {
+        self.contacts || self.vtk
+    }
+}
+
+/// When frames, contacts and files for ParaView are written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    frames: Every,
+    contacts: Option<Every>,
+    vtk: Option<Every>,
+}
+
+impl Schedule {
+    /// As planned, of a run in steps of `time_step` (s).
+    #[must_use]
+    pub fn new(output: &OutputPlan, time_step: f64) -> Self {
+        let every = |interval| Every::new(interval, time_step);
+        Self {
+            frames: every(output.interval),
+            contacts: output.fstat.then(|| every(output.fstat_interval)),
+            vtk: output.vtk.then(|| every(output.vtk_interval)),
+        }
+    }
+
+    /// All that is ever written: of the first state and of the last.
+    #[must_use]
+    pub fn everything(&self) -> Due {
+        Due {
+            frame: true,
+            contacts: self.contacts.is_some(),
+            vtk: self.vtk.is_some(),
+        }
+    }
+
+    /// The next step at which anything is due; 0 if at every step.
+    #[must_use]
+    pub fn next_step(&self) -> u64 {
+        let others = self.contacts.iter().chain(&self.vtk);
+        let others = others.map(Every::next_step).min();
+        self.frames.next_step().min(others.unwrap_or(u64::MAX))
+    }
+
+    /// What is due at the end of this step. Steps are asked about in order, once each; those before [`Schedule::next_step`] may be
+    /// left out.
+    pub fn due(&mut self, step: u64) -> Due {
+        let is_due = |every: &mut Option<Every>| every.as_mut().is_some_and(|e| e.is_due(step));
+        Due {
+            frame: self.frames.is_due(step),
+            contacts: is_due(&mut self.contacts),
+            vtk: is_due(&mut self.vtk),
+        }
+    }
+}
+
+crate::state::plain!(Every { stride, next });
+crate::state::plain!(Schedule {
+    frames,
+    contacts,
+    vtk
+});
 
 /// The steps at which something is written every `interval`: the first step with t >= m `interval` for each whole m > 0, with
 /// 1e-6 of a step of slack for round-off. The start and the end are the caller's business.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Schedule {
+struct Every {
     /// Steps between two events; not a whole number in general.
     stride: f64,
     /// The event to come, m.
     next: u64,
 }
 
-impl Schedule {
+impl Every {
     /// Every `interval` (s) of a run in steps of `time_step` (s).
-    #[must_use]
-    pub fn new(interval: f64, time_step: f64) -> Self {
+    fn new(interval: f64, time_step: f64) -> Self {
         Self {
             stride: interval / time_step,
             next: 1,
@@ -21,8 +114,7 @@ impl Schedule {
     }
 
     /// The next step at which something is due; 0 if at every step.
-    #[must_use]
-    pub fn next_step(&self) -> u64 {
+    fn next_step(&self) -> u64 {
         if self.stride <= 1e-6 {
             return 0;
         }
@@ -30,8 +122,8 @@ impl Schedule {
     }
 
     /// Whether something is due at the end of this step. Steps are asked about in order, once each; those before
-    /// [`Schedule::next_step`] may be left out.
-    pub fn is_due(&mut self, step: u64) -> bool {
+    /// [`Every::next_step`] may be left out.
+    fn is_due(&mut self, step: u64) -> bool {
         if self.stride <= 1e-6 {
             return true;
         }
@@ -54,7 +146,7 @@ mod tests {
     use super::*;
 
     fn due(interval: f64, time_step: f64, steps: u64) -> Vec<u64> {
-        let mut schedule = Schedule::new(interval, time_step);
+        let mut schedule = Every::new(interval, time_step);
         let each = |step: &u64| {
             let announced = schedule.next_step().max(*step) == *step;
             let due = schedule.is_due(*step);

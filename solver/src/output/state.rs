@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::Moment;
+use super::{Due, Moment};
 use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
 use crate::state::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
@@ -15,12 +15,8 @@ pub struct State {
     pub time: f64,
     /// Steps made.
     pub step: u64,
-    /// A frame is due.
-    pub frame: bool,
-    /// The contacts are due.
-    pub contacts: bool,
-    /// The files for ParaView are due.
-    pub vtk: bool,
+    /// What is written of it.
+    pub due: Due,
     /// Particles, pebbles among them, positions wrapped into the periodic domain.
     pub particles: Vec<Particle>,
     /// Contact forces on the particles.
@@ -76,9 +72,7 @@ impl State {
         Self {
             time: moment.time,
             step: moment.step,
-            frame: moment.frame,
-            contacts: moment.contacts,
-            vtk: moment.vtk,
+            due: moment.due,
             particles,
             loads: gather(&moment.loads, &order),
             ids: gather(&moment.ids, &order),

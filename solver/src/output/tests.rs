@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Moment, State, energies, folder};
+use super::{Due, Moment, State, energies, folder};
 use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::{Images, NO_SHIFT};
@@ -47,9 +47,11 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
     let moment = Moment {
         time: 1.5,
         step: 3,
-        frame: true,
-        contacts: true,
-        vtk: false,
+        due: Due {
+            frame: true,
+            contacts: true,
+            vtk: false,
+        },
         records: vec![
             particle(5.0, 0.5, 0),
             particle(11.0, 1.0, 0),

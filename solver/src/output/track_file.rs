@@ -28,7 +28,7 @@ impl TrackFile {
 
 impl Stream for TrackFile {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
+        if !state.due.frame {
             return Ok(());
         }
         let out = &mut self.file.buffer;

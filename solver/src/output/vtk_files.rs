@@ -116,7 +116,7 @@ fn unfit(folder: &Path, reason: String) -> VtuError {
 
 impl Stream for VtkFiles {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.vtk {
+        if !state.due.vtk {
             return Ok(());
         }
         let number = self.frames;

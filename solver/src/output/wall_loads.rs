@@ -28,7 +28,7 @@ impl WallLoads {
 
 impl Stream for WallLoads {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.frame {
+        if !state.due.frame {
             return Ok(());
         }
         let out = &mut self.file.buffer;

@@ -161,7 +161,7 @@ fn write_all(
         if written.last.is_none() {
             written.initial = state.mass_and_momentum().1;
         }
-        if state.frame {
+        if state.due.frame {
             let row = energies(&state, gravity, dimensions);
             written.energies.push(EnergyRow {
                 time: row.time,

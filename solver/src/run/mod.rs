@@ -10,7 +10,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 
@@ -114,8 +114,16 @@ pub fn run(
     options: &RunOptions,
     observe: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Report, RunFailure> {
-    let begun = Instant::now();
-    let result = run_and_report(plan, options, observe, begun);
+    let result = Run::new(plan, options.clone()).and_then(|mut run| {
+        match run.advance(f64::INFINITY, observe) {
+            Ok(_) => run.finish(),
+            Err(failure) => {
+                // Also after a failed step everything that was handed over is written.
+                let _ = run.writer.finish();
+                Err(failure)
+            }
+        }
+    });
     if let Err(failure) = &result {
         let log = log_head(options) + &format!("failed: {failure}\n");
         // The failure is what the caller must hear of, not that it cannot be logged.
@@ -124,146 +132,221 @@ pub fn run(
     result
 }
 
-fn run_and_report(
-    plan: Plan,
-    options: &RunOptions,
-    observe: &mut dyn FnMut(&Progress<'_>),
-    begun: Instant,
-) -> Result<Report, RunFailure> {
-    let folder = &options.folder;
-    if let Some(document) = &options.plan_document {
-        write_whole(&folder.join("plan.toml"), document.as_bytes())?;
-    }
-    let starting = (plan.particles.len() + plan.bodies.len()) as u64;
-    let plan = Arc::new(plan);
-    let mut engine = Engine::new(Arc::clone(&plan), options.threads)?;
-    let writer = Writer::start(folder, &plan, &engine.history_columns())?;
-    let at_start = exchanged(&engine);
-    let looped = time_loop(&mut engine, &writer, &options.stop, observe);
-    // Also after a failed step everything that was handed over is written.
-    let written = writer.finish();
-    let looped = looped?;
-    let written = written?;
-    if plan.output.pictures {
-        draw_pictures(folder, &engine, &written)?;
-    }
-    let mut report = report(&engine, options, &at_start, starting, &looped, &written);
-    let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
-    write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())?;
-    report.total_seconds = begun.elapsed().as_secs_f64();
-    // The log names all files, itself too.
-    report.files = folder::present(folder, &plan.prefix);
-    report.files.push("run.log".to_owned());
-    let log = log_head(options) + &log_body(&report);
-    write_whole(&folder.join("run.log"), log.as_bytes())?;
-    Ok(report)
-}
-
 /// Particle-steps that are made without looking up: some tenths of a second.
 const STEPS_AT_ONCE: u64 = 2_000_000;
 
+/// How far [`Run::advance`] came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Advance {
+    /// To the time that was asked for; it can go on.
+    Reached,
+    /// To its end: as planned, at rest, or stopped. Only [`Run::finish`] is left.
+    Ended,
+}
+
+/// A run that is made in pieces: what the command line, a service or another language calls.
+///
+/// [`Run::new`] starts it, [`Run::advance`] goes on to a time, [`Run::finish`] writes what a run leaves at its end. The pieces in
+/// which it is made change no output.
+pub struct Run {
+    engine: Engine,
+    options: RunOptions,
+    writer: Writer,
+    schedule: Schedule,
+    rest: Option<Rest>,
+    /// What had come and gone before the first step.
+    at_start: (Tally, Tally),
+    /// Grains of the start.
+    starting: u64,
+    begun: Instant,
+    /// Of the time loop, without output.
+    stepping: Duration,
+    particle_steps: u64,
+    /// Particle-steps at which `observe` is called next.
+    next_look: u64,
+    ended: Option<Ending>,
+}
+
+/// Why a run is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ending {
+    Planned,
+    AtRest,
+    Stopped,
+}
+
+impl Run {
+    /// Starts a run: evaluates the first forces, makes the files, hands over the first state.
+    ///
+    /// # Errors
+    /// If the start is not a number, threads cannot be started, or a file cannot be written.
+    pub fn new(plan: Plan, options: RunOptions) -> Result<Self, RunFailure> {
+        let begun = Instant::now();
+        let folder = &options.folder;
+        if let Some(document) = &options.plan_document {
+            write_whole(&folder.join("plan.toml"), document.as_bytes())?;
+        }
+        let starting = (plan.particles.len() + plan.bodies.len()) as u64;
+        let plan = Arc::new(plan);
+        let mut engine = Engine::new(Arc::clone(&plan), options.threads)?;
+        let writer = Writer::start(folder, &plan, &engine.history_columns())?;
+        let at_start = exchanged(&engine);
+        let schedule = Schedule::new(&plan.output, plan.time_step);
+        let rest = plan.until_at_rest.then(|| {
+            let factor = inverse_inertia_factor(plan.dimensions);
+            Rest::new(plan.gravity.length(), factor)
+        });
+        // Should the writer have given up, `advance` finds it so, and `finish` says why.
+        let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
+        Ok(Self {
+            engine,
+            writer,
+            schedule,
+            rest,
+            at_start,
+            starting,
+            begun,
+            stepping: Duration::ZERO,
+            particle_steps: 0,
+            next_look: 0,
+            ended: (plan.steps == 0).then_some(Ending::Planned),
+            options,
+        })
+    }
+
+    /// The engine, in the middle of a step's kicks.
+    #[must_use]
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// Goes on to the first step at or after `until` (s), or to the end of the run; `observe` is called now and then.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn advance(
+        &mut self,
+        until: f64,
+        observe: &mut dyn FnMut(&Progress<'_>),
+    ) -> Result<Advance, RunFailure> {
+        let plan = Arc::clone(self.engine.plan());
+        // With the slack of the schedule: a millionth of a step.
+        let until = (until / plan.time_step - 1e-6).ceil().max(0.0) as u64;
+        while self.ended.is_none() {
+            if self.engine.steps() >= until {
+                return Ok(Advance::Reached);
+            }
+            let stopping = self.options.stop.load(Ordering::Relaxed);
+            if !self.advance_a_bit(until.min(plan.steps), stopping)? {
+                break;
+            }
+            // Seldom enough that looking at the clock costs nothing.
+            if self.particle_steps + self.engine.steps() >= self.next_look {
+                self.next_look = self.particle_steps + self.engine.steps() + STEPS_AT_ONCE;
+                observe(&Progress {
+                    engine: &self.engine,
+                    particle_steps: self.particle_steps,
+                });
+            }
+        }
+        Ok(Advance::Ended)
+    }
+
+    /// Makes steps until something is due, or as many as nobody has to wait for, up to step `until`; when `stopping`, one that is
+    /// the last. False if the writer has given up.
+    fn advance_a_bit(&mut self, until: u64, stopping: bool) -> Result<bool, RunFailure> {
+        let since = Instant::now();
+        let engine = &mut self.engine;
+        let step = engine.steps();
+        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
+        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let target = if stopping || self.rest.is_some() {
+            step + 1
+        } else {
+            (step + most)
+                .min(self.schedule.next_step())
+                .clamp(step + 1, until)
+        };
+        let count = target - step;
+        let step = target;
+        let mut due = self.schedule.due(step);
+        let planned_end = step == engine.plan().steps;
+        // A step that may be the last one is watched in case it is.
+        let perhaps_last = planned_end || stopping || self.rest.as_ref().is_some_and(Rest::is_near);
+        let everything = self.schedule.everything();
+        let watch = (due.any() || perhaps_last).then_some(Watch {
+            records: due.needs_records() || (perhaps_last && everything.needs_records()),
+            audit: None,
+        });
+        engine.steps_at_once(count, watch)?;
+        self.particle_steps += count * engine.particles.grains() as u64;
+        let at_rest = self.rest.as_mut().is_some_and(|rest| {
+            rest.is_reached(&engine.particles, engine.boundaries().expects_more())
+        });
+        self.ended = if at_rest {
+            Some(Ending::AtRest)
+        } else if planned_end {
+            Some(Ending::Planned)
+        } else {
+            stopping.then_some(Ending::Stopped)
+        };
+        if self.ended.is_some() {
+            due = due.or(everything);
+        }
+        if due.any() {
+            engine.complete_step()?;
+        }
+        self.stepping += since.elapsed();
+        Ok(!due.any() || self.writer.send(Moment::take(engine, due)))
+    }
+
+    /// Ends the run and writes what it leaves: pictures, `summary.json`, `run.log`. A run that has not come to its end makes one
+    /// more step and counts as stopped.
+    ///
+    /// # Errors
+    /// If that step fails, or a file cannot be written.
+    pub fn finish(mut self) -> Result<Report, RunFailure> {
+        if self.ended.is_none() {
+            self.advance_a_bit(self.engine.steps() + 1, true)?;
+        }
+        let written = self.writer.finish()?;
+        let folder = &self.options.folder;
+        let plan = self.engine.plan();
+        if plan.output.pictures {
+            draw_pictures(folder, &self.engine, &written)?;
+        }
+        let looped = Looped {
+            seconds: self.stepping.as_secs_f64(),
+            particle_steps: self.particle_steps,
+            stopped: self.ended == Some(Ending::Stopped),
+        };
+        let mut report = report(
+            &self.engine,
+            &self.options,
+            &self.at_start,
+            self.starting,
+            &looped,
+            &written,
+        );
+        let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
+        write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())?;
+        report.total_seconds = self.begun.elapsed().as_secs_f64();
+        // The log names all files, itself too.
+        report.files = folder::present(folder, &plan.prefix);
+        report.files.push("run.log".to_owned());
+        let log = log_head(&self.options) + &log_body(&report);
+        write_whole(&folder.join("run.log"), log.as_bytes())?;
+        Ok(report)
+    }
+}
+
 /// What the time loop tells of itself.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Looped {
     /// Seconds without output.
     seconds: f64,
     particle_steps: u64,
     stopped: bool,
-    at_rest: bool,
-}
-
-/// Steps to the end: watches the steps that are written out and hands their states to the writer.
-fn time_loop(
-    engine: &mut Engine,
-    writer: &Writer,
-    stop: &AtomicBool,
-    observe: &mut dyn FnMut(&Progress<'_>),
-) -> Result<Looped, RunError> {
-    let plan = Arc::clone(engine.plan());
-    let output = &plan.output;
-    let mut frames = Schedule::new(output.interval, plan.time_step);
-    let contact_interval = if output.fstat {
-        output.fstat_interval
-    } else {
-        f64::INFINITY
-    };
-    let mut contact_frames = Schedule::new(contact_interval, plan.time_step);
-    let vtk_interval = if output.vtk {
-        output.vtk_interval
-    } else {
-        f64::INFINITY
-    };
-    let mut vtk_frames = Schedule::new(vtk_interval, plan.time_step);
-    let mut rest = plan.until_at_rest.then(|| {
-        let factor = inverse_inertia_factor(plan.dimensions);
-        Rest::new(plan.gravity.length(), factor)
-    });
-    let mut looped = Looped::default();
-    let mut next_look = 0;
-    if !writer.send(Moment::take(engine, true, output.fstat, output.vtk)) {
-        return Ok(looped);
-    }
-    let mut since = Instant::now();
-    let mut step = 0;
-    while step < plan.steps {
-        let stopping = stop.load(Ordering::Relaxed);
-        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
-        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
-        let target = if stopping || rest.is_some() {
-            step + 1
-        } else {
-            (step + most)
-                .min(frames.next_step())
-                .min(contact_frames.next_step())
-                .min(vtk_frames.next_step())
-                .clamp(step + 1, plan.steps)
-        };
-        let count = target - step;
-        step = target;
-        let frame = frames.is_due(step);
-        let contacts = contact_frames.is_due(step);
-        let vtk = vtk_frames.is_due(step);
-        let last = step == plan.steps || stopping;
-        // A step that may be the last one is watched in case it is.
-        let perhaps_last = last || rest.as_ref().is_some_and(Rest::is_near);
-        let watch = (frame || contacts || vtk || perhaps_last).then_some(Watch {
-            records: contacts || vtk || (perhaps_last && (output.fstat || output.vtk)),
-            audit: None,
-        });
-        engine.steps_at_once(count, watch)?;
-        looped.particle_steps += count * engine.particles.grains() as u64;
-        looped.at_rest = rest.as_mut().is_some_and(|rest| {
-            rest.is_reached(&engine.particles, engine.boundaries().expects_more())
-        });
-        let ends = last || looped.at_rest;
-        if frame || contacts || vtk || ends {
-            engine.complete_step()?;
-            looped.seconds += since.elapsed().as_secs_f64();
-            let moment = Moment::take(
-                engine,
-                frame || ends,
-                contacts || (ends && output.fstat),
-                vtk || (ends && output.vtk),
-            );
-            if !writer.send(moment) {
-                return Ok(looped);
-            }
-            since = Instant::now();
-        }
-        // Seldom enough that looking at the clock costs nothing.
-        if looped.particle_steps + step >= next_look {
-            next_look = looped.particle_steps + step + STEPS_AT_ONCE;
-            observe(&Progress {
-                engine,
-                particle_steps: looped.particle_steps,
-            });
-        }
-        if ends {
-            looped.stopped = step < plan.steps && !looped.at_rest;
-            break;
-        }
-    }
-    Ok(looped)
 }
 
 fn report(
