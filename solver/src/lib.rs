@@ -1,12 +1,13 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`state`].
+//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`].
 
 pub mod bodies;
 pub mod boundaries;
 pub mod contact;
 pub mod forces;
+pub mod lanes;
 mod memory;
 pub mod neighbours;
 pub mod output;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw};
 use mercury_solver::forces::Watch;
+use mercury_solver::lanes::Vector;
 use mercury_solver::plan::{Material, NewParticle, Plan};
 use mercury_solver::state::Particle;
 use mercury_solver::step::Engine;
@@ -123,14 +124,14 @@ pub fn particle(engine: &Engine, id: u32) -> Particle {
 /// A contact at rest along z, for laws on their own.
 pub fn contact_at_rest(overlap: f64, effective_radius: f64, effective_mass: f64) -> Contact {
     Contact {
-        normal: DVec3::Z,
+        normal: Vector::Z,
         distance: 2.0 * effective_radius - overlap,
         overlap,
         effective_radius,
         effective_mass,
         normal_velocity: 0.0,
-        tangential_velocity: DVec3::ZERO,
-        centre_velocity: DVec3::ZERO,
-        spin: DVec3::ZERO,
+        tangential_velocity: Vector::ZERO,
+        centre_velocity: Vector::ZERO,
+        spin: Vector::ZERO,
     }
 }

@@ -1,8 +1,7 @@
 //! The composition of one contact from its parts.
 
-use glam::DVec3;
-
-use super::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
+use super::{Contact, History, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
+use crate::lanes::{Real, Vector};
 
 /// The law of one pair of materials.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,17 +14,24 @@ pub struct PairLaw<N, T, R> {
     pub rolling: R,
 }
 
+/// What the parts of a pair's law remember of a contact.
+pub type Histories<N, T, R, L = f64> = (
+    <N as NormalLaw>::History<L>,
+    <T as TangentialLaw>::History<L>,
+    <R as RollingLaw>::History<L>,
+);
+
 /// What a contact does to A; B gets the opposite force and couple.
 #[derive(Debug, Clone, Copy)]
-pub struct Action {
+pub struct Action<L = f64> {
     /// Whole force on A, N.
-    pub force: DVec3,
+    pub force: Vector<L>,
     /// Its part in the tangent plane, N.
-    pub tangential: DVec3,
+    pub tangential: Vector<L>,
     /// Couple on A beyond the lever arm of the force, N m.
-    pub couple: DVec3,
+    pub couple: Vector<L>,
     /// Normal part: elastic and viscous, N.
-    pub normal: super::NormalForce,
+    pub normal: NormalForce<L>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
@@ -34,12 +40,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
     /// Order: the normal force gives N = |F_n| (absolute value: also a tensile viscous force limits
     /// friction), then friction and rolling, which do nothing if N = 0.
     #[inline(always)]
-    pub fn act(
+    pub fn act<L: Real>(
         &self,
-        contact: &Contact,
+        contact: &Contact<L>,
         dt: f64,
-        history: &mut (N::History, T::History, R::History),
-    ) -> Action {
+        history: &mut Histories<N, T, R, L>,
+    ) -> Action<L> {
         let normal = self.normal.force(contact, &mut history.0);
         let normal_total = normal.total();
         let limit = normal_total.abs();
@@ -49,7 +55,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
             self.rolling
                 .couple(contact, limit, stiffness, dt, &mut history.2)
         } else {
-            DVec3::ZERO
+            Vector::ZERO
         };
         let mut force = contact.normal * normal_total;
         if T::ACTIVE {
@@ -64,20 +70,20 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
     }
 
     /// Energy that the contact could still give back, J.
-    pub fn energy(&self, contact: &Contact, history: &(N::History, T::History, R::History)) -> f64 {
+    pub fn energy<L: Real>(&self, contact: &Contact<L>, history: &Histories<N, T, R, L>) -> L {
         self.normal.energy(contact, &history.0) + self.friction_energy(contact, history)
     }
 
     /// The part of [`PairLaw::energy`] stored in the tangential, rolling and torsion springs, J.
-    pub fn friction_energy(
+    pub fn friction_energy<L: Real>(
         &self,
-        contact: &Contact,
-        history: &(N::History, T::History, R::History),
-    ) -> f64 {
+        contact: &Contact<L>,
+        history: &Histories<N, T, R, L>,
+    ) -> L {
         let mut energy = self.tangential.energy(contact, &history.1);
         if R::ACTIVE {
             let stiffness = self.tangential.stiffness(contact);
-            energy += self.rolling.energy(stiffness, &history.2);
+            energy = energy + self.rolling.energy(stiffness, &history.2);
         }
         energy
     }
@@ -91,8 +97,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         &self,
         contact: &Contact,
         action: &Action,
-        before: &(N::History, T::History, R::History),
-        after: &(N::History, T::History, R::History),
+        before: &Histories<N, T, R>,
+        after: &Histories<N, T, R>,
         dt: f64,
     ) -> f64 {
         let mut last = *contact;
@@ -103,5 +109,5 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
     }
 
     /// Numbers in the history of one contact.
-    pub const HISTORY_LENGTH: usize = <(N::History, T::History, R::History) as History>::LENGTH;
+    pub const HISTORY_LENGTH: usize = <Histories<N, T, R> as History>::LENGTH;
 }

@@ -1,12 +1,14 @@
 //! What a contact remembers.
 
-use glam::DVec3;
+use crate::lanes::{Real, Vector};
 
 /// Unit and meaning of one number of a history.
 pub type HistoryNumber = (&'static str, &'static str);
 
-/// The memory of one part of a contact. It lives in the neighbour list's slot and starts at its default.
-pub trait History: Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 'static {
+/// The memory of one part of a contact, or of several in lanes. It lives in the neighbour list's slot and starts at its default.
+pub trait History<L: Real = f64>:
+    Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 'static
+{
     /// How many numbers it holds.
     const LENGTH: usize;
     /// Unit and meaning of each of these numbers.
@@ -15,23 +17,23 @@ pub trait History: Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 
     #[must_use]
     fn swapped(self) -> Self;
     /// Appends its numbers, for restart files and output.
-    fn write(&self, numbers: &mut Vec<f64>);
+    fn write(&self, numbers: &mut Vec<L>);
     /// Reads [`History::LENGTH`] numbers.
     #[must_use]
-    fn read(numbers: &[f64]) -> Self;
+    fn read(numbers: &[L]) -> Self;
 }
 
-impl History for () {
+impl<L: Real> History<L> for () {
     const LENGTH: usize = 0;
     fn columns() -> Vec<HistoryNumber> {
         Vec::new()
     }
     fn swapped(self) -> Self {}
-    fn write(&self, _: &mut Vec<f64>) {}
-    fn read(_: &[f64]) -> Self {}
+    fn write(&self, _: &mut Vec<L>) {}
+    fn read(_: &[L]) -> Self {}
 }
 
-impl<A: History, B: History, C: History> History for (A, B, C) {
+impl<L: Real, A: History<L>, B: History<L>, C: History<L>> History<L> for (A, B, C) {
     const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -42,13 +44,13 @@ impl<A: History, B: History, C: History> History for (A, B, C) {
         (self.0.swapped(), self.1.swapped(), self.2.swapped())
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         self.0.write(numbers);
         self.1.write(numbers);
         self.2.write(numbers);
     }
 
-    fn read(numbers: &[f64]) -> Self {
+    fn read(numbers: &[L]) -> Self {
         let (a, rest) = numbers.split_at(A::LENGTH);
         let (b, c) = rest.split_at(B::LENGTH);
         (A::read(a), B::read(b), C::read(c))
@@ -57,9 +59,9 @@ impl<A: History, B: History, C: History> History for (A, B, C) {
 
 /// A spring in the tangent plane, stretched by the motion of A relative to B, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TangentialSpring(pub DVec3);
+pub struct TangentialSpring<L = f64>(pub Vector<L>);
 
-impl History for TangentialSpring {
+impl<L: Real> History<L> for TangentialSpring<L> {
     const LENGTH: usize = 3;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -74,11 +76,11 @@ impl History for TangentialSpring {
         Self(-self.0)
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         numbers.extend(self.0.to_array());
     }
 
-    fn read(numbers: &[f64]) -> Self {
-        Self(DVec3::from_slice(numbers))
+    fn read(numbers: &[L]) -> Self {
+        Self(Vector::from_slice(numbers))
     }
 }

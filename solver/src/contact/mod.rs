@@ -5,6 +5,9 @@
 //! ([`NoFriction`], [`NoRolling`]), so that it costs neither time nor memory. `registry` picks the
 //! instance.
 //!
+//! Laws are written over [`Real`] numbers: as `f64` for one contact, in lanes for several, of which each gets the bits that it
+//! would get alone ([`crate::lanes`]). Parameters are plain numbers, the same for all lanes.
+//!
 //! Conventions (A = the particle of the lower row, B = its partner or the wall): the normal points from
 //! B to A, velocities are those of A relative to B at the contact point x_A - (R_A - overlap/2) n.
 
@@ -14,8 +17,10 @@ pub mod normal;
 pub mod registry;
 pub mod rolling;
 pub mod tangential;
+#[cfg(test)]
+mod tests;
 
-pub use evaluation::{Action, PairLaw};
+pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 pub use rolling::{AnyRolling, Luding, NoRolling, RollingLaw};
@@ -23,36 +28,36 @@ pub use tangential::{
     AnyTangential, LinearFriction, Mindlin, MindlinRescaled, NoFriction, TangentialLaw,
 };
 
-use glam::DVec3;
+use crate::lanes::{Mask, Real, Vector};
 
-/// Geometry and kinematics of one contact, shared by all laws.
+/// Geometry and kinematics of one contact, or of several in lanes, shared by all laws.
 #[derive(Debug, Clone, Copy)]
-pub struct Contact {
+pub struct Contact<L = f64> {
     /// Unit normal from B to A.
-    pub normal: DVec3,
+    pub normal: Vector<L>,
     /// Distance of the centres, or of the centre from the wall, m.
-    pub distance: f64,
+    pub distance: L,
     /// Overlap R_A + R_B - distance, m; positive.
-    pub overlap: f64,
+    pub overlap: L,
     /// Effective radius R* = 1/(1/R_A + 1/R_B), m; R_A at a flat wall.
-    pub effective_radius: f64,
+    pub effective_radius: L,
     /// Effective mass m* = 1/(1/m_A + 1/m_B), kg; infinitely heavy partners count 0.
-    pub effective_mass: f64,
+    pub effective_mass: L,
     /// Normal component of the relative velocity at the contact point, m/s; positive when separating.
-    pub normal_velocity: f64,
+    pub normal_velocity: L,
     /// Tangential part of the relative velocity at the contact point, m/s.
-    pub tangential_velocity: DVec3,
+    pub tangential_velocity: Vector<L>,
     /// Relative velocity of the centres, m/s; zero at walls, whose springs do not turn with the pair.
-    pub centre_velocity: DVec3,
+    pub centre_velocity: Vector<L>,
     /// Relative angular velocity, rad/s.
-    pub spin: DVec3,
+    pub spin: Vector<L>,
 }
 
-impl Contact {
+impl<L: Real> Contact<L> {
     /// Radius of the contact area by Hertz, a = sqrt(R* overlap), m.
     #[inline(always)]
     #[must_use]
-    pub fn contact_radius(&self) -> f64 {
+    pub fn contact_radius(&self) -> L {
         (self.effective_radius * self.overlap).sqrt()
     }
 }
@@ -69,11 +74,17 @@ pub enum SpringRotation {
 
 /// The spring after it followed the contact's rotation, before it is stretched by this step's motion.
 #[inline(always)]
-fn follow(rotation: SpringRotation, spring: DVec3, contact: &Contact, dt: f64) -> DVec3 {
+fn follow<L: Real>(
+    rotation: SpringRotation,
+    spring: Vector<L>,
+    contact: &Contact<L>,
+    dt: f64,
+) -> Vector<L> {
     match rotation {
         SpringRotation::Project => project(spring, contact),
         SpringRotation::Incremental => {
-            spring - contact.normal * (spring.dot(contact.centre_velocity) / contact.distance * dt)
+            let along = spring.dot(contact.centre_velocity) / contact.distance;
+            spring - contact.normal * (along * dt)
         }
     }
 }
@@ -85,32 +96,35 @@ fn follow(rotation: SpringRotation, spring: DVec3, contact: &Contact, dt: f64) -
 /// With q = (xi.n)^2/|xi|^2 the length grows back by 1/sqrt(1 - q). In one step a contact turns little, so that the first
 /// terms of the series are exact to round-off; unlike a root they keep the chain of dependent operations short.
 #[inline(always)]
-fn project(spring: DVec3, contact: &Contact) -> DVec3 {
+fn project<L: Real>(spring: Vector<L>, contact: &Contact<L>) -> Vector<L> {
     let length_squared = spring.length_squared();
-    let least = 1e-12 * contact.effective_radius;
-    if length_squared <= least * least {
+    let least = contact.effective_radius * 1e-12;
+    let short = length_squared.at_most(least * least);
+    if short.all() {
         return spring;
     }
     // The division waits for the spring alone, not for the normal.
-    let inverse = 1.0 / length_squared;
+    let inverse = L::ONE / length_squared;
     let along = spring.dot(contact.normal);
     let flat = spring - contact.normal * along;
     let q = along * along * inverse;
-    if q < 1e-5 {
-        // the next term is 35/128 q^4 < 3e-21
-        flat * (1.0 + (0.5 * q + q * q * (0.375 + 0.3125 * q)))
-    } else {
-        stretch_back(flat, length_squared)
+    let far = !(q.below(L::splat(1e-5)) | short);
+    // the next term is 35/128 q^4 < 3e-21
+    let mut projected = flat * ((q * 0.5 + q * q * (q * 0.3125 + 0.375)) + 1.0);
+    if far.any() {
+        projected = Vector::select(far, stretch_back(flat, length_squared), projected);
     }
+    if short.any() {
+        projected = Vector::select(short, spring, projected);
+    }
+    projected
 }
 
 /// `flat` at the length of the spring that it is the projection of.
 #[cold]
-fn stretch_back(flat: DVec3, length_squared: f64) -> DVec3 {
+fn stretch_back<L: Real>(flat: Vector<L>, length_squared: L) -> Vector<L> {
     let flat_squared = flat.length_squared();
     // A spring along the normal has no direction left in the tangent plane; its remainder is round-off.
-    if flat_squared <= 1e-24 * length_squared {
-        return flat;
-    }
-    flat * (length_squared / flat_squared).sqrt()
+    let lost = flat_squared.at_most(length_squared * 1e-24);
+    Vector::select(lost, flat, flat * (length_squared / flat_squared).sqrt())
 }

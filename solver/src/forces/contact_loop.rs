@@ -16,16 +16,12 @@ use super::{
     ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NearWall, Observation,
     Partner, SavedLoads, SavedSlot, StepContext, block_size,
 };
-use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    Histories, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Load, Particle, Particles};
 use crate::walls::NearMeshes;
-
-type Histories<N, T, R> = (
-    <N as NormalLaw>::History,
-    <T as TangentialLaw>::History,
-    <R as RollingLaw>::History,
-);
 
 /// A listed pair with its history.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@ use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Mindlin, MindlinRescaled, NormalLaw,
     PairLaw, TangentialLaw,
 };
+use mercury_solver::lanes::Vector;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};
@@ -34,7 +35,7 @@ fn law(factor: f64, friction: f64) -> Mindlin {
 /// A contact that moves along x by `way` (m) in one second.
 fn sheared(overlap: f64, way: f64) -> Contact {
     Contact {
-        tangential_velocity: way * DVec3::X,
+        tangential_velocity: Vector::X * way,
         ..contact_at_rest(overlap, RADIUS, 1.0)
     }
 }

@@ -1,6 +1,7 @@
 //! A normal law chosen at run time, for scenes in which pairs of materials differ in law.
 
 use super::{Contact, Hertz, Linear, MaxOverlap, NormalForce, NormalLaw, Plastic};
+use crate::lanes::Real;
 
 /// One of the normal laws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,10 +15,10 @@ pub enum AnyNormal {
 }
 
 impl NormalLaw for AnyNormal {
-    type History = MaxOverlap;
+    type History<L: Real> = MaxOverlap<L>;
 
     #[inline]
-    fn force(&self, contact: &Contact, history: &mut MaxOverlap) -> NormalForce {
+    fn force<L: Real>(&self, contact: &Contact<L>, history: &mut MaxOverlap<L>) -> NormalForce<L> {
         match self {
             Self::Linear(law) => law.force(contact, &mut ()),
             Self::Hertz(law) => law.force(contact, &mut ()),
@@ -25,7 +26,7 @@ impl NormalLaw for AnyNormal {
         }
     }
 
-    fn energy(&self, contact: &Contact, history: &MaxOverlap) -> f64 {
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &MaxOverlap<L>) -> L {
         match self {
             Self::Linear(law) => law.energy(contact, &()),
             Self::Hertz(law) => law.energy(contact, &()),

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::super::normal::linear::damping_ratio;
 use super::{Contact, NormalForce, NormalLaw};
+use crate::lanes::Real;
 
 /// F_n = k_n overlap - beta sqrt(m* k_n) u_n with the secant stiffness k_n = 4/3 E* a, a = sqrt(R* overlap)
 /// (Hertz 1882; damping: Tsuji, Tanaka & Ishida 1992, constant from Antypov & Elliott 2011, eq. 17).
@@ -71,15 +72,15 @@ impl Hertz {
 }
 
 impl NormalLaw for Hertz {
-    type History = ();
+    type History<L: Real> = ();
 
     #[inline(always)]
-    fn force(&self, contact: &Contact, (): &mut ()) -> NormalForce {
+    fn force<L: Real>(&self, contact: &Contact<L>, (): &mut ()) -> NormalForce<L> {
         let radius = contact.contact_radius();
         let force = NormalForce {
-            elastic: self.stiffness_per_radius * radius * contact.overlap,
-            viscous: -self.dashpot
-                * (contact.effective_mass * radius).sqrt()
+            elastic: radius * self.stiffness_per_radius * contact.overlap,
+            viscous: (contact.effective_mass * radius).sqrt()
+                * -self.dashpot
                 * contact.normal_velocity,
         };
         if self.clamp_tension {
@@ -90,9 +91,9 @@ impl NormalLaw for Hertz {
     }
 
     #[inline(always)]
-    fn energy(&self, contact: &Contact, (): &()) -> f64 {
-        0.4 * self.stiffness_per_radius
-            * contact.contact_radius()
+    fn energy<L: Real>(&self, contact: &Contact<L>, (): &()) -> L {
+        contact.contact_radius()
+            * (0.4 * self.stiffness_per_radius)
             * contact.overlap
             * contact.overlap
     }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Contact, NormalForce, NormalLaw};
+use crate::lanes::Real;
 
 /// F_n = k overlap - gamma u_n (Cundall & Strack 1979), with gamma fixed or from the restitution.
 ///
@@ -58,11 +59,11 @@ impl Linear {
     /// gamma for an effective mass m* (kg), kg/s.
     #[inline(always)]
     #[must_use]
-    pub fn dissipation_at(&self, effective_mass: f64) -> f64 {
+    pub fn dissipation_at<L: Real>(&self, effective_mass: L) -> L {
         if self.damping == 0.0 {
-            self.dissipation
+            L::splat(self.dissipation)
         } else {
-            self.dissipation + self.damping * effective_mass.sqrt()
+            effective_mass.sqrt() * self.damping + self.dissipation
         }
     }
 
@@ -87,12 +88,12 @@ impl Linear {
 }
 
 impl NormalLaw for Linear {
-    type History = ();
+    type History<L: Real> = ();
 
     #[inline(always)]
-    fn force(&self, contact: &Contact, (): &mut ()) -> NormalForce {
+    fn force<L: Real>(&self, contact: &Contact<L>, (): &mut ()) -> NormalForce<L> {
         let force = NormalForce {
-            elastic: self.stiffness * contact.overlap,
+            elastic: contact.overlap * self.stiffness,
             viscous: -self.dissipation_at(contact.effective_mass) * contact.normal_velocity,
         };
         if self.clamp_tension {
@@ -103,8 +104,8 @@ impl NormalLaw for Linear {
     }
 
     #[inline(always)]
-    fn energy(&self, contact: &Contact, (): &()) -> f64 {
-        0.5 * self.stiffness * contact.overlap * contact.overlap
+    fn energy<L: Real>(&self, contact: &Contact<L>, (): &()) -> L {
+        contact.overlap * (0.5 * self.stiffness) * contact.overlap
     }
 }
 

@@ -11,21 +11,22 @@ pub use linear::{Linear, damping_ratio, damping_ratio_clamped};
 pub use plastic::{MaxOverlap, Plastic};
 
 use super::{Contact, History};
+use crate::lanes::Real;
 
 /// Normal force on A along the normal, N; positive pushes A away from B.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NormalForce {
+pub struct NormalForce<L = f64> {
     /// Depends on the overlap and its history alone.
-    pub elastic: f64,
+    pub elastic: L,
     /// Depends on the normal velocity.
-    pub viscous: f64,
+    pub viscous: L,
 }
 
-impl NormalForce {
+impl<L: Real> NormalForce<L> {
     /// Elastic and viscous force, N.
     #[inline(always)]
     #[must_use]
-    pub fn total(self) -> f64 {
+    pub fn total(self) -> L {
         self.elastic + self.viscous
     }
 
@@ -43,11 +44,15 @@ impl NormalForce {
 /// A normal law; its fields are its parameters for one pair of materials.
 pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers.
-    type History: History;
+    type History<L: Real>: History<L>;
 
     /// The force at this contact; called for overlap > 0 only.
-    fn force(&self, contact: &Contact, history: &mut Self::History) -> NormalForce;
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        history: &mut Self::History<L>,
+    ) -> NormalForce<L>;
 
     /// Energy that unloading would give back, J.
-    fn energy(&self, contact: &Contact, history: &Self::History) -> f64;
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 }

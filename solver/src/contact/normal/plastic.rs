@@ -2,6 +2,7 @@
 
 use super::super::{History, HistoryNumber};
 use super::{Contact, NormalForce, NormalLaw};
+use crate::lanes::{Mask, Real};
 
 /// Loading along k1, unloading along a stiffness that grows with the largest overlap so far, cohesion along
 /// -kc overlap (Luding 2008, eqs. 5-7, and Fig. 1), and a dashpot gamma u_n beside it.
@@ -28,9 +29,9 @@ pub struct Plastic {
 
 /// The largest overlap so far, as far as the cohesive branch has not taken it back, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MaxOverlap(pub f64);
+pub struct MaxOverlap<L = f64>(pub L);
 
-impl History for MaxOverlap {
+impl<L: Real> History<L> for MaxOverlap<L> {
     const LENGTH: usize = 1;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -41,11 +42,11 @@ impl History for MaxOverlap {
         self
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         numbers.push(self.0);
     }
 
-    fn read(numbers: &[f64]) -> Self {
+    fn read(numbers: &[L]) -> Self {
         Self(numbers[0])
     }
 }
@@ -53,53 +54,57 @@ impl History for MaxOverlap {
 impl Plastic {
     /// k2 and delta_0 for a largest overlap (m).
     #[inline(always)]
-    fn unloading(&self, max_overlap: f64, limit: f64) -> (f64, f64) {
+    fn unloading<L: Real>(&self, max_overlap: L, limit: L) -> (L, L) {
         let (k1, k2_max) = (self.loading_stiffness, self.unloading_stiffness);
         // A limit of zero or infinity stands for "at once" and "never" (phi_f = 0, k1 = k2max).
-        let share = if limit > 0.0 {
-            (max_overlap / limit).min(1.0)
-        } else {
-            1.0
-        };
-        let k2 = k1 + (k2_max - k1) * share;
-        (k2, (1.0 - k1 / k2) * max_overlap)
+        let some = L::ZERO.below(limit);
+        let mut share = L::ONE;
+        if some.any() {
+            share = L::select(some, (max_overlap / limit).min(L::ONE), share);
+        }
+        let k2 = share * (k2_max - k1) + k1;
+        (k2, (L::ONE - L::splat(k1) / k2) * max_overlap)
     }
 
     /// delta*, the overlap beyond which unloading is elastic along k2max, m.
     #[inline(always)]
-    fn limit(&self, effective_radius: f64) -> f64 {
+    fn limit<L: Real>(&self, effective_radius: L) -> L {
         let (k1, k2_max) = (self.loading_stiffness, self.unloading_stiffness);
         if k2_max > k1 {
-            k2_max / (k2_max - k1) * self.penetration_depth * 2.0 * effective_radius
+            effective_radius * (k2_max / (k2_max - k1) * self.penetration_depth * 2.0)
         } else {
-            f64::INFINITY
+            L::splat(f64::INFINITY)
         }
     }
 }
 
 impl NormalLaw for Plastic {
-    type History = MaxOverlap;
+    type History<L: Real> = MaxOverlap<L>;
 
     #[inline(always)]
-    fn force(&self, contact: &Contact, history: &mut MaxOverlap) -> NormalForce {
+    fn force<L: Real>(&self, contact: &Contact<L>, history: &mut MaxOverlap<L>) -> NormalForce<L> {
         let overlap = contact.overlap;
         let limit = self.limit(contact.effective_radius);
-        if overlap > history.0 {
+        let loading = history.0.below(overlap);
+        if loading.any() {
             // With phi_f = 0 there is no plastic branch to follow: loading is along k2max from the start.
-            history.0 = overlap.min(limit);
+            history.0 = L::select(loading, overlap.min(limit), history.0);
         }
         let (k2, rest) = self.unloading(history.0, limit);
         let mut elastic = k2 * (overlap - rest);
-        let cohesion = -self.cohesion_stiffness * overlap;
-        if elastic < cohesion {
-            elastic = cohesion;
-            history.0 = (k2 + self.cohesion_stiffness) / (k2 - self.loading_stiffness) * overlap;
+        let cohesion = overlap * -self.cohesion_stiffness;
+        let pulled = elastic.below(cohesion);
+        if pulled.any() {
+            elastic = L::select(pulled, cohesion, elastic);
+            let max_overlap =
+                (k2 + self.cohesion_stiffness) / (k2 - self.loading_stiffness) * overlap;
+            history.0 = L::select(pulled, max_overlap, history.0);
         }
-        let viscous = -self.dissipation * contact.normal_velocity;
+        let viscous = contact.normal_velocity * -self.dissipation;
         if self.clamp_tension {
             NormalForce {
                 elastic,
-                viscous: viscous.max(-elastic.max(0.0)),
+                viscous: viscous.max(-elastic.max(L::ZERO)),
             }
         } else {
             NormalForce { elastic, viscous }
@@ -107,17 +112,17 @@ impl NormalLaw for Plastic {
     }
 
     /// k2 (overlap - delta_0)^2 / 2 where that is compressed, else 0.
-    fn energy(&self, contact: &Contact, history: &MaxOverlap) -> f64 {
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &MaxOverlap<L>) -> L {
         let (k2, rest) = self.unloading(history.0, self.limit(contact.effective_radius));
-        let spring = (contact.overlap - rest).max(0.0);
-        0.5 * k2 * spring * spring
+        let spring = (contact.overlap - rest).max(L::ZERO);
+        k2 * 0.5 * spring * spring
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
+    use crate::lanes::Vector;
 
     fn law() -> Plastic {
         Plastic {
@@ -132,15 +137,15 @@ mod tests {
 
     fn force(law: &Plastic, overlap: f64, history: &mut MaxOverlap) -> f64 {
         let contact = Contact {
-            normal: DVec3::X,
+            normal: Vector::X,
             distance: 1.0 - overlap,
             overlap,
             effective_radius: 0.25,
             effective_mass: 0.5,
             normal_velocity: 0.0,
-            tangential_velocity: DVec3::ZERO,
-            centre_velocity: DVec3::ZERO,
-            spin: DVec3::ZERO,
+            tangential_velocity: Vector::ZERO,
+            centre_velocity: Vector::ZERO,
+            spin: Vector::ZERO,
         };
         law.force(&contact, history).total()
     }

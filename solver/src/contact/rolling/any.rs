@@ -1,8 +1,7 @@
 //! A rolling law chosen at run time, for scenes in which pairs of materials differ in law.
 
-use glam::DVec3;
-
 use super::{Contact, Luding, RollingLaw, RollingSprings};
+use crate::lanes::{Real, Vector};
 
 /// One of the rolling laws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,29 +13,29 @@ pub enum AnyRolling {
 }
 
 impl RollingLaw for AnyRolling {
-    type History = RollingSprings;
+    type History<L: Real> = RollingSprings<L>;
     const ACTIVE: bool = true;
 
     #[inline]
-    fn couple(
+    fn couple<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
-        tangential_stiffness: f64,
+        contact: &Contact<L>,
+        normal_force: L,
+        tangential_stiffness: L,
         dt: f64,
-        history: &mut RollingSprings,
-    ) -> DVec3 {
+        history: &mut RollingSprings<L>,
+    ) -> Vector<L> {
         match self {
-            Self::None => DVec3::ZERO,
+            Self::None => Vector::ZERO,
             Self::Luding(law) => {
                 law.couple(contact, normal_force, tangential_stiffness, dt, history)
             }
         }
     }
 
-    fn energy(&self, tangential_stiffness: f64, history: &RollingSprings) -> f64 {
+    fn energy<L: Real>(&self, tangential_stiffness: L, history: &RollingSprings<L>) -> L {
         match self {
-            Self::None => 0.0,
+            Self::None => L::ZERO,
             Self::Luding(law) => law.energy(tangential_stiffness, history),
         }
     }

@@ -1,9 +1,8 @@
 //! Luding's virtual springs against rolling and torsion.
 
-use glam::DVec3;
-
 use super::super::{Contact, History, HistoryNumber, SpringRotation, follow};
 use super::RollingLaw;
+use crate::lanes::{Mask, Real, Vector};
 
 /// One spring of the law.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,14 +33,14 @@ pub struct Luding {
 
 /// The two springs, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RollingSprings {
+pub struct RollingSprings<L = f64> {
     /// In the tangent plane.
-    pub rolling: DVec3,
+    pub rolling: Vector<L>,
     /// Along the normal.
-    pub torsion: DVec3,
+    pub torsion: Vector<L>,
 }
 
-impl History for RollingSprings {
+impl<L: Real> History<L> for RollingSprings<L> {
     const LENGTH: usize = 6;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -63,15 +62,15 @@ impl History for RollingSprings {
         }
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         numbers.extend(self.rolling.to_array());
         numbers.extend(self.torsion.to_array());
     }
 
-    fn read(numbers: &[f64]) -> Self {
+    fn read(numbers: &[L]) -> Self {
         Self {
-            rolling: DVec3::from_slice(numbers),
-            torsion: DVec3::from_slice(&numbers[3..]),
+            rolling: Vector::from_slice(numbers),
+            torsion: Vector::from_slice(&numbers[3..]),
         }
     }
 }
@@ -79,54 +78,63 @@ impl History for RollingSprings {
 impl FrictionSpring {
     /// Force of the spring and its new length, from the length after this step's motion and its velocity.
     #[inline(always)]
-    fn force(
+    fn force<L: Real>(
         &self,
-        spring: DVec3,
-        velocity: DVec3,
-        normal_force: f64,
-        stiffness: f64,
-    ) -> (DVec3, DVec3) {
-        let damping = velocity * self.dissipation;
+        spring: Vector<L>,
+        velocity: Vector<L>,
+        normal_force: L,
+        stiffness: L,
+    ) -> (Vector<L>, Vector<L>) {
+        let damping = velocity * L::splat(self.dissipation);
         let trial = -(spring * stiffness) - damping;
-        let limit = self.static_friction * normal_force;
+        let limit = normal_force * self.static_friction;
         let squared = trial.length_squared();
-        if squared <= limit * limit {
+        let slides = !squared.at_most(limit * limit);
+        if !slides.any() {
             return (trial, spring);
         }
-        let force = trial * (self.friction * normal_force / squared.sqrt());
+        let force = trial * (normal_force * self.friction / squared.sqrt());
         // Without stiffness there is no spring to set back, only the dashpot.
-        let spring = if stiffness > 0.0 {
-            -(force + damping) / stiffness
-        } else {
-            DVec3::ZERO
-        };
-        (force, spring)
+        let set_back = Vector::select(
+            L::ZERO.below(stiffness),
+            -(force + damping) / stiffness,
+            Vector::ZERO,
+        );
+        (
+            Vector::select(slides, force, trial),
+            Vector::select(slides, set_back, spring),
+        )
     }
 }
 
 impl RollingLaw for Luding {
-    type History = RollingSprings;
+    type History<L: Real> = RollingSprings<L>;
     const ACTIVE: bool = true;
 
     #[inline(always)]
-    fn couple(
+    fn couple<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
-        tangential_stiffness: f64,
+        contact: &Contact<L>,
+        normal_force: L,
+        tangential_stiffness: L,
         dt: f64,
-        history: &mut RollingSprings,
-    ) -> DVec3 {
-        let mut couple = DVec3::ZERO;
-        if normal_force == 0.0 {
+        history: &mut RollingSprings<L>,
+    ) -> Vector<L> {
+        let mut couple = Vector::ZERO;
+        let idle = normal_force.equals(L::ZERO);
+        if idle.all() {
             return couple;
         }
-        let lever = self.lever * contact.effective_radius;
+        let before = *history;
+        let stiffness_of =
+            |spring: &FrictionSpring| spring.stiffness.map_or(tangential_stiffness, L::splat);
+        let lever = contact.effective_radius * self.lever;
+        let way = L::splat(dt);
         let normal = contact.normal;
         if self.rolling.friction > 0.0 {
             let velocity = normal.cross(contact.spin) * -lever;
-            let spring = follow(self.rotation, history.rolling, contact, dt) + velocity * dt;
-            let stiffness = self.rolling.stiffness.unwrap_or(tangential_stiffness);
+            let spring = follow(self.rotation, before.rolling, contact, dt) + velocity * way;
+            let stiffness = stiffness_of(&self.rolling);
             let (force, spring) = self
                 .rolling
                 .force(spring, velocity, normal_force, stiffness);
@@ -135,20 +143,26 @@ impl RollingLaw for Luding {
         }
         if self.torsion.friction > 0.0 {
             let velocity = normal * (lever * normal.dot(contact.spin));
-            let spring = normal * (history.torsion + velocity * dt).dot(normal);
-            let stiffness = self.torsion.stiffness.unwrap_or(tangential_stiffness);
+            let spring = normal * (before.torsion + velocity * way).dot(normal);
+            let stiffness = stiffness_of(&self.torsion);
             let (force, spring) = self
                 .torsion
                 .force(spring, velocity, normal_force, stiffness);
             history.torsion = spring;
             couple += force * lever;
         }
+        if idle.any() {
+            couple = Vector::select(idle, Vector::ZERO, couple);
+            history.rolling = Vector::select(idle, before.rolling, history.rolling);
+            history.torsion = Vector::select(idle, before.torsion, history.torsion);
+        }
         couple
     }
 
-    fn energy(&self, tangential_stiffness: f64, history: &RollingSprings) -> f64 {
-        let part = |spring: &FrictionSpring, length: DVec3| {
-            0.5 * spring.stiffness.unwrap_or(tangential_stiffness) * length.length_squared()
+    fn energy<L: Real>(&self, tangential_stiffness: L, history: &RollingSprings<L>) -> L {
+        let part = |spring: &FrictionSpring, length: Vector<L>| {
+            let stiffness = spring.stiffness.map_or(tangential_stiffness, L::splat);
+            stiffness * 0.5 * length.length_squared()
         };
         part(&self.rolling, history.rolling) + part(&self.torsion, history.torsion)
     }

@@ -6,30 +6,29 @@ mod luding;
 pub use any::AnyRolling;
 pub use luding::{FrictionSpring, Luding, RollingSprings};
 
-use glam::DVec3;
-
 use super::{Contact, History};
+use crate::lanes::{Real, Vector};
 
 /// A rolling and torsion law; its fields are its parameters for one pair of materials.
 pub trait RollingLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers.
-    type History: History;
+    type History<L: Real>: History<L>;
     /// False for the law that does nothing.
     const ACTIVE: bool;
 
     /// Couple on A, N m (B gets the opposite), for the normal force N >= 0 (N) and the tangential stiffness
     /// k_t of the contact (N/m); the history goes on by `dt` (s).
-    fn couple(
+    fn couple<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
-        tangential_stiffness: f64,
+        contact: &Contact<L>,
+        normal_force: L,
+        tangential_stiffness: L,
         dt: f64,
-        history: &mut Self::History,
-    ) -> DVec3;
+        history: &mut Self::History<L>,
+    ) -> Vector<L>;
 
     /// Energy stored in the springs, J.
-    fn energy(&self, tangential_stiffness: f64, history: &Self::History) -> f64;
+    fn energy<L: Real>(&self, tangential_stiffness: L, history: &Self::History<L>) -> L;
 }
 
 /// No resistance to rolling or torsion.
@@ -37,15 +36,15 @@ pub trait RollingLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
 pub struct NoRolling;
 
 impl RollingLaw for NoRolling {
-    type History = ();
+    type History<L: Real> = ();
     const ACTIVE: bool = false;
 
     #[inline(always)]
-    fn couple(&self, _: &Contact, _: f64, _: f64, _: f64, (): &mut ()) -> DVec3 {
-        DVec3::ZERO
+    fn couple<L: Real>(&self, _: &Contact<L>, _: L, _: L, _: f64, (): &mut ()) -> Vector<L> {
+        Vector::ZERO
     }
 
-    fn energy(&self, _: f64, (): &()) -> f64 {
-        0.0
+    fn energy<L: Real>(&self, _: L, (): &()) -> L {
+        L::ZERO
     }
 }

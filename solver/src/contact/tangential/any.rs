@@ -1,12 +1,11 @@
 //! A tangential law chosen at run time, for scenes in which pairs of materials differ in law.
 
-use glam::DVec3;
-
 use super::super::history::TangentialSpring;
 use super::{
     Contact, LinearFriction, Mindlin, MindlinRescaled, NoFriction, StoredForce, TangentialLaw,
 };
 use crate::contact::{History, HistoryNumber};
+use crate::lanes::{Real, Vector};
 
 /// One of the tangential laws.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,18 +22,22 @@ pub enum AnyTangential {
 
 /// Room for the history of any of the laws; a contact uses one of them, by its pair of materials.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct AnyTangentialHistory {
+pub struct AnyTangentialHistory<L = f64> {
     /// Of the linear and the plain Mindlin law.
-    spring: TangentialSpring,
+    spring: TangentialSpring<L>,
     /// Of the rescaled law.
-    stored: StoredForce,
+    stored: StoredForce<L>,
 }
 
-impl History for AnyTangentialHistory {
-    const LENGTH: usize = TangentialSpring::LENGTH + StoredForce::LENGTH;
+impl<L: Real> History<L> for AnyTangentialHistory<L> {
+    const LENGTH: usize = <TangentialSpring<L>>::LENGTH + <StoredForce<L>>::LENGTH;
 
     fn columns() -> Vec<HistoryNumber> {
-        [TangentialSpring::columns(), StoredForce::columns()].concat()
+        [
+            <TangentialSpring<L>>::columns(),
+            <StoredForce<L>>::columns(),
+        ]
+        .concat()
     }
 
     fn swapped(self) -> Self {
@@ -44,13 +47,13 @@ impl History for AnyTangentialHistory {
         }
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         self.spring.write(numbers);
         self.stored.write(numbers);
     }
 
-    fn read(numbers: &[f64]) -> Self {
-        let (spring, stored) = numbers.split_at(TangentialSpring::LENGTH);
+    fn read(numbers: &[L]) -> Self {
+        let (spring, stored) = numbers.split_at(<TangentialSpring<L>>::LENGTH);
         Self {
             spring: TangentialSpring::read(spring),
             stored: StoredForce::read(stored),
@@ -59,26 +62,26 @@ impl History for AnyTangentialHistory {
 }
 
 impl TangentialLaw for AnyTangential {
-    type History = AnyTangentialHistory;
+    type History<L: Real> = AnyTangentialHistory<L>;
     const ACTIVE: bool = true;
 
     #[inline]
-    fn force(
+    fn force<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
+        contact: &Contact<L>,
+        normal_force: L,
         dt: f64,
-        history: &mut AnyTangentialHistory,
-    ) -> DVec3 {
+        history: &mut AnyTangentialHistory<L>,
+    ) -> Vector<L> {
         match self {
-            Self::None => DVec3::ZERO,
+            Self::None => Vector::ZERO,
             Self::Linear(law) => law.force(contact, normal_force, dt, &mut history.spring),
             Self::Mindlin(law) => law.force(contact, normal_force, dt, &mut history.spring),
             Self::MindlinRescaled(law) => law.force(contact, normal_force, dt, &mut history.stored),
         }
     }
 
-    fn stiffness(&self, contact: &Contact) -> f64 {
+    fn stiffness<L: Real>(&self, contact: &Contact<L>) -> L {
         match self {
             Self::None => NoFriction.stiffness(contact),
             Self::Linear(law) => law.stiffness(contact),
@@ -96,9 +99,9 @@ impl TangentialLaw for AnyTangential {
         }
     }
 
-    fn energy(&self, contact: &Contact, history: &AnyTangentialHistory) -> f64 {
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &AnyTangentialHistory<L>) -> L {
         match self {
-            Self::None => 0.0,
+            Self::None => L::ZERO,
             Self::Linear(law) => law.energy(contact, &history.spring),
             Self::Mindlin(law) => law.energy(contact, &history.spring),
             Self::MindlinRescaled(law) => law.energy(contact, &history.stored),

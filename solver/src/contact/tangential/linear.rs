@@ -1,10 +1,9 @@
 //! The linear tangential spring and dashpot with Coulomb's limit.
 
-use glam::DVec3;
-
 use super::super::history::TangentialSpring;
 use super::super::{Contact, SpringRotation, follow};
 use super::{TangentialLaw, coulomb};
+use crate::lanes::{Mask, Real, Vector};
 
 /// f = -k_t xi - gamma_t u_t, the whole of it cut at mu N (Cundall & Strack 1979; Luding 2008, eqs. 22-24).
 ///
@@ -25,46 +24,52 @@ pub struct LinearFriction {
 }
 
 impl TangentialLaw for LinearFriction {
-    type History = TangentialSpring;
+    type History<L: Real> = TangentialSpring<L>;
     const ACTIVE: bool = true;
 
     #[inline(always)]
-    fn force(
+    fn force<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
+        contact: &Contact<L>,
+        normal_force: L,
         dt: f64,
-        history: &mut TangentialSpring,
-    ) -> DVec3 {
-        if normal_force == 0.0 || self.friction == 0.0 {
-            return DVec3::ZERO;
+        history: &mut TangentialSpring<L>,
+    ) -> Vector<L> {
+        let idle = normal_force.equals(L::ZERO);
+        if idle.all() || self.friction == 0.0 {
+            return Vector::ZERO;
         }
-        let damping = contact.tangential_velocity * self.dissipation;
+        let damping = contact.tangential_velocity * L::splat(self.dissipation);
         let (static_limit, dynamic_limit) = (
-            self.static_friction * normal_force,
-            self.friction * normal_force,
+            normal_force * self.static_friction,
+            normal_force * self.friction,
         );
+        let (mut force, mut spring);
         if self.stiffness == 0.0 {
-            return coulomb(-damping, static_limit, dynamic_limit).0;
-        }
-        let spring =
-            follow(self.rotation, history.0, contact, dt) + contact.tangential_velocity * dt;
-        let (force, slides) = coulomb(
-            -(spring * self.stiffness) - damping,
-            static_limit,
-            dynamic_limit,
-        );
-        history.0 = if slides {
-            -(force + damping) / self.stiffness
+            (force, _) = coulomb(-damping, static_limit, dynamic_limit);
+            spring = history.0;
         } else {
-            spring
-        };
+            let slides;
+            let stiffness = L::splat(self.stiffness);
+            spring = follow(self.rotation, history.0, contact, dt)
+                + contact.tangential_velocity * L::splat(dt);
+            let trial = -(spring * stiffness) - damping;
+            (force, slides) = coulomb(trial, static_limit, dynamic_limit);
+            if slides.any() {
+                spring = Vector::select(slides, -(force + damping) / stiffness, spring);
+            }
+        }
+        if idle.any() {
+            force = Vector::select(idle, Vector::ZERO, force);
+            spring = Vector::select(idle, history.0, spring);
+        }
+        history.0 = spring;
         force
     }
 
     #[inline(always)]
-    fn stiffness(&self, _: &Contact) -> f64 {
-        self.stiffness
+    fn stiffness<L: Real>(&self, _: &Contact<L>) -> L {
+        L::splat(self.stiffness)
     }
 
     /// -|xi|.
@@ -72,7 +77,7 @@ impl TangentialLaw for LinearFriction {
         -history.0.length()
     }
 
-    fn energy(&self, _: &Contact, history: &TangentialSpring) -> f64 {
-        0.5 * self.stiffness * history.0.length_squared()
+    fn energy<L: Real>(&self, _: &Contact<L>, history: &TangentialSpring<L>) -> L {
+        history.0.length_squared() * (0.5 * self.stiffness)
     }
 }

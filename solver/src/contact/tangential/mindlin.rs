@@ -1,10 +1,9 @@
 //! Mindlin's tangential stiffness with a spring that forgets the load at which it was stretched.
 
-use glam::DVec3;
-
 use super::super::history::TangentialSpring;
 use super::super::{Contact, project};
 use super::{TangentialLaw, coulomb};
+use crate::lanes::{Mask, Real, Vector};
 
 /// f = -s k_t xi with k_t = 8 G* a, a = sqrt(R* overlap), taken at the present overlap, cut at mu N; while it sticks a
 /// dashpot beta_t sqrt(m* k_t) u_t is added (Mindlin 1949; Di Renzo & Di Maio 2005, eq. 17 for s = 2/3;
@@ -58,53 +57,57 @@ impl Mindlin {
 }
 
 impl TangentialLaw for Mindlin {
-    type History = TangentialSpring;
+    type History<L: Real> = TangentialSpring<L>;
     const ACTIVE: bool = true;
 
     #[inline(always)]
-    fn force(
+    fn force<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
+        contact: &Contact<L>,
+        normal_force: L,
         dt: f64,
-        history: &mut TangentialSpring,
-    ) -> DVec3 {
-        if normal_force == 0.0 || self.friction == 0.0 {
-            return DVec3::ZERO;
+        history: &mut TangentialSpring<L>,
+    ) -> Vector<L> {
+        let idle = normal_force.equals(L::ZERO);
+        if idle.all() || self.friction == 0.0 {
+            return Vector::ZERO;
         }
         let radius = contact.contact_radius();
-        let stiffness = self.stiffness_factor * self.stiffness_per_radius * radius;
-        let dashpot = self.dashpot * (contact.effective_mass * radius).sqrt();
-        let spring = project(history.0, contact) + contact.tangential_velocity * dt;
+        let stiffness = radius * (self.stiffness_factor * self.stiffness_per_radius);
+        let dashpot = (contact.effective_mass * radius).sqrt() * self.dashpot;
+        let mut spring = project(history.0, contact) + contact.tangential_velocity * L::splat(dt);
         let elastic = -(spring * stiffness);
         let damping = contact.tangential_velocity * dashpot;
         let (static_limit, dynamic_limit) = (
-            self.static_friction * normal_force,
-            self.friction * normal_force,
+            normal_force * self.static_friction,
+            normal_force * self.friction,
         );
+        let (mut force, slides);
         if self.cap_total {
-            let (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
-            history.0 = if slides {
-                -(force + damping) / stiffness
-            } else {
-                spring
-            };
-            force
+            (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
+            if slides.any() {
+                spring = Vector::select(slides, -(force + damping) / stiffness, spring);
+            }
         } else {
-            let (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
-            if slides {
-                history.0 = -force / stiffness;
-                force
-            } else {
-                history.0 = spring;
-                force - damping
+            (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
+            if slides.any() {
+                spring = Vector::select(slides, -force / stiffness, spring);
+            }
+            if !slides.all() {
+                force = Vector::select(slides, force, force - damping);
             }
         }
+        if idle.any() {
+            force = Vector::select(idle, Vector::ZERO, force);
+            spring = Vector::select(idle, history.0, spring);
+        }
+        history.0 = spring;
+        force
     }
 
     #[inline(always)]
-    fn stiffness(&self, contact: &Contact) -> f64 {
-        self.stiffness_per_radius * contact.contact_radius()
+    fn stiffness<L: Real>(&self, contact: &Contact<L>) -> L {
+        contact.contact_radius() * self.stiffness_per_radius
     }
 
     /// The sum of the components, a convention of MercuryDPM that shows the sign in plane problems.
@@ -112,7 +115,7 @@ impl TangentialLaw for Mindlin {
         history.0.x + history.0.y + history.0.z
     }
 
-    fn energy(&self, contact: &Contact, history: &TangentialSpring) -> f64 {
-        0.5 * self.stiffness_factor * self.stiffness(contact) * history.0.length_squared()
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &TangentialSpring<L>) -> L {
+        self.stiffness(contact) * (0.5 * self.stiffness_factor) * history.0.length_squared()
     }
 }

@@ -1,9 +1,8 @@
 //! Mindlin's stiffness with a stored force that shrinks with the contact area.
 
-use glam::DVec3;
-
 use super::super::{Contact, History, HistoryNumber, project};
 use super::{TangentialLaw, coulomb};
+use crate::lanes::{Mask, Real, Vector};
 
 /// The stored force grows by -s k_t u_t dt, k_t = 8 G* a, and shrinks in proportion to the contact radius a while that
 /// shrinks, so that unloading cannot create energy (Thornton, Cummins & Cleary 2013, section 2.3; Elata & Berryman 1996).
@@ -18,14 +17,14 @@ pub struct MindlinRescaled {
 
 /// Stored tangential force on A (N) and the contact radius at which it was stored (m).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StoredForce {
+pub struct StoredForce<L = f64> {
     /// Elastic force, N.
-    pub force: DVec3,
+    pub force: Vector<L>,
     /// Contact radius a in the last step, m.
-    pub contact_radius: f64,
+    pub contact_radius: L,
 }
 
-impl History for StoredForce {
+impl<L: Real> History<L> for StoredForce<L> {
     const LENGTH: usize = 4;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -44,64 +43,82 @@ impl History for StoredForce {
         }
     }
 
-    fn write(&self, numbers: &mut Vec<f64>) {
+    fn write(&self, numbers: &mut Vec<L>) {
         numbers.extend(self.force.to_array());
         numbers.push(self.contact_radius);
     }
 
-    fn read(numbers: &[f64]) -> Self {
+    fn read(numbers: &[L]) -> Self {
         Self {
-            force: DVec3::from_slice(numbers),
+            force: Vector::from_slice(numbers),
             contact_radius: numbers[3],
         }
     }
 }
 
 impl TangentialLaw for MindlinRescaled {
-    type History = StoredForce;
+    type History<L: Real> = StoredForce<L>;
     const ACTIVE: bool = true;
 
     #[inline(always)]
-    fn force(
+    fn force<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
+        contact: &Contact<L>,
+        normal_force: L,
         dt: f64,
-        history: &mut StoredForce,
-    ) -> DVec3 {
+        history: &mut StoredForce<L>,
+    ) -> Vector<L> {
         let law = &self.plain;
-        if normal_force == 0.0 || law.friction == 0.0 {
-            return DVec3::ZERO;
+        let idle = normal_force.equals(L::ZERO);
+        if idle.all() || law.friction == 0.0 {
+            return Vector::ZERO;
         }
+        let before = *history;
         let radius = contact.contact_radius();
-        let stiffness = law.stiffness_factor * law.stiffness(contact);
-        let dashpot = law.damping * (contact.effective_mass * law.stiffness(contact)).sqrt();
+        let stiffness = law.stiffness(contact) * law.stiffness_factor;
+        let dashpot = (contact.effective_mass * law.stiffness(contact)).sqrt() * law.damping;
         // The stored force has the dimension of a spring times its stiffness; `project` only needs a length
         // to tell a direction from round-off.
-        let mut elastic = project(history.force / stiffness, contact) * stiffness;
-        if radius < history.contact_radius {
-            elastic *= radius / history.contact_radius;
+        let mut elastic = project(before.force / stiffness, contact) * stiffness;
+        let shrinks = radius.below(before.contact_radius);
+        if shrinks.any() {
+            let smaller = elastic * (radius / before.contact_radius);
+            elastic = Vector::select(shrinks, smaller, elastic);
         }
         elastic -= contact.tangential_velocity * (stiffness * dt);
         let damping = contact.tangential_velocity * dashpot;
         let (static_limit, dynamic_limit) = (
-            law.static_friction * normal_force,
-            law.friction * normal_force,
+            normal_force * law.static_friction,
+            normal_force * law.friction,
         );
-        history.contact_radius = radius;
+        let (mut force, slides);
+        let mut stored = elastic;
         if law.cap_total {
-            let (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
-            history.force = if slides { force + damping } else { elastic };
-            force
+            (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
+            if slides.any() {
+                stored = Vector::select(slides, force + damping, elastic);
+            }
         } else {
-            let (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
-            history.force = force;
-            if slides { force } else { force - damping }
+            (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
+            stored = force;
+            if !slides.all() {
+                force = Vector::select(slides, force, force - damping);
+            }
         }
+        *history = StoredForce {
+            force: stored,
+            contact_radius: radius,
+        };
+        if idle.any() {
+            force = Vector::select(idle, Vector::ZERO, force);
+            history.force = Vector::select(idle, before.force, stored);
+            history.contact_radius = L::select(idle, before.contact_radius, radius);
+        }
+        force
     }
 
     #[inline(always)]
-    fn stiffness(&self, contact: &Contact) -> f64 {
+    fn stiffness<L: Real>(&self, contact: &Contact<L>) -> L {
         self.plain.stiffness(contact)
     }
 
@@ -112,12 +129,9 @@ impl TangentialLaw for MindlinRescaled {
         -(force.x + force.y + force.z) / stiffness
     }
 
-    fn energy(&self, contact: &Contact, history: &StoredForce) -> f64 {
-        let stiffness = self.plain.stiffness_factor * self.plain.stiffness(contact);
-        if stiffness > 0.0 {
-            0.5 * history.force.length_squared() / stiffness
-        } else {
-            0.0
-        }
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &StoredForce<L>) -> L {
+        let stiffness = self.plain.stiffness(contact) * self.plain.stiffness_factor;
+        let stored = history.force.length_squared() * 0.5 / stiffness;
+        L::select(L::ZERO.below(stiffness), stored, L::ZERO)
     }
 }

@@ -10,35 +10,34 @@ pub use linear::LinearFriction;
 pub use mindlin::Mindlin;
 pub use mindlin_rescaled::{MindlinRescaled, StoredForce};
 
-use glam::DVec3;
-
 use super::{Contact, History};
+use crate::lanes::{Mask, Real, Vector};
 
 /// A tangential law; its fields are its parameters for one pair of materials.
 pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers.
-    type History: History;
+    type History<L: Real>: History<L>;
     /// False for the law that does nothing: scenes without friction skip rotation.
     const ACTIVE: bool;
 
     /// Force on A in the tangent plane, N, for the normal force N >= 0 (absolute value, N); the history
     /// goes on by `dt` (s).
-    fn force(
+    fn force<L: Real>(
         &self,
-        contact: &Contact,
-        normal_force: f64,
+        contact: &Contact<L>,
+        normal_force: L,
         dt: f64,
-        history: &mut Self::History,
-    ) -> DVec3;
+        history: &mut Self::History<L>,
+    ) -> Vector<L>;
 
     /// k_t at this contact, N/m; rolling and torsion springs take it where they have no stiffness of their own.
-    fn stiffness(&self, contact: &Contact) -> f64;
+    fn stiffness<L: Real>(&self, contact: &Contact<L>) -> L;
 
     /// The number that MercuryDPM prints as "tangential overlap" in `.fstat`, m.
-    fn tangential_overlap(&self, contact: &Contact, history: &Self::History) -> f64;
+    fn tangential_overlap(&self, contact: &Contact, history: &Self::History<f64>) -> f64;
 
     /// Energy stored in the spring, J.
-    fn energy(&self, contact: &Contact, history: &Self::History) -> f64;
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 }
 
 /// No tangential force.
@@ -46,36 +45,37 @@ pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
 pub struct NoFriction;
 
 impl TangentialLaw for NoFriction {
-    type History = ();
+    type History<L: Real> = ();
     const ACTIVE: bool = false;
 
     #[inline(always)]
-    fn force(&self, _: &Contact, _: f64, _: f64, (): &mut ()) -> DVec3 {
-        DVec3::ZERO
+    fn force<L: Real>(&self, _: &Contact<L>, _: L, _: f64, (): &mut ()) -> Vector<L> {
+        Vector::ZERO
     }
 
     #[inline(always)]
-    fn stiffness(&self, _: &Contact) -> f64 {
-        0.0
+    fn stiffness<L: Real>(&self, _: &Contact<L>) -> L {
+        L::ZERO
     }
 
     fn tangential_overlap(&self, _: &Contact, (): &()) -> f64 {
         0.0
     }
 
-    fn energy(&self, _: &Contact, (): &()) -> f64 {
-        0.0
+    fn energy<L: Real>(&self, _: &Contact<L>, (): &()) -> L {
+        L::ZERO
     }
 }
 
 /// Cuts a trial force to the Coulomb limits: at most `static_friction` N, and `friction` N once it slides.
-/// Returns the force and whether it slides.
+/// Returns the force and where it slides.
 #[inline(always)]
-fn coulomb(trial: DVec3, static_limit: f64, dynamic_limit: f64) -> (DVec3, bool) {
+fn coulomb<L: Real>(trial: Vector<L>, static_limit: L, dynamic_limit: L) -> (Vector<L>, L::Mask) {
     let squared = trial.length_squared();
-    if squared <= static_limit * static_limit {
-        (trial, false)
-    } else {
-        (trial * (dynamic_limit / squared.sqrt()), true)
+    let slides = !squared.at_most(static_limit * static_limit);
+    let mut force = trial;
+    if slides.any() {
+        force = Vector::select(slides, trial * (dynamic_limit / squared.sqrt()), trial);
     }
+    (force, slides)
 }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{Block, ContactLoop, FREE, Histories, OWNER_SHIFT, Slot, TOUCHING, WallSlot};
-use crate::contact::{History, NormalLaw, RollingLaw, TangentialLaw};
+use super::{Block, ContactLoop, FREE, OWNER_SHIFT, Slot, TOUCHING, WallSlot};
+use crate::contact::{Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
 use crate::neighbours::CandidateList;
 use crate::walls::NearMeshes;

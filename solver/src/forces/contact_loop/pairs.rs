@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::{Block, FREE, Histories, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
-use crate::contact::{Contact, NormalLaw, RollingLaw, TangentialLaw};
+use super::{Block, FREE, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
+use crate::contact::{Contact, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::state::{Bodies, Load, Particle};
 
@@ -58,29 +58,31 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let law = &self.laws[a.material as usize * self.materials + b.material as usize];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
+                let force = DVec3::from(action.force);
                 let ahead = slot.partner as usize - first_row;
                 if T::ACTIVE || R::ACTIVE {
                     let turning = contact.normal.cross(action.tangential);
-                    loads[owner].add(action.force, action.couple - turning * lever_a);
-                    let torque = -action.couple - turning * lever_b;
+                    let torque = action.couple - turning * lever_a;
+                    loads[owner].add(force, torque.into());
+                    let torque = DVec3::from(-action.couple - turning * lever_b);
                     match loads.get_mut(ahead) {
-                        Some(partner) => partner.add(-action.force, torque),
+                        Some(partner) => partner.add(-force, torque),
                         None => block.outbox.park(
                             ahead - self.block_size,
                             self.block_size,
-                            -action.force,
+                            -force,
                             torque,
                         ),
                     }
                 } else {
                     // Nothing turns the particles.
-                    loads[owner].force += action.force;
+                    loads[owner].force += force;
                     match loads.get_mut(ahead) {
-                        Some(partner) => partner.force -= action.force,
+                        Some(partner) => partner.force -= force,
                         None => block.outbox.park(
                             ahead - self.block_size,
                             self.block_size,
-                            -action.force,
+                            -force,
                             DVec3::ZERO,
                         ),
                     }
@@ -220,15 +222,15 @@ fn meet<T: TangentialLaw, R: RollingLaw>(
         spin = a.angular_velocity - b.angular_velocity;
     }
     let contact = Contact {
-        normal,
+        normal: normal.into(),
         distance,
         overlap,
         effective_radius: found.radius[k],
         effective_mass: found.mass[k],
         normal_velocity,
-        tangential_velocity,
-        centre_velocity,
-        spin,
+        tangential_velocity: tangential_velocity.into(),
+        centre_velocity: centre_velocity.into(),
+        spin: spin.into(),
     };
     (contact, lever_a, lever_b)
 }

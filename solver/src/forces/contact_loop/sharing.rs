@@ -9,8 +9,8 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
-use super::{Block, Histories, Pass, Rows};
-use crate::contact::{NormalLaw, RollingLaw, TangentialLaw};
+use super::{Block, Pass, Rows};
+use crate::contact::{Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Fastest, Finish};
 use crate::state::{Load, Particle};
 

@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::{Block, FREE, Histories, Pass, Rows, Seen, WallSlot};
-use crate::contact::{Contact, History, NormalLaw, RollingLaw, TangentialLaw};
+use super::{Block, FREE, Pass, Rows, Seen, WallSlot};
+use crate::contact::{Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
+use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
 
@@ -148,7 +149,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         }
         let normal_velocity = velocity.dot(normal);
         let contact = Contact {
-            normal,
+            normal: normal.into(),
             distance: touch.distance,
             overlap,
             effective_radius: if context.wall_curvature {
@@ -158,18 +159,20 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             },
             effective_mass,
             normal_velocity,
-            tangential_velocity: velocity - normal * normal_velocity,
-            centre_velocity: DVec3::ZERO,
-            spin,
+            tangential_velocity: (velocity - normal * normal_velocity).into(),
+            centre_velocity: Vector::ZERO,
+            spin: spin.into(),
         };
         let law = &self.laws[a.material as usize * self.materials + side.wall.material as usize];
         let before = slot.history;
         let action = law.act(&contact, context.spring_time, &mut slot.history);
-        load.add(action.force, action.couple + arm.cross(action.tangential));
+        let (force, couple) = (DVec3::from(action.force), DVec3::from(action.couple));
+        let tangential = DVec3::from(action.tangential);
+        load.add(force, couple + arm.cross(tangential));
         if let Some(sums) = feature_loads {
             let on_wall = FeatureLoad {
-                force: state.turn_into_wall(-action.force),
-                shear: state.turn_into_wall(-action.tangential),
+                force: state.turn_into_wall(-force),
+                shear: state.turn_into_wall(-tangential),
                 normal: action.normal.total(),
                 slip: law.sliding_loss(
                     &contact,
@@ -208,9 +211,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let point = side.centre + arm;
             let (wall_load, power) = &mut observation.walls[side.near.wall as usize];
             let about = point - state.reference;
-            wall_load.add(-action.force, -about.cross(action.force) - action.couple);
-            let watts = action.force.dot(state.velocity.at(point))
-                + action.couple.dot(state.velocity.angular_velocity);
+            wall_load.add(-force, -about.cross(force) - couple);
+            let watts =
+                force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
             *power += watts;
             observation.grips[side.near.wall as usize].add_contact(
                 contact.effective_mass,

@@ -1,7 +1,11 @@
 //! What is seen of a contact in the steps that are written out or audited.
 
-use super::{Histories, Pass, Seen};
-use crate::contact::{Action, Contact, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use glam::DVec3;
+
+use super::{Pass, Seen};
+use crate::contact::{
+    Action, Contact, Histories, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::opposite;
 use crate::state::Particle;
@@ -73,15 +77,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             row: seen.row as u32,
             partner: seen.partner,
             feature: seen.feature,
-            slip: contact.tangential_velocity,
-            point: a.position - contact.normal * seen.lever,
-            normal: contact.normal,
+            slip: contact.tangential_velocity.into(),
+            point: a.position - DVec3::from(contact.normal * seen.lever),
+            normal: contact.normal.into(),
             overlap: contact.overlap,
-            force: action.force,
-            tangential: action.tangential,
-            couple: action.couple,
+            force: action.force.into(),
+            tangential: action.tangential.into(),
+            couple: action.couple.into(),
             tangential_overlap: 0.0,
-            history: Vec::with_capacity(<Histories<N, T, R>>::LENGTH),
+            history: Vec::with_capacity(<Histories<N, T, R> as History>::LENGTH),
         };
         let mut memory = memory;
         if let (Partner::Particle { row, image }, Some(b)) = (seen.partner, seen.b)
@@ -92,12 +96,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 row: seen.row as u32,
                 image: opposite(image),
             };
-            record.point = b.position + contact.normal * (b.radius - 0.5 * contact.overlap);
-            record.normal = -contact.normal;
-            record.force = -action.force;
-            record.tangential = -action.tangential;
-            record.couple = -action.couple;
-            record.slip = -contact.tangential_velocity;
+            record.point = b.position + record.normal * (b.radius - 0.5 * contact.overlap);
+            record.normal = -record.normal;
+            record.force = -record.force;
+            record.tangential = -record.tangential;
+            record.couple = -record.couple;
+            record.slip = -record.slip;
             memory = memory.swapped();
         }
         record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);

@@ -1,0 +1,398 @@
+//! Every law gives in each lane the bits that it gives alone, rare cases beside common ones included.
+
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+
+use super::rolling::FrictionSpring;
+use super::{
+    Action, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History, Linear,
+    LinearFriction, Luding, Mindlin, MindlinRescaled, NoFriction, NoRolling, NormalLaw, PairLaw,
+    Plastic, RollingLaw, SpringRotation, TangentialLaw,
+};
+use crate::lanes::{Lanes, Real, Vector};
+
+const STEP: f64 = 1e-5;
+
+/// One contact alone with the numbers of its history.
+#[derive(Debug, Clone)]
+struct Alone {
+    contact: Contact,
+    /// Numbers of springs along three directions and beside them, enough for every law; each law takes what it needs.
+    memory: Memory,
+}
+
+/// What was before, from which the history of any law is made.
+#[derive(Debug, Clone)]
+struct Memory {
+    /// Over the present overlap.
+    largest_overlap: f64,
+    /// Sliding, rolling and torsion spring, m.
+    springs: [Vector; 3],
+    /// Over the present contact radius.
+    contact_radius: f64,
+}
+
+impl Memory {
+    /// The numbers of a history whose columns are known by their text.
+    fn numbers<H: History>(&self, contact: &Contact) -> Vec<f64> {
+        let component = |text: &str, vector: Vector| match text.as_bytes()[text.len() - 1] {
+            b'x' => vector.x,
+            b'y' => vector.y,
+            _ => vector.z,
+        };
+        let number = |(unit, text): (&str, &str)| match text {
+            "largest overlap so far" => self.largest_overlap * contact.overlap,
+            "contact radius it belongs to" => self.contact_radius * contact.contact_radius(),
+            _ if text.starts_with("tangential") => component(text, self.springs[0]),
+            // At the stiffness of a softer moment.
+            _ if unit == "N" => -1e4 * component(text, self.springs[0]),
+            _ if text.starts_with("rolling") => component(text, self.springs[1]),
+            _ => component(text, self.springs[2]),
+        };
+        H::columns().into_iter().map(number).collect()
+    }
+}
+
+/// Bits that may be compared: which of the many "no number" it is, nobody promises.
+fn bits(number: f64) -> u64 {
+    if number.is_nan() {
+        u64::MAX
+    } else {
+        number.to_bits()
+    }
+}
+
+/// Everything that a law answers, number by number: force, tangential force, couple, normal force, history, energies.
+fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, L: Real>(
+    law: &PairLaw<N, T, R>,
+    contact: &Contact<L>,
+    numbers: &[L],
+) -> Vec<L> {
+    let mut history = <Histories<N, T, R, L> as History<L>>::read(numbers);
+    let Action {
+        force,
+        tangential,
+        couple,
+        normal,
+    } = law.act(contact, STEP, &mut history);
+    let mut answers = [force, tangential, couple].map(Vector::to_array).concat();
+    answers.extend([normal.elastic, normal.viscous]);
+    history.write(&mut answers);
+    answers.push(law.energy(contact, &history));
+    answers.push(law.friction_energy(contact, &history));
+    let swapped = history.swapped();
+    swapped.write(&mut answers);
+    answers
+}
+
+/// The contacts side by side.
+fn in_lanes<const N: usize>(alone: &[Alone; N]) -> Contact<Lanes<N>> {
+    let number = |of: fn(&Contact) -> f64| Lanes::from_lanes(|k| of(&alone[k].contact));
+    let vector = |of: fn(&Contact) -> Vector| {
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| Lanes::from_lanes(|k| of(&alone[k].contact).to_array()[axis]));
+        Vector::new(x, y, z)
+    };
+    Contact {
+        normal: vector(|contact| contact.normal),
+        distance: number(|contact| contact.distance),
+        overlap: number(|contact| contact.overlap),
+        effective_radius: number(|contact| contact.effective_radius),
+        effective_mass: number(|contact| contact.effective_mass),
+        normal_velocity: number(|contact| contact.normal_velocity),
+        tangential_velocity: vector(|contact| contact.tangential_velocity),
+        centre_velocity: vector(|contact| contact.centre_velocity),
+        spin: vector(|contact| contact.spin),
+    }
+}
+
+/// Compares the law in `N` lanes with the law alone.
+fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, const W: usize>(
+    law: &PairLaw<N, T, R>,
+    alone: &[Alone; W],
+) -> Result<(), TestCaseError> {
+    let numbers = alone
+        .each_ref()
+        .map(|one| one.memory.numbers::<Histories<N, T, R>>(&one.contact));
+    let side_by_side: Vec<Lanes<W>> = (0..numbers[0].len())
+        .map(|number| Lanes::from_lanes(|k| numbers[k][number]))
+        .collect();
+    let together = answers(law, &in_lanes(alone), &side_by_side);
+    for (k, one) in alone.iter().enumerate() {
+        let expected = answers(law, &one.contact, &numbers[k]);
+        prop_assert_eq!(expected.len(), together.len());
+        for (place, (expected, lanes)) in expected.iter().zip(&together).enumerate() {
+            prop_assert_eq!(
+                bits(*expected),
+                bits(lanes.lane(k)),
+                "answer {} in lane {} of {}: {} alone, {} in lanes, {:?} {:?}",
+                place,
+                k,
+                W,
+                expected,
+                lanes.lane(k),
+                law,
+                one
+            );
+        }
+    }
+    Ok(())
+}
+
+/// The same for 2, 4 and 8 lanes.
+fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw>(
+    law: PairLaw<N, T, R>,
+    alone: &[Alone; 8],
+) -> Result<(), TestCaseError> {
+    compare(&law, &alone.clone())?;
+    for four in alone.chunks_exact(4) {
+        let four: &[Alone; 4] = four.try_into().expect("a chunk of four");
+        compare(&law, four)?;
+    }
+    for two in alone.chunks_exact(2) {
+        let two: &[Alone; 2] = two.try_into().expect("a chunk of two");
+        compare(&law, two)?;
+    }
+    Ok(())
+}
+
+fn normal_laws() -> Vec<AnyNormal> {
+    let plastic = Plastic {
+        loading_stiffness: 1e4,
+        unloading_stiffness: 2e4,
+        cohesion_stiffness: 5e3,
+        penetration_depth: 0.05,
+        dissipation: 0.2,
+        clamp_tension: false,
+    };
+    let clamped = |mut law: Linear| {
+        law.clamp_tension = true;
+        AnyNormal::Linear(law)
+    };
+    let mut hertz = Hertz::new(5e6, 0.4);
+    let open = AnyNormal::Hertz(hertz);
+    hertz.clamp_tension = true;
+    vec![
+        AnyNormal::Linear(Linear::new(1e4, 0.3)),
+        clamped(Linear::new(1e4, 0.3)),
+        AnyNormal::Linear(Linear::with_damping_ratio(1e4, 0.2)),
+        clamped(Linear::with_damping_ratio(1e4, 0.2)),
+        open,
+        AnyNormal::Hertz(hertz),
+        AnyNormal::Plastic(plastic),
+        AnyNormal::Plastic(Plastic {
+            clamp_tension: true,
+            ..plastic
+        }),
+        // unloads along k2max at once, and never
+        AnyNormal::Plastic(Plastic {
+            penetration_depth: 0.0,
+            ..plastic
+        }),
+        AnyNormal::Plastic(Plastic {
+            unloading_stiffness: 1e4,
+            ..plastic
+        }),
+    ]
+}
+
+fn tangential_laws() -> Vec<AnyTangential> {
+    let linear = LinearFriction {
+        stiffness: 3e3,
+        dissipation: 0.1,
+        friction: 0.4,
+        static_friction: 0.6,
+        rotation: SpringRotation::Project,
+    };
+    let mindlin = Mindlin::new(1.1e6, 2.0 / 3.0, 0.3, 0.4, 0.5);
+    let mut total = mindlin;
+    total.cap_total = true;
+    vec![
+        AnyTangential::None,
+        AnyTangential::Linear(linear),
+        AnyTangential::Linear(LinearFriction {
+            rotation: SpringRotation::Incremental,
+            ..linear
+        }),
+        AnyTangential::Linear(LinearFriction {
+            stiffness: 0.0,
+            ..linear
+        }),
+        AnyTangential::Linear(LinearFriction {
+            friction: 0.0,
+            ..linear
+        }),
+        AnyTangential::Mindlin(mindlin),
+        AnyTangential::Mindlin(total),
+        AnyTangential::MindlinRescaled(MindlinRescaled { plain: mindlin }),
+        AnyTangential::MindlinRescaled(MindlinRescaled { plain: total }),
+    ]
+}
+
+fn rolling_laws() -> Vec<AnyRolling> {
+    let spring = FrictionSpring {
+        stiffness: None,
+        dissipation: 0.05,
+        friction: 0.1,
+        static_friction: 0.15,
+    };
+    let stiff = |stiffness| FrictionSpring {
+        stiffness: Some(stiffness),
+        ..spring
+    };
+    let luding = |rolling, torsion, rotation| {
+        AnyRolling::Luding(Luding {
+            rolling,
+            torsion,
+            lever: 1.0,
+            rotation,
+        })
+    };
+    let off = FrictionSpring {
+        friction: 0.0,
+        ..spring
+    };
+    vec![
+        AnyRolling::None,
+        luding(spring, spring, SpringRotation::Project),
+        luding(stiff(2e3), stiff(0.0), SpringRotation::Incremental),
+        luding(off, stiff(2e3), SpringRotation::Project),
+        luding(stiff(0.0), off, SpringRotation::Project),
+    ]
+}
+
+/// Directions, all lengths between 0 and 1.
+fn arrows() -> impl Strategy<Value = Vector> {
+    let part = || -0.57..0.57f64;
+    (part(), part(), part()).prop_map(|(x, y, z)| Vector::new(x, y, z))
+}
+
+/// A spring of some kind: none, too short to have a direction, in the tangent plane, nearly so, far from it, along the normal.
+fn spring(kind: u8, direction: Vector, normal: Vector, length: f64) -> Vector {
+    let along = normal * direction.dot(normal);
+    let flat = direction - along;
+    match kind {
+        0 => Vector::ZERO,
+        1 => direction * 1e-16,
+        2 => flat * length,
+        3 => (flat + along * 1e-3) * length,
+        4 => direction * length,
+        _ => normal * length,
+    }
+}
+
+/// Contacts of every kind: beginning, sticking, sliding, rolling, let go, pulled, at a place where the force is cut to zero.
+fn contacts() -> impl Strategy<Value = Alone> {
+    let kinds = (0u8..6, 0u8..6, 0u8..6, 0u8..8);
+    let lengths = || prop_oneof![Just(1e-9), 1e-8..1e-6f64, 1e-5..1e-3f64];
+    let shares = || prop_oneof![Just(0.0), Just(1.0), 0.5..2.0f64, 1.0..20.0f64];
+    (
+        (arrows(), arrows(), arrows(), arrows(), arrows()),
+        (1e-9..1e-4f64, 1e-3..1e-2f64, 1e-6..1e-3f64, 1e-3..1e0f64),
+        (kinds, lengths(), shares(), shares()),
+    )
+        .prop_map(|(vectors, (overlap, radius, mass, speed), memory)| {
+            let (direction, u, v, w, along) = vectors;
+            let normal = if direction.length() > 0.0 {
+                direction / direction.length()
+            } else {
+                Vector::X
+            };
+            let ((first, second, third, motion), length, largest_overlap, contact_radius) = memory;
+            let mut velocity = u * speed;
+            match motion {
+                // at rest; parting so fast that the dashpot would pull
+                0 => velocity = Vector::ZERO,
+                1 => velocity += normal * 1e4,
+                _ => {}
+            }
+            let normal_velocity = velocity.dot(normal);
+            let contact = Contact {
+                normal,
+                distance: 4.0 * radius - overlap,
+                overlap,
+                effective_radius: radius,
+                effective_mass: mass,
+                normal_velocity,
+                tangential_velocity: velocity - normal * normal_velocity,
+                centre_velocity: velocity + v * speed,
+                spin: w * (speed / radius),
+            };
+            let memory = Memory {
+                largest_overlap,
+                springs: [(first, along), (second, u), (third, v)]
+                    .map(|(kind, arrow)| spring(kind, arrow, normal, length)),
+                contact_radius,
+            };
+            Alone { contact, memory }
+        })
+}
+
+fn eight() -> impl Strategy<Value = [Alone; 8]> {
+    proptest::collection::vec(contacts(), 8)
+        .prop_map(|alone| alone.try_into().expect("eight of them"))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Each normal law with each tangential law, rolling laws in turn, through the choice at run time.
+    #[test]
+    fn laws_in_lanes_give_the_bits_of_laws_alone(alone in eight(), turn in 0usize..5) {
+        let rolling_laws = rolling_laws();
+        for (i, normal) in normal_laws().into_iter().enumerate() {
+            for (j, tangential) in tangential_laws().into_iter().enumerate() {
+                let rolling = rolling_laws[(turn + i + j) % rolling_laws.len()];
+                compare_all(PairLaw { normal, tangential, rolling }, &alone)?;
+            }
+        }
+    }
+
+    /// As they are compiled for scenes with one kind of law, where parts are of size zero.
+    #[test]
+    fn compiled_combinations_do_too(alone in eight()) {
+        let (normal, tangential) = (Hertz::new(5e6, 0.4), Mindlin::new(1.1e6, 1.0, 0.3, 0.4, 0.5));
+        compare_all(PairLaw { normal, tangential, rolling: NoRolling }, &alone)?;
+        let normal = Linear::with_damping_ratio(1e4, 0.3);
+        compare_all(PairLaw { normal, tangential: NoFriction, rolling: NoRolling }, &alone)?;
+    }
+}
+
+/// Most lanes of one group are in different branches: the property above would say little if they never were.
+#[test]
+fn lanes_of_a_group_take_different_branches() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut mixed = [0; 4];
+    for _ in 0..100 {
+        let alone = eight().new_tree(&mut runner).expect("a value").current();
+        let law = PairLaw {
+            normal: match normal_laws()[1] {
+                AnyNormal::Linear(law) => law,
+                _ => unreachable!("the second is linear and clamped"),
+            },
+            tangential: Mindlin::new(1.1e6, 2.0 / 3.0, 0.0, 0.4, 0.5),
+            rolling: NoRolling,
+        };
+        let mut seen = [[false; 2]; 4];
+        for one in &alone {
+            let numbers = one
+                .memory
+                .numbers::<Histories<Linear, Mindlin, NoRolling>>(&one.contact);
+            let spring = Vector::from_slice(&numbers);
+            let force = answers(&law, &one.contact, &numbers);
+            let tangential = Vector::from_slice(&force[3..]).length();
+            let limit = 0.4 * (force[9] + force[10]);
+            let along = spring.dot(one.contact.normal);
+            let far = along * along > 1e-5 * spring.length_squared();
+            let cut = (tangential / limit - 1.0).abs() < 1e-12;
+            let no_spring = spring == Vector::ZERO;
+            for (seen, is) in seen.iter_mut().zip([limit == 0.0, cut, far, no_spring]) {
+                seen[usize::from(is)] = true;
+            }
+        }
+        for (mixed, seen) in mixed.iter_mut().zip(seen) {
+            *mixed += usize::from(seen == [true, true]);
+        }
+    }
+    assert!(mixed.iter().all(|&groups| groups > 20), "{mixed:?}");
+}
