@@ -1,6 +1,6 @@
 //! The composition of one contact from its parts.
 
-use super::{Contact, History, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
+use super::{Contact, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
 use crate::lanes::{Real, Vector};
 
 /// The law of one pair of materials.
@@ -58,7 +58,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
             Vector::ZERO
         };
         let mut force = contact.normal * normal_total;
-        if T::ACTIVE {
+        if self.tangential.acts() {
             force += tangential;
         }
         Action {
@@ -107,7 +107,4 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
             self.tangential.energy(contact, &after.1) - self.tangential.energy(&last, &before.1);
         -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
     }
-
-    /// Numbers in the history of one contact.
-    pub const HISTORY_LENGTH: usize = <Histories<N, T, R> as History>::LENGTH;
 }

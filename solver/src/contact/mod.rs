@@ -11,6 +11,7 @@
 //! Conventions (A = the particle of the lower row, B = its partner or the wall): the normal points from
 //! B to A, velocities are those of A relative to B at the contact point x_A - (R_A - overlap/2) n.
 
+mod any;
 mod evaluation;
 mod history;
 pub mod normal;
@@ -20,8 +21,9 @@ pub mod tangential;
 #[cfg(test)]
 mod tests;
 
+pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
-pub use history::{History, HistoryNumber};
+pub use history::{History, HistoryNumber, TangentialSpring};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 pub use rolling::{AnyRolling, Luding, NoRolling, RollingLaw};
 pub use tangential::{

@@ -1,10 +1,20 @@
-//! From the laws that a scene names to one compiled contact loop.
+//! From the laws that a scene names to a contact loop.
 
 use super::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin,
-    MindlinRescaled, NoFriction, NoRolling, PairLaw, Plastic,
+    NoFriction, NoRolling, NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{ContactForces, ContactLoop};
+
+/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
+/// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
+const COMPILED: [fn(&LawTable) -> Option<Box<dyn ContactForces>>; 5] = [
+    loop_of::<Linear, NoFriction, NoRolling>,
+    loop_of::<Linear, LinearFriction, NoRolling>,
+    loop_of::<Linear, LinearFriction, Luding>,
+    loop_of::<Hertz, Mindlin, NoRolling>,
+    loop_of::<Hertz, Mindlin, Luding>,
+];
 
 /// The law of one pair of materials, as planned.
 pub type AnyPairLaw = PairLaw<AnyNormal, AnyTangential, AnyRolling>;
@@ -34,117 +44,81 @@ impl LawTable {
             .any(|law| law.tangential != AnyTangential::None || law.rolling != AnyRolling::None)
     }
 
-    /// Whether every pair has the parts that `same` accepts.
-    fn all(&self, same: impl Fn(&AnyPairLaw) -> bool) -> bool {
-        self.laws.iter().flatten().all(same)
-    }
-
-    /// The table with its parts narrowed to concrete laws; pairs that never meet get the law of some pair that does.
-    fn narrow<N: Copy, T: Copy, R: Copy>(
-        &self,
-        normal: impl Fn(AnyNormal) -> Option<N>,
-        tangential: impl Fn(AnyTangential) -> Option<T>,
-        rolling: impl Fn(AnyRolling) -> Option<R>,
-    ) -> Option<Vec<PairLaw<N, T, R>>> {
+    /// The table for a loop that knows no other laws than `N`, `T` and `R`, if it has none; pairs that never meet get the law of
+    /// some pair that does.
+    fn narrow<N, T, R>(&self) -> Option<Vec<PairLaw<N, T, R>>>
+    where
+        N: OneOf<AnyNormal>,
+        T: OneOf<AnyTangential>,
+        R: OneOf<AnyRolling>,
+    {
         let narrow = |law: &AnyPairLaw| {
             Some(PairLaw {
-                normal: normal(law.normal)?,
-                tangential: tangential(law.tangential)?,
-                rolling: rolling(law.rolling)?,
+                normal: N::of(law.normal)?,
+                tangential: T::of(law.tangential)?,
+                rolling: R::of(law.rolling)?,
             })
         };
-        let some = narrow(self.laws.iter().flatten().next()?)?;
-        Some(
-            self.laws
-                .iter()
-                .map(|law| law.as_ref().and_then(&narrow).unwrap_or(some))
-                .collect(),
-        )
+        let Some(some) = self.laws.iter().flatten().next() else {
+            // Nothing ever touches, and nobody looks at the table.
+            return Some(Vec::new());
+        };
+        let some = narrow(some)?;
+        let laws = self.laws.iter();
+        laws.map(|law| law.as_ref().map_or(Some(some), narrow))
+            .collect()
+    }
+
+    /// The names of its laws: normal, tangential, rolling; of each part all that occur.
+    fn names(&self) -> String {
+        let of_part = |name: &dyn Fn(&AnyPairLaw) -> &'static str| {
+            let mut names: Vec<&str> = Vec::new();
+            for law in self.laws.iter().flatten() {
+                if !names.contains(&name(law)) {
+                    names.push(name(law));
+                }
+            }
+            names.join(" or ")
+        };
+        [
+            of_part(&|law| law.normal.name()),
+            of_part(&|law| law.tangential.name()),
+            of_part(&|law| law.rolling.name()),
+        ]
+        .join(", ")
     }
 }
 
-/// The contact loop for a table of laws: a specialised one where all pairs agree in their kinds of law, the dispatching one
-/// otherwise. Also its name, for the plan.
+/// The contact loop for a table of laws: the one that is compiled for its combination, or else the dispatching one. Also its
+/// name, for the plan and the log.
 #[must_use]
 pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
-    // One line for each law: its name, the test whether a pair uses it, and the way to its parameters.
-    macro_rules! choose_rolling {
-        ($n:expr, $t:expr, $name:expr) => {
-            if table.all(|law| law.rolling == AnyRolling::None) {
-                let laws = table.narrow($n, $t, |_| Some(NoRolling));
-                return finish(laws, table, $name, "no rolling");
-            } else if table.all(|law| matches!(law.rolling, AnyRolling::Luding(_))) {
-                let rolling = |law| match law {
-                    AnyRolling::Luding(law) => Some::<Luding>(law),
-                    AnyRolling::None => None,
-                };
-                return finish(table.narrow($n, $t, rolling), table, $name, "luding");
-            }
-        };
+    if table.laws.iter().flatten().next().is_none() {
+        return (dispatching_loop(table), "no pair can meet".to_owned());
     }
-    macro_rules! choose_tangential {
-        ($n:expr, $normal:literal) => {
-            if table.all(|law| law.tangential == AnyTangential::None) {
-                choose_rolling!($n, |_| Some(NoFriction), concat!($normal, ", frictionless"));
-            } else if table.all(|law| matches!(law.tangential, AnyTangential::Linear(_))) {
-                let tangential = |law| match law {
-                    AnyTangential::Linear(law) => Some::<LinearFriction>(law),
-                    _ => None,
-                };
-                choose_rolling!($n, tangential, concat!($normal, ", linear friction"));
-            } else if table.all(|law| matches!(law.tangential, AnyTangential::Mindlin(_))) {
-                let tangential = |law| match law {
-                    AnyTangential::Mindlin(law) => Some::<Mindlin>(law),
-                    _ => None,
-                };
-                choose_rolling!($n, tangential, concat!($normal, ", mindlin"));
-            } else if table.all(|law| matches!(law.tangential, AnyTangential::MindlinRescaled(_))) {
-                let tangential = |law| match law {
-                    AnyTangential::MindlinRescaled(law) => Some::<MindlinRescaled>(law),
-                    _ => None,
-                };
-                choose_rolling!($n, tangential, concat!($normal, ", rescaled mindlin"));
-            }
-        };
+    match COMPILED.iter().find_map(|make| make(table)) {
+        Some(compiled) => (compiled, format!("{} (compiled together)", table.names())),
+        None => (
+            dispatching_loop(table),
+            format!("{} (chosen at each contact)", table.names()),
+        ),
     }
-    if table.all(|law| matches!(law.normal, AnyNormal::Linear(_))) {
-        let normal = |law| match law {
-            AnyNormal::Linear(law) => Some::<Linear>(law),
-            _ => None,
-        };
-        choose_tangential!(normal, "linear");
-    } else if table.all(|law| matches!(law.normal, AnyNormal::Hertz(_))) {
-        let normal = |law| match law {
-            AnyNormal::Hertz(law) => Some::<Hertz>(law),
-            _ => None,
-        };
-        choose_tangential!(normal, "hertz");
-    } else if table.all(|law| matches!(law.normal, AnyNormal::Plastic(_))) {
-        let normal = |law| match law {
-            AnyNormal::Plastic(law) => Some::<Plastic>(law),
-            _ => None,
-        };
-        choose_tangential!(normal, "plastic");
-    }
-    let laws = table.narrow(Some, Some, Some);
-    finish(laws, table, "mixed laws", "chosen for each pair")
 }
 
-fn finish<N, T, R>(
-    laws: Option<Vec<PairLaw<N, T, R>>>,
-    table: &LawTable,
-    name: &str,
-    rolling: &str,
-) -> (Box<dyn ContactForces>, String)
+/// The loop that chooses the law at each contact: for any table.
+#[must_use]
+pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
+    let laws: Vec<AnyPairLaw> = table.narrow().unwrap_or_default();
+    Box::new(ContactLoop::new(laws, table.materials))
+}
+
+/// The loop compiled for these three laws, if the table has no others.
+fn loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
 where
-    N: super::NormalLaw,
-    T: super::TangentialLaw,
-    R: super::RollingLaw,
+    N: NormalLaw + OneOf<AnyNormal>,
+    T: TangentialLaw + OneOf<AnyTangential>,
+    R: RollingLaw + OneOf<AnyRolling>,
 {
-    // Without any pair of laws nothing ever touches; the loop then never looks at the table.
-    let laws = laws.unwrap_or_default();
-    (
-        Box::new(ContactLoop::new(laws, table.materials)),
-        format!("{name}, {rolling}"),
-    )
+    let laws = table.narrow::<N, T, R>()?;
+    Some(Box::new(ContactLoop::new(laws, table.materials)))
 }

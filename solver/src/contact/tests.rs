@@ -5,9 +5,9 @@ use proptest::strategy::ValueTree;
 
 use super::rolling::FrictionSpring;
 use super::{
-    Action, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History, Linear,
-    LinearFriction, Luding, Mindlin, MindlinRescaled, NoFriction, NoRolling, NormalLaw, PairLaw,
-    Plastic, RollingLaw, SpringRotation, TangentialLaw,
+    Action, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History,
+    HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, NoFriction, NoRolling,
+    NormalLaw, PairLaw, Plastic, RollingLaw, SpringRotation, TangentialLaw,
 };
 use crate::lanes::{Lanes, Real, Vector};
 
@@ -33,8 +33,30 @@ struct Memory {
 }
 
 impl Memory {
-    /// The numbers of a history whose columns are known by their text.
-    fn numbers<H: History>(&self, contact: &Contact) -> Vec<f64> {
+    /// The numbers of the history of a contact with this law.
+    fn numbers<N: NormalLaw, T: TangentialLaw, R: RollingLaw>(
+        &self,
+        law: &PairLaw<N, T, R>,
+        contact: &Contact,
+    ) -> Vec<f64> {
+        // Where the law is chosen at run time, its history says which it is once the law was asked.
+        let mut history = Histories::<N, T, R>::default();
+        law.act(contact, STEP, &mut history);
+        [
+            self.of_part(&history.0, law.normal.columns(), contact),
+            self.of_part(&history.1, law.tangential.columns(), contact),
+            self.of_part(&history.2, law.rolling.columns(), contact),
+        ]
+        .concat()
+    }
+
+    /// The numbers of one part's history, whose columns are known by their text.
+    fn of_part<H: History>(
+        &self,
+        history: &H,
+        columns: Vec<HistoryNumber>,
+        contact: &Contact,
+    ) -> Vec<f64> {
         let component = |text: &str, vector: Vector| match text.as_bytes()[text.len() - 1] {
             b'x' => vector.x,
             b'y' => vector.y,
@@ -49,7 +71,12 @@ impl Memory {
             _ if text.starts_with("rolling") => component(text, self.springs[1]),
             _ => component(text, self.springs[2]),
         };
-        H::columns().into_iter().map(number).collect()
+        let own: Vec<f64> = columns.into_iter().map(number).collect();
+        let mut numbers = Vec::new();
+        history.write(&mut numbers);
+        let first = usize::from(numbers.len() > own.len());
+        numbers[first..first + own.len()].copy_from_slice(&own);
+        numbers
     }
 }
 
@@ -113,7 +140,7 @@ fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, const W: usize>(
 ) -> Result<(), TestCaseError> {
     let numbers = alone
         .each_ref()
-        .map(|one| one.memory.numbers::<Histories<N, T, R>>(&one.contact));
+        .map(|one| one.memory.numbers(law, &one.contact));
     let side_by_side: Vec<Lanes<W>> = (0..numbers[0].len())
         .map(|number| Lanes::from_lanes(|k| numbers[k][number]))
         .collect();
@@ -375,9 +402,7 @@ fn lanes_of_a_group_take_different_branches() {
         };
         let mut seen = [[false; 2]; 4];
         for one in &alone {
-            let numbers = one
-                .memory
-                .numbers::<Histories<Linear, Mindlin, NoRolling>>(&one.contact);
+            let numbers = one.memory.numbers(&law, &one.contact);
             let spring = Vector::from_slice(&numbers);
             let force = answers(&law, &one.contact, &numbers);
             let tangential = Vector::from_slice(&force[3..]).length();

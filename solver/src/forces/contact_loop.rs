@@ -2,6 +2,7 @@
 
 mod carrying;
 mod contact_point;
+mod memory;
 mod pairs;
 mod sharing;
 mod walls;
@@ -22,6 +23,7 @@ use crate::contact::{
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Load, Particle, Particles};
 use crate::walls::NearMeshes;
+use memory::Memory;
 
 /// A listed pair with its history.
 #[derive(Debug, Clone, Copy)]
@@ -123,6 +125,7 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
     /// Laws of all pairs of materials, row by row.
     laws: Vec<PairLaw<N, T, R>>,
     materials: usize,
+    memory: Memory,
     block_size: usize,
     blocks: Vec<Block<Histories<N, T, R>>>,
     /// Of each block: the earlier blocks that reach into it, ascending.
@@ -136,6 +139,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     #[must_use]
     pub fn new(laws: Vec<PairLaw<N, T, R>>, materials: usize) -> Self {
         Self {
+            memory: Memory::of(&laws),
             laws,
             materials,
             block_size: block_size(0),
@@ -225,6 +229,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         let pass = Pass {
             laws: &self.laws,
             materials: self.materials,
+            memory: &self.memory,
             block_size: self.block_size,
             ids,
             bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
@@ -371,7 +376,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     }
 
     fn history_columns(&self) -> Vec<HistoryNumber> {
-        <Histories<N, T, R>>::columns()
+        self.memory.columns.clone()
     }
 
     fn slot_bytes(&self) -> usize {
@@ -383,6 +388,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
 struct Pass<'a, N, T, R> {
     laws: &'a [PairLaw<N, T, R>],
     materials: usize,
+    memory: &'a Memory,
     block_size: usize,
     ids: &'a [u32],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
@@ -422,22 +428,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }
-        match (self.context.images.any(), self.context.watch) {
-            (false, None) => self.run::<false, false>(block, rows, loads),
-            (false, Some(_)) => self.run::<false, true>(block, rows, loads),
-            (true, None) => self.run::<true, false>(block, rows, loads),
-            (true, Some(_)) => self.run::<true, true>(block, rows, loads),
+        match (self.context.watch, self.context.images.any()) {
+            (None, false) => self.pairs::<false, false>(block, rows, loads),
+            (None, true) => self.pairs::<true, false>(block, rows, loads),
+            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
+            (Some(_), _) => self.pairs::<true, true>(block, rows, loads),
         }
-    }
-
-    fn run<const PERIODIC: bool, const WATCHED: bool>(
-        &self,
-        block: &mut Block<Histories<N, T, R>>,
-        rows: &Rows<'_>,
-        loads: &mut [Load],
-    ) {
-        self.pairs::<PERIODIC, WATCHED>(block, rows, loads);
-        self.walls::<WATCHED>(block, rows, loads);
+        self.walls(block, rows, loads);
     }
 }
 
@@ -484,6 +481,8 @@ impl<'a> Rows<'a> {
 
 /// A contact that is being observed.
 struct Seen<'a> {
+    /// Index of its law.
+    pair: usize,
     row: usize,
     partner: Partner,
     /// The partner, if it is a particle.

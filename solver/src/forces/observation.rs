@@ -43,8 +43,6 @@ pub struct ContactRecord {
     /// Which face, edge or corner of a wall; of a mesh, [`Mesh::triangles_of`](crate::walls::Mesh::triangles_of) names the
     /// triangles. `u32::MAX` between particles.
     pub feature: u32,
-    /// Velocity of A's surface relative to B's in the tangent plane, m/s.
-    pub slip: DVec3,
     /// Contact point beside A, m.
     pub point: DVec3,
     /// Unit normal from B to A.

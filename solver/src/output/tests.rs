@@ -30,7 +30,6 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
         row,
         partner,
         feature: u32::MAX,
-        slip: DVec3::ZERO,
         point: DVec3::ZERO,
         normal: DVec3::X,
         overlap: 0.2,

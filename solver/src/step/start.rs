@@ -29,15 +29,19 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        let mut engine = Self::unstarted(plan, others, threads)?;
-        engine.exchange_particles();
-        engine.keep_lists_valid(0.0)?;
-        let spring_time = if engine.plan.startup_increment {
-            engine.plan.time_step
+        Self::unstarted(plan, others, threads)?.started()
+    }
+
+    /// With its first lists, its first forces evaluated.
+    pub(super) fn started(mut self) -> Result<Self, RunError> {
+        self.exchange_particles();
+        self.keep_lists_valid(0.0)?;
+        let spring_time = if self.plan.startup_increment {
+            self.plan.time_step
         } else {
             0.0
         };
-        engine.evaluate_forces(
+        self.evaluate_forces(
             spring_time,
             Some(Watch {
                 records: true,
@@ -45,10 +49,10 @@ impl Engine {
             }),
             false,
         );
-        engine.answer_loads();
+        self.answer_loads();
         // The first step begins with its own half kick alone.
-        engine.kick_due = false;
-        Ok(engine)
+        self.kick_due = false;
+        Ok(self)
     }
 
     /// The particles and walls of a plan as they are placed, without lists and forces.

@@ -74,6 +74,10 @@ impl Hertz {
 impl NormalLaw for Hertz {
     type History<L: Real> = ();
 
+    fn name(&self) -> &'static str {
+        "hertz"
+    }
+
     #[inline(always)]
     fn force<L: Real>(&self, contact: &Contact<L>, (): &mut ()) -> NormalForce<L> {
         let radius = contact.contact_radius();

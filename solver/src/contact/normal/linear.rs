@@ -90,6 +90,10 @@ impl Linear {
 impl NormalLaw for Linear {
     type History<L: Real> = ();
 
+    fn name(&self) -> &'static str {
+        "linear"
+    }
+
     #[inline(always)]
     fn force<L: Real>(&self, contact: &Contact<L>, (): &mut ()) -> NormalForce<L> {
         let force = NormalForce {

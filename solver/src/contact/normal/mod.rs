@@ -5,12 +5,12 @@ mod hertz;
 mod linear;
 mod plastic;
 
-pub use any::AnyNormal;
+pub use any::{AnyNormal, AnyNormalHistory};
 pub use hertz::{Hertz, effective_modulus, effective_shear_modulus, hertz_damping, rayleigh_time};
 pub use linear::{Linear, damping_ratio, damping_ratio_clamped};
 pub use plastic::{MaxOverlap, Plastic};
 
-use super::{Contact, History};
+use super::{Contact, History, HistoryNumber};
 use crate::lanes::Real;
 
 /// Normal force on A along the normal, N; positive pushes A away from B.
@@ -45,6 +45,14 @@ impl<L: Real> NormalForce<L> {
 pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers.
     type History<L: Real>: History<L>;
+
+    /// How the plan and the log call it.
+    fn name(&self) -> &'static str;
+
+    /// Unit and meaning of the numbers of its history.
+    fn columns(&self) -> Vec<HistoryNumber> {
+        <Self::History<f64> as History>::columns()
+    }
 
     /// The force at this contact; called for overlap > 0 only.
     fn force<L: Real>(

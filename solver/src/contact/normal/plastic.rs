@@ -81,6 +81,10 @@ impl Plastic {
 impl NormalLaw for Plastic {
     type History<L: Real> = MaxOverlap<L>;
 
+    fn name(&self) -> &'static str {
+        "plastic"
+    }
+
     #[inline(always)]
     fn force<L: Real>(&self, contact: &Contact<L>, history: &mut MaxOverlap<L>) -> NormalForce<L> {
         let overlap = contact.overlap;

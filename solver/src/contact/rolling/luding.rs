@@ -111,6 +111,10 @@ impl RollingLaw for Luding {
     type History<L: Real> = RollingSprings<L>;
     const ACTIVE: bool = true;
 
+    fn name(&self) -> &'static str {
+        "luding"
+    }
+
     #[inline(always)]
     fn couple<L: Real>(
         &self,

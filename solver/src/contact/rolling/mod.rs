@@ -3,10 +3,10 @@
 mod any;
 mod luding;
 
-pub use any::AnyRolling;
+pub use any::{AnyRolling, AnyRollingHistory};
 pub use luding::{FrictionSpring, Luding, RollingSprings};
 
-use super::{Contact, History};
+use super::{Contact, History, HistoryNumber};
 use crate::lanes::{Real, Vector};
 
 /// A rolling and torsion law; its fields are its parameters for one pair of materials.
@@ -15,6 +15,14 @@ pub trait RollingLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     type History<L: Real>: History<L>;
     /// False for the law that does nothing.
     const ACTIVE: bool;
+
+    /// How the plan and the log call it.
+    fn name(&self) -> &'static str;
+
+    /// Unit and meaning of the numbers of its history.
+    fn columns(&self) -> Vec<HistoryNumber> {
+        <Self::History<f64> as History>::columns()
+    }
 
     /// Couple on A, N m (B gets the opposite), for the normal force N >= 0 (N) and the tangential stiffness
     /// k_t of the contact (N/m); the history goes on by `dt` (s).
@@ -38,6 +46,10 @@ pub struct NoRolling;
 impl RollingLaw for NoRolling {
     type History<L: Real> = ();
     const ACTIVE: bool = false;
+
+    fn name(&self) -> &'static str {
+        "no rolling"
+    }
 
     #[inline(always)]
     fn couple<L: Real>(&self, _: &Contact<L>, _: L, _: L, _: f64, (): &mut ()) -> Vector<L> {

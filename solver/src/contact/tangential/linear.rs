@@ -27,6 +27,10 @@ impl TangentialLaw for LinearFriction {
     type History<L: Real> = TangentialSpring<L>;
     const ACTIVE: bool = true;
 
+    fn name(&self) -> &'static str {
+        "linear friction"
+    }
+
     #[inline(always)]
     fn force<L: Real>(
         &self,

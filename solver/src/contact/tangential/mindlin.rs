@@ -60,6 +60,10 @@ impl TangentialLaw for Mindlin {
     type History<L: Real> = TangentialSpring<L>;
     const ACTIVE: bool = true;
 
+    fn name(&self) -> &'static str {
+        "mindlin"
+    }
+
     #[inline(always)]
     fn force<L: Real>(
         &self,

@@ -60,6 +60,10 @@ impl TangentialLaw for MindlinRescaled {
     type History<L: Real> = StoredForce<L>;
     const ACTIVE: bool = true;
 
+    fn name(&self) -> &'static str {
+        "rescaled mindlin"
+    }
+
     #[inline(always)]
     fn force<L: Real>(
         &self,

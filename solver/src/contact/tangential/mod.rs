@@ -10,7 +10,7 @@ pub use linear::LinearFriction;
 pub use mindlin::Mindlin;
 pub use mindlin_rescaled::{MindlinRescaled, StoredForce};
 
-use super::{Contact, History};
+use super::{Contact, History, HistoryNumber};
 use crate::lanes::{Mask, Real, Vector};
 
 /// A tangential law; its fields are its parameters for one pair of materials.
@@ -19,6 +19,20 @@ pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     type History<L: Real>: History<L>;
     /// False for the law that does nothing: scenes without friction skip rotation.
     const ACTIVE: bool;
+
+    /// How the plan and the log call it.
+    fn name(&self) -> &'static str;
+
+    /// False for the law that does nothing; differs from [`TangentialLaw::ACTIVE`] where the law is chosen at run time.
+    #[inline(always)]
+    fn acts(&self) -> bool {
+        Self::ACTIVE
+    }
+
+    /// Unit and meaning of the numbers of its history.
+    fn columns(&self) -> Vec<HistoryNumber> {
+        <Self::History<f64> as History>::columns()
+    }
 
     /// Force on A in the tangent plane, N, for the normal force N >= 0 (absolute value, N); the history
     /// goes on by `dt` (s).
@@ -47,6 +61,10 @@ pub struct NoFriction;
 impl TangentialLaw for NoFriction {
     type History<L: Real> = ();
     const ACTIVE: bool = false;
+
+    fn name(&self) -> &'static str {
+        "frictionless"
+    }
 
     #[inline(always)]
     fn force<L: Real>(&self, _: &Contact<L>, _: L, _: f64, (): &mut ()) -> Vector<L> {

@@ -43,9 +43,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             }
             found.evaluate(count);
             if let Some(bodies) = self.bodies {
-                self.masses_at_contacts::<PERIODIC>(
-                    bodies, slots, first_row, rows, &mut found, count,
-                );
+                self.masses_at_contacts(bodies, slots, first_row, rows, &mut found, count);
             }
             for k in 0..count {
                 let slot = &mut slots[found.slot[k] as usize];
@@ -55,7 +53,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 slot.state |= TOUCHING;
                 let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
-                let law = &self.laws[a.material as usize * self.materials + b.material as usize];
+                let pair = a.material as usize * self.materials + b.material as usize;
+                let law = &self.laws[pair];
                 let before = slot.history;
                 let action = law.act(&contact, self.context.spring_time, &mut slot.history);
                 let force = DVec3::from(action.force);
@@ -95,6 +94,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                     block.observation.particle_contacts += 1;
                     let depth = contact.overlap / a.radius.min(b.radius);
                     let seen = Seen {
+                        pair,
                         row: first_row + owner,
                         partner,
                         b: Some(b),
@@ -107,7 +107,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                         &mut block.observation,
                         a,
                         seen,
-                        law,
                         &contact,
                         &action,
                         histories,
@@ -120,7 +119,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     /// Replaces the effective masses of the first `count` contacts found by those at the contact points. Apart from the evaluation,
     /// where even a call that is never made costs registers.
     #[inline(never)]
-    fn masses_at_contacts<const PERIODIC: bool>(
+    fn masses_at_contacts(
         &self,
         bodies: &Bodies,
         slots: &[Slot<Histories<N, T, R>>],
@@ -133,7 +132,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let slot = &slots[found.slot[k] as usize];
             let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
             let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
-            let normal = self.offset::<PERIODIC, _>(a, b, slot) * found.inverse_distance[k];
+            let normal = self.offset::<true, _>(a, b, slot) * found.inverse_distance[k];
             let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
             found.mass[k] = 1.0 / inverse;
         }

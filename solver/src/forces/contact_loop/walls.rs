@@ -11,7 +11,7 @@ use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
-    pub(super) fn walls<const WATCHED: bool>(
+    pub(super) fn walls(
         &self,
         block: &mut Block<Histories<N, T, R>>,
         rows: &Rows<'_>,
@@ -34,7 +34,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             };
             let load = &mut loads[row];
             let Shape::Plane(plane) = &wall.shape else {
-                near.features = self.features::<WATCHED>(
+                near.features = self.features(
                     a,
                     &side,
                     &mut block.wall_slots,
@@ -60,7 +60,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 Some(touch) => {
                     slot.feature = touch.feature;
                     let observation = &mut block.observation;
-                    self.touch_wall::<WATCHED>(a, &side, &touch, slot, load, observation, None);
+                    self.touch_wall(a, &side, &touch, slot, load, observation, None);
                 }
                 None => slot.clear(),
             }
@@ -70,7 +70,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     /// The contacts of a particle with the features of a wall that is no plane; its slots begin at `first`. Returns how many it has
     /// then. Apart from the loop, which is faster without.
     #[inline(never)]
-    fn features<const WATCHED: bool>(
+    fn features(
         &self,
         a: &Particle,
         side: &WallSide<'_>,
@@ -111,7 +111,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             match touches.iter().find(|touch| touch.feature == slot.feature) {
                 Some(touch) => {
                     let sums = sums.as_deref_mut();
-                    self.touch_wall::<WATCHED>(a, side, touch, slot, load, observation, sums);
+                    self.touch_wall(a, side, touch, slot, load, observation, sums);
                 }
                 None => slot.clear(),
             }
@@ -121,7 +121,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
 
     /// The contact of a particle with one feature of a wall; its load is added to `feature_loads` if they are there.
     #[inline(always)]
-    fn touch_wall<const WATCHED: bool>(
+    fn touch_wall(
         &self,
         a: &Particle,
         side: &WallSide<'_>,
@@ -163,7 +163,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             centre_velocity: Vector::ZERO,
             spin: spin.into(),
         };
-        let law = &self.laws[a.material as usize * self.materials + side.wall.material as usize];
+        let pair = a.material as usize * self.materials + side.wall.material as usize;
+        let law = &self.laws[pair];
         let before = slot.history;
         let action = law.act(&contact, context.spring_time, &mut slot.history);
         let (force, couple) = (DVec3::from(action.force), DVec3::from(action.couple));
@@ -184,7 +185,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             };
             sums.add((side.near.wall, touch.feature), &on_wall);
         }
-        if WATCHED {
+        if context.watch.is_some() {
             observation.wall_contacts += 1;
             let partner = Partner::Wall {
                 wall: side.near.wall,
@@ -192,6 +193,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             };
             let depth = overlap / a.radius;
             let seen = Seen {
+                pair,
                 row: side.near.row as usize,
                 partner,
                 b: None,
@@ -203,7 +205,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 observation,
                 a,
                 seen,
-                law,
                 &contact,
                 &action,
                 (before, slot.history),

@@ -3,9 +3,7 @@
 use glam::DVec3;
 
 use super::{Pass, Seen};
-use crate::contact::{
-    Action, Contact, Histories, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
-};
+use crate::contact::{Action, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::opposite;
 use crate::state::Particle;
@@ -18,11 +16,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         observation: &mut Observation,
         a: &Particle,
         seen: Seen<'_>,
-        law: &PairLaw<N, T, R>,
         contact: &Contact,
         action: &Action,
         (before, after): (Histories<N, T, R>, Histories<N, T, R>),
     ) {
+        let law = &self.laws[seen.pair];
         observation.elastic_energy += law.energy(contact, &after);
         observation.largest_overlap = observation.largest_overlap.max(seen.depth);
         let Some(watch) = self.context.watch else {
@@ -58,7 +56,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             }
         }
         if watch.records {
-            let record = self.record(a, seen, law, contact, action, after);
+            let record = self.record(a, seen, contact, action, after);
             observation.records.push(record);
         }
     }
@@ -68,7 +66,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         &self,
         a: &Particle,
         seen: Seen<'_>,
-        law: &PairLaw<N, T, R>,
         contact: &Contact,
         action: &Action,
         memory: Histories<N, T, R>,
@@ -77,7 +74,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             row: seen.row as u32,
             partner: seen.partner,
             feature: seen.feature,
-            slip: contact.tangential_velocity.into(),
             point: a.position - DVec3::from(contact.normal * seen.lever),
             normal: contact.normal.into(),
             overlap: contact.overlap,
@@ -85,9 +81,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             tangential: action.tangential.into(),
             couple: action.couple.into(),
             tangential_overlap: 0.0,
-            history: Vec::with_capacity(<Histories<N, T, R> as History>::LENGTH),
+            history: Vec::new(),
         };
-        let mut memory = memory;
+        let (law, mut memory) = (&self.laws[seen.pair], memory);
         if let (Partner::Particle { row, image }, Some(b)) = (seen.partner, seen.b)
             && self.ids[row as usize] < self.ids[seen.row]
         {
@@ -101,11 +97,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             record.force = -record.force;
             record.tangential = -record.tangential;
             record.couple = -record.couple;
-            record.slip = -record.slip;
             memory = memory.swapped();
         }
         record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
-        memory.write(&mut record.history);
+        record.history = self.memory.show(seen.pair, &memory);
         record
     }
 }

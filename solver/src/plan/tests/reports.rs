@@ -47,7 +47,7 @@ fn the_report_says_what_is_done_and_what_is_skipped() {
         "  glass - lead (particles and walls)",
         "    normal.restitution                  0.7                   mixed",
         "    tangential.static_friction          0.5                   = friction",
-        "  contact loop            hertz, mindlin, no rolling",
+        "  contact loop            hertz, mindlin, no rolling (compiled together)",
         "  rolling and torsion     no pair has rolling or torsion resistance",
         "  orientations            nothing writes them",
         "  output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored",

@@ -1,0 +1,122 @@
+//! A loop compiled for its laws and the loop that chooses them at each contact give the same bytes.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use mercury_common::scene::{Files, parse_scene};
+
+use super::super::{Engine, Snapshot};
+use crate::contact::registry::{contact_loop, dispatching_loop};
+use crate::forces::{Forces, Watch};
+use crate::plan::{Plan, plan};
+
+const LINEAR: &str = r#"normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }"#;
+const HERTZ: &str =
+    r#"normal = { law = "hertz", youngs_modulus = 1e6, poisson_ratio = 0.3, restitution = 0.7 }"#;
+const LINEAR_FRICTION: &str =
+    r#"tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }"#;
+const MINDLIN: &str = r#"tangential = { law = "mindlin", friction = 0.5 }"#;
+const LUDING: &str = r#"rolling = { law = "luding", friction = 0.1, dissipation = 1e-4 }
+    torsion = { law = "luding", friction = 0.1, dissipation = 1e-4 }"#;
+
+/// Spheres that fall on a floor that swings, and against each other, in two or three dimensions.
+fn falling(laws: &[&str], dimensions: u32) -> Arc<Plan> {
+    // In space, contacts reach through the periodic faces.
+    let (periodic, sites) = match dimensions {
+        2 => ("", "min = [0.0021, 0.0031, 0], max = [0.0281, 0.0171, 0]"),
+        _ => (
+            "\"z\"",
+            "min = [0.0021, 0.0031, -0.019], max = [0.0081, 0.0091, 0.019]",
+        ),
+    };
+    let text = format!(
+        r#"
+        gravity = [0, -9.81, 0]
+        time = {{ end = 0.1, step = 1e-5 }}
+        domain = {{ min = [0, 0, -0.02], max = [0.03, 0.03, 0.02], periodic = [{periodic}], dimensions = {dimensions} }}
+        output = {{ interval = 0.01, energy_budget = true }}
+        [materials.m]
+        density = 2000.0
+        {}
+        [[walls]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0.002, 0]
+        normal = [0, 1, 0]
+        material = "m"
+        motion = [{{ kind = "oscillation", amplitude = [1e-3, 1e-4, 0], frequency = 50.0 }}]
+        [[walls]]
+        name = "plate"
+        shape = "plane"
+        point = [0.001, 0, 0]
+        normal = [1, 0, 0]
+        material = "m"
+        [[particles]]
+        material = "m"
+        radius = 1.02e-3
+        lattice = {{ {sites}, spacing = 0.002 }}
+        velocity = [-0.5, -0.5, 0]
+        angular_velocity = [0, 0, 40]
+    "#,
+        laws.join("\n")
+    );
+    let scene = parse_scene(Path::new("falling.toml"), &text, &[], Files::Unchecked).unwrap();
+    Arc::new(plan(&scene).unwrap())
+}
+
+/// Without the histories, which every loop saves in its own way.
+fn plain(engine: &Engine) -> Snapshot {
+    let mut snapshot = engine.snapshot();
+    for slot in snapshot.pairs.iter_mut().chain(&mut snapshot.near_walls) {
+        slot.history.clear();
+    }
+    snapshot
+}
+
+#[test]
+fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
+    let combinations: [&[&str]; 5] = [
+        &[LINEAR],
+        &[LINEAR, LINEAR_FRICTION],
+        &[LINEAR, LINEAR_FRICTION, LUDING],
+        &[HERTZ, MINDLIN],
+        &[HERTZ, MINDLIN, LUDING],
+    ];
+    for (laws, dimensions) in combinations.iter().flat_map(|laws| [(laws, 3), (laws, 2)]) {
+        let plan = falling(laws, dimensions);
+        let (_, name) = contact_loop(&plan.laws);
+        assert!(name.ends_with("(compiled together)"), "{name}");
+        let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
+        let mut dispatching = Engine::unstarted(Arc::clone(&plan), Vec::new(), 2).unwrap();
+        dispatching.forces = Forces::new(dispatching_loop(&plan.laws), Vec::new());
+        let mut dispatching = dispatching.started().unwrap();
+        assert_eq!(compiled.history_columns(), dispatching.history_columns());
+        let watch = Some(Watch {
+            records: true,
+            audit: None,
+        });
+        let mut contacts = 0;
+        for _ in 0..12 {
+            for engine in [&mut compiled, &mut dispatching] {
+                engine.steps_at_once(150, watch).unwrap();
+            }
+            // Debug output tells -0 from 0, which a record may print.
+            let (one, other) = (compiled.observation(), dispatching.observation());
+            assert_eq!(format!("{one:?}"), format!("{other:?}"), "{name}");
+            contacts += one.particle_contacts.min(one.wall_contacts);
+            assert_eq!(plain(&compiled), plain(&dispatching), "{name}");
+        }
+        assert!(contacts > 20, "{name}: {contacts} contacts");
+        assert!(compiled.list_statistics().0 > 2, "lists were built anew");
+    }
+}
+
+#[test]
+fn other_combinations_are_chosen_at_each_contact() {
+    let plan = falling(&[HERTZ], 3);
+    let (_, name) = contact_loop(&plan.laws);
+    assert_eq!(
+        name,
+        "hertz, frictionless, no rolling (chosen at each contact)"
+    );
+}
