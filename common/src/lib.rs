@@ -1,12 +1,15 @@
-//! What every Mercury tool shares: file formats, the scene format, size distributions, random numbers.
+//! What every Mercury tool shares: file formats, the scene format, size distributions, random numbers, command lines.
 //!
-//! Nothing in here simulates anything, and nothing in here prints or exits: errors are values.
+//! Nothing in here simulates anything. Errors are values, and nothing exits; only [`cli`] prints, for the programs.
 
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod error;
 pub mod formats;
 pub mod frames;
 pub mod paraview;
 pub mod random;
+pub mod readable;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;

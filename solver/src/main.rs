@@ -1,19 +1,16 @@
 //! `mercury-solve`: the command line, nothing else.
 
-use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
-use clap::{CommandFactory as _, Parser};
-use clap_complete::Shell;
+use clap::Parser;
+use mercury_common::cli::{self, Failure, Outcome, say};
+use mercury_common::readable::rounded;
 use mercury_common::scene::{SceneErrors, read_scene};
 use mercury_solver::output::folder;
-use mercury_solver::output::progress_line::ProgressLine;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, document, plan, refusal, report};
-use mercury_solver::run::{Report, RunOptions, run, twelve_digits, useful_threads};
+use mercury_solver::run::{Progress, Report, RunOptions, run, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -66,41 +63,20 @@ struct Arguments {
 
     /// Print completions for a shell and stop
     #[arg(long, value_name = "SHELL")]
-    completions: Option<Shell>,
-}
-
-/// Why there is no success: the exit code, and what to say.
-enum Failure {
-    /// Wrong usage or input.
-    Input(String),
-    /// The run failed or was stopped.
-    Run(String),
+    completions: Option<cli::Shell>,
 }
 
 fn main() -> ExitCode {
-    match execute(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            let (code, message) = match failure {
-                Failure::Input(message) => (2, message),
-                Failure::Run(message) => (1, message),
-            };
-            // Whoever closed standard error does not want to know; the exit code tells.
-            let _ = writeln!(std::io::stderr(), "{message}");
-            ExitCode::from(code)
-        }
-    }
+    cli::main(|arguments: Arguments| execute(&arguments))
 }
 
-fn execute(arguments: &Arguments) -> Result<(), Failure> {
+fn execute(arguments: &Arguments) -> Outcome {
     if let Some(shell) = arguments.completions {
-        let mut out = Vec::new();
-        clap_complete::generate(shell, &mut Arguments::command(), "mercury-solve", &mut out);
-        return say(&String::from_utf8_lossy(&out));
+        return cli::say_completions::<Arguments>(shell);
     }
     // The argument is required without --completions.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
-    let plan = planned(path, &arguments.set).map_err(|errors| Failure::Input(refusal(&errors)))?;
+    let plan = planned(path, &arguments.set).map_err(|errors| Failure::input(refusal(&errors)))?;
     if arguments.check {
         return say(&if arguments.json {
             plan_as_json(&plan)?
@@ -110,17 +86,16 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let report = run_plan(arguments, plan)?;
     if arguments.json {
-        let json = serde_json::to_string_pretty(&report.summary)
-            .map_err(|error| Failure::Run(error.to_string()))?;
+        let json = serde_json::to_string_pretty(&report.summary).map_err(Failure::run)?;
         say(&json)?;
     } else if !arguments.quiet {
         say(&report.to_string())?;
     }
     match report.summary.status {
         Status::Finished => Ok(()),
-        Status::Stopped => Err(Failure::Run(format!(
+        Status::Stopped => Err(Failure::run(format!(
             "stopped at t = {} s; everything until then is written. This version cannot resume a run.",
-            twelve_digits(report.summary.time)
+            rounded(report.summary.time, 12)
         ))),
     }
 }
@@ -131,12 +106,12 @@ fn planned(path: &Path, overrides: &[String]) -> Result<Plan, SceneErrors> {
 
 /// The content of `plan.toml`.
 fn plan_as_toml(plan: &Plan) -> Result<String, Failure> {
-    document(plan).map_err(|error| Failure::Run(format!("the plan cannot be written: {error}")))
+    document(plan).map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
 /// The content of `plan.toml` as JSON.
 fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
-    let failed = |error: String| Failure::Run(format!("the plan cannot be written: {error}"));
+    let failed = |error: String| Failure::run(format!("the plan cannot be written: {error}"));
     let value: toml::Value =
         toml::from_str(&plan_as_toml(plan)?).map_err(|error| failed(error.to_string()))?;
     serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
@@ -145,8 +120,7 @@ fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
 fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(&plan.prefix));
     // The folder is this run's until the end of the function.
-    let _lock = folder::prepare(&folder, &plan.prefix, arguments.force)
-        .map_err(|error| Failure::Input(error.to_string()))?;
+    let _lock = folder::prepare(&folder, &plan.prefix, arguments.force).map_err(Failure::input)?;
     let threads = arguments.threads.map_or_else(
         || {
             let available = std::thread::available_parallelism();
@@ -159,39 +133,23 @@ fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
         threads,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan)?),
-        stop: stop_on_request()?,
+        stop: cli::stop_on_request()?,
     };
-    let error = std::io::stderr();
-    let mut line = ProgressLine::new(&error, error.is_terminal());
-    let result = if arguments.quiet {
-        run(plan, &options, &mut |_| ())
-    } else {
-        run(plan, &options, &mut |progress| line.show(progress))
-    };
+    let mut line = cli::Progress::in_logs_too(arguments.quiet);
+    let result = run(plan, &options, &mut |progress| {
+        line.share(progress.share(), |seconds| told(progress, seconds));
+    });
     line.clear();
-    result.map_err(|failure| Failure::Run(format!("the run failed: {failure}")))
+    result.map_err(|failure| Failure::run(format!("the run failed: {failure}")))
 }
 
-/// A flag that Ctrl-C and the end of the session set; the second time they end the program at once, with code 130.
-fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    use signal_hook::flag;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // The order matters: the shutdown looks at the flag before this signal sets it.
-        flag::register_conditional_shutdown(signal, 130, Arc::clone(&stop))
-            .and_then(|_| flag::register(signal, Arc::clone(&stop)))
-            .map_err(|error| Failure::Run(format!("signals cannot be caught: {error}")))?;
-    }
-    Ok(stop)
-}
-
-/// Prints on standard output. A reader that has gone away (`| head`) is no failure.
-fn say(text: &str) -> Result<(), Failure> {
-    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Run(format!("standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
+/// What the progress line says of a run after `seconds`.
+fn told(progress: &Progress<'_>, seconds: f64) -> String {
+    format!(
+        "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",
+        progress.engine.time(),
+        progress.engine.particles.len(),
+        progress.particle_steps as f64 / seconds.max(1e-9),
+        progress.kinetic_energy(),
+    )
 }

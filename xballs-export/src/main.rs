@@ -2,12 +2,13 @@
 
 mod picture_command;
 
-use std::io::{IsTerminal as _, Write as _};
+use std::cell::RefCell;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
-use clap_complete::Shell;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use mercury_common::cli::{self, Exit, Failure, Progress};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::{VtuCompression, VtuOptions, VtuPrecision};
 use mercury_export::output::Output;
@@ -159,7 +160,7 @@ enum Command {
     /// Completions for a shell
     Completions {
         /// The shell
-        shell: Shell,
+        shell: cli::Shell,
     },
 }
 
@@ -250,14 +251,17 @@ fn strip(text: &str) -> Result<usize, String> {
 }
 
 fn main() -> ExitCode {
-    match execute(Arguments::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // Whoever closed standard error does not want to know; the exit code tells.
-            let _ = writeln!(std::io::stderr(), "{error}");
-            ExitCode::from(if error.is_input() { 2 } else { 1 })
-        }
-    }
+    cli::main(|arguments: Arguments| match arguments.command {
+        Command::Completions { shell } => cli::say_completions::<Arguments>(shell),
+        command => execute(command).map_err(|error| {
+            let exit = if error.is_input() {
+                Exit::Input
+            } else {
+                Exit::Failed
+            };
+            Failure::new(exit, error)
+        }),
+    })
 }
 
 /// An export that is set up: where from, what of it, and where to.
@@ -266,6 +270,8 @@ struct Job {
     selection: Selection,
     output: Output,
     quiet: bool,
+    /// In a cell, because every command hands out the job while it tells its progress.
+    progress: RefCell<Progress>,
 }
 
 impl Job {
@@ -281,31 +287,21 @@ impl Job {
             output: Output::new(&source, folder, beside, common.force)?,
             source,
             quiet: common.quiet,
+            progress: RefCell::new(Progress::new(common.quiet)),
         })
     }
 
-    /// Says on a terminal which frame is being written.
+    /// Says which frame is being written.
     fn progress(&self, number: usize) {
-        if !self.quiet && std::io::stderr().is_terminal() {
-            let last = self
-                .source
-                .len_hint()
-                .map(|count| format!(" of {}", count.saturating_sub(1)));
-            let _ = write!(
-                std::io::stderr(),
-                "\rframe {number}{}",
-                last.unwrap_or_default()
-            );
-        }
+        let last = self.source.len_hint().map(|count| count.saturating_sub(1));
+        self.progress.borrow_mut().count("frame", number, last);
     }
 
     /// Says what was written, and what is wrong with the input.
     fn report(&self, (told, files): (Told, Vec<PathBuf>)) {
+        self.progress.borrow_mut().clear();
         let mut out = String::new();
         if !self.quiet {
-            if std::io::stderr().is_terminal() {
-                let _ = writeln!(std::io::stderr());
-            }
             out = format!(
                 "{} in {}\n",
                 counted(told.written, "frame"),
@@ -347,12 +343,8 @@ fn name(path: &Path) -> String {
 
 fn execute(command: Command) -> Result<(), ExportError> {
     match command {
-        Command::Completions { shell } => {
-            let mut out = Vec::new();
-            clap_complete::generate(shell, &mut Arguments::command(), "mercury-export", &mut out);
-            // A closed pipe is the reader's wish.
-            let _ = std::io::stdout().write_all(&out);
-        }
+        // Answered without an input.
+        Command::Completions { .. } => {}
         Command::Vtu {
             common,
             precision,

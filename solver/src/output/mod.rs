@@ -14,7 +14,6 @@ pub mod folder;
 mod fstat_file;
 mod moment;
 mod particle_frames;
-pub mod progress_line;
 mod region_counts;
 mod schedule;
 mod state;

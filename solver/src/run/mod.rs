@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
 
 pub use budget::Budget;
-pub use report::{Report, twelve_digits};
+pub use report::Report;
 
 use budget::{energy_summary, exchanged};
 use rest::Rest;

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
+use mercury_common::readable::{duration, rounded};
+
 use super::budget::Budget;
-use crate::output::progress_line::duration;
 use crate::output::summary::{Status, Summary};
 
 /// A run that is over. Printed, it is the closing report.
@@ -27,12 +28,6 @@ pub struct Report {
     pub total_seconds: f64,
 }
 
-/// A number for people: at most 12 significant digits, which hides the round-off of n times a step (0.19999999999999998).
-#[must_use]
-pub fn twelve_digits(number: f64) -> f64 {
-    format!("{number:.11e}").parse().unwrap_or(number)
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (s, b) = (&self.summary, &self.budget);
@@ -44,7 +39,7 @@ impl fmt::Display for Report {
             f,
             "{}: {how} at t = {} s after {} steps",
             s.title,
-            twelve_digits(s.time),
+            rounded(s.time, 12),
             s.steps
         )?;
         writeln!(
@@ -96,23 +91,5 @@ impl fmt::Display for Report {
             writeln!(f, "  warning    {warning}")?;
         }
         write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::twelve_digits;
-
-    #[test]
-    fn round_off_is_not_shown() {
-        for (number, text) in [
-            (0.199_999_999_999_999_98, "0.2"),
-            (0.1 + 0.2, "0.3"),
-            (0.0, "0"),
-            (1.234_567_890_125e-7, "0.000000123456789013"),
-            (86_400.0, "86400"),
-        ] {
-            assert_eq!(twelve_digits(number).to_string(), text);
-        }
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
-use clap_complete::Shell;
+use mercury_common::cli::{Shell, positive};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -127,12 +127,4 @@ pub(crate) enum MethodName {
     Tangent,
     /// One ball per slab, for bodies of revolution
     Favier,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        Ok(value) if value <= 0.0 => Err("must be above 0".to_owned()),
-        _ => Err("expected a number above 0".to_owned()),
-    }
 }

@@ -1,14 +1,11 @@
 //! `mclump`: the command line, nothing else.
 
 mod arguments;
-mod progress;
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use arguments::{Arguments, MethodName, RouteName};
-use clap::{CommandFactory as _, Parser as _};
 use mclump::clump::{Input, Options, build, implausible_size, scaled_mesh, scaled_pebbles};
 use mclump::descriptors;
 use mclump::fidelity::{self, Fidelity};
@@ -20,11 +17,11 @@ use mclump::output::{check_free, contents, paths, with_suffix, write};
 use mclump::sizes::{self, SizeProblem};
 use mclump::surface::{Prepared, inspect, prepare};
 use mclump::table;
+use mercury_common::cli::{self, Failure, Outcome, Progress, say};
 use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
-use progress::Progress;
 use sha2::{Digest as _, Sha256};
 
 /// Surfaces of more triangles are described on request only: it takes a minute at a million.
@@ -33,38 +30,13 @@ const MOST_DESCRIBED: usize = 100_000;
 const NO_PEBBLES: &str =
     "no clump is written without pebbles: give a pebble list, or --generate tangent --pebbles 100";
 
-/// Why there is no success: the exit code, and what to say.
-enum Failure {
-    /// Wrong usage or input.
-    Input(String),
-    /// It cannot be done.
-    Run(String),
-}
-
-fn input_failure(error: impl std::fmt::Display) -> Failure {
-    Failure::Input(error.to_string())
-}
-
 fn main() -> ExitCode {
-    match execute(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            let (code, message) = match failure {
-                Failure::Input(message) => (2, message),
-                Failure::Run(message) => (1, message),
-            };
-            // Whoever closed standard error does not want to know; the exit code tells.
-            let _ = writeln!(std::io::stderr(), "{message}");
-            ExitCode::from(code)
-        }
-    }
+    cli::main(|arguments: Arguments| execute(&arguments))
 }
 
-fn execute(arguments: &Arguments) -> Result<(), Failure> {
+fn execute(arguments: &Arguments) -> Outcome {
     if let Some(shell) = arguments.completions {
-        let mut out = Vec::new();
-        clap_complete::generate(shell, &mut Arguments::command(), "mclump", &mut out);
-        return say(&String::from_utf8_lossy(&out));
+        return cli::say_completions::<Arguments>(shell);
     }
     let Files { surface, pebbles } = sort_files(&arguments.files)?;
     let main = pebbles.or(surface).unwrap_or(Path::new(""));
@@ -75,16 +47,16 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let makes_clump = pebbles.is_some() || arguments.generate.is_some();
     if pebbles.is_some() && arguments.generate.is_some() {
-        return Err(Failure::Input(
-            "--generate makes the pebbles: give the surface alone, without a pebble list".into(),
+        return Err(Failure::input(
+            "--generate makes the pebbles: give the surface alone, without a pebble list",
         ));
     }
     if arguments.generate.is_some() && surface.is_none() {
-        return Err(Failure::Input(
-            "--generate needs a surface: give an STL or OBJ file".into(),
+        return Err(Failure::input(
+            "--generate needs a surface: give an STL or OBJ file",
         ));
     }
-    let progress = Progress::new(arguments.quiet);
+    let mut progress = Progress::new(arguments.quiet);
     let mut source = Vec::new();
     let prepared = match surface {
         Some(path) => {
@@ -108,12 +80,12 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     // Now that the input is known to be good, and before the work begins.
     let files = paths(&output, surface.is_some(), !arguments.no_picture);
-    check_free(&files, arguments.force).map_err(input_failure)?;
+    check_free(&files, arguments.force).map_err(Failure::input)?;
     let pebbles = match listed {
         Some(pebbles) => pebbles,
         None => {
             let mesh = prepared.as_ref().map(|prepared| &prepared.mesh);
-            generated(arguments, mesh, &mut source, &progress)?
+            generated(arguments, mesh, &mut source, &mut progress)?
         }
     };
     progress.stage("integrating");
@@ -137,11 +109,10 @@ fn execute(arguments: &Arguments) -> Result<(), Failure> {
         surface: prepared,
         pebbles,
     };
-    let built = build(&input, &options).map_err(input_failure)?;
+    let built = build(&input, &options).map_err(Failure::input)?;
     progress.stage("writing");
-    let files = contents(&built, &output, !arguments.no_picture)
-        .map_err(|error| Failure::Run(error.to_string()))?;
-    write(&files).map_err(|error| Failure::Run(error.to_string()))?;
+    let files = contents(&built, &output, !arguments.no_picture).map_err(Failure::run)?;
+    write(&files).map_err(Failure::run)?;
     progress.clear();
     let written: Vec<PathBuf> = files.into_iter().map(|file| file.path).collect();
     if arguments.json {
@@ -195,7 +166,7 @@ fn sort_files(files: &[PathBuf]) -> Result<Files<'_>, Failure> {
     let surfaces: Vec<&PathBuf> = files.iter().filter(is_surface).collect();
     let lists: Vec<&PathBuf> = files.iter().filter(|path| !is_surface(path)).collect();
     if surfaces.len() > 1 || lists.len() > 1 {
-        return Err(Failure::Input(format!(
+        return Err(Failure::input(format!(
             "{} and {} are both {}: give one surface (.stl, .obj), one pebble list, or one of each",
             files[0].display(),
             files[1].display(),
@@ -228,7 +199,7 @@ fn clump_name(output: Option<&Path>, input: &Path) -> String {
 /// The file and its hash, for `[source]`.
 fn described(path: &Path) -> Result<Remark, Failure> {
     let unreadable = |error| {
-        Failure::Input(format!(
+        Failure::input(format!(
             "{}: the file cannot be read: {error}",
             path.display()
         ))
@@ -258,14 +229,14 @@ fn described(path: &Path) -> Result<Remark, Failure> {
 
 /// Reads and scales a pebble list; lengths that cannot be computed with are refused with their line.
 fn read_pebbles(path: &Path, scale: f64) -> Result<Vec<Pebble>, Failure> {
-    let list = read_pebble_list(path).map_err(input_failure)?;
+    let list = read_pebble_list(path).map_err(Failure::input)?;
     let pebbles = scaled_pebbles(&list, scale);
     let Some(problem) = sizes::pebble_problem(&pebbles) else {
         return Ok(pebbles);
     };
-    let text = std::fs::read_to_string(path).map_err(input_failure)?;
+    let text = std::fs::read_to_string(path).map_err(Failure::input)?;
     let line = (problem.pebble).and_then(|index| sizes::line_of_pebble(path, &text, index));
-    Err(input_failure(FormatError {
+    Err(Failure::input(FormatError {
         line,
         ..size_error(path, problem, scale)
     }))
@@ -285,22 +256,22 @@ fn size_error(path: &Path, problem: SizeProblem, scale: f64) -> FormatError {
 
 /// Reads, scales and checks the surface. One that is only looked at may be open.
 fn prepared_surface(arguments: &Arguments, path: &Path, needed: bool) -> Result<Prepared, Failure> {
-    let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+    let mesh = scaled_mesh(read_mesh(path).map_err(Failure::input)?, arguments.scale);
     if let Some(problem) = sizes::surface_problem(&mesh) {
-        return Err(input_failure(size_error(path, problem, arguments.scale)));
+        return Err(Failure::input(size_error(path, problem, arguments.scale)));
     }
     let of_other = !needed && !arguments.repair;
     match prepare(mesh, arguments.repair) {
         Ok(prepared) => Ok(prepared),
         Err(error) if of_other => {
-            let mesh = scaled_mesh(read_mesh(path).map_err(input_failure)?, arguments.scale);
+            let mesh = scaled_mesh(read_mesh(path).map_err(Failure::input)?, arguments.scale);
             let report = inspect(&mesh);
-            Err(Failure::Input(format!(
+            Err(Failure::input(format!(
                 "{}:\n{report}\n{error}",
                 path.display()
             )))
         }
-        Err(error) => Err(Failure::Input(format!("{}: {error}", path.display()))),
+        Err(error) => Err(Failure::input(format!("{}: {error}", path.display()))),
     }
 }
 
@@ -331,11 +302,9 @@ fn indented(text: &impl std::fmt::Display) -> String {
 }
 
 /// A surface without pebbles: what it is like, its mass properties; nothing is written.
-fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Result<(), Failure> {
+fn look(arguments: &Arguments, prepared: Option<&Prepared>) -> Outcome {
     let Some(prepared) = prepared else {
-        return Err(Failure::Input(
-            "a surface or a pebble list is needed".into(),
-        ));
+        return Err(Failure::input("a surface or a pebble list is needed"));
     };
     let rows: Vec<_> = row(
         Route::Surface,
@@ -386,10 +355,10 @@ fn generated(
     arguments: &Arguments,
     mesh: Option<&TriangleMesh>,
     source: &mut Vec<(String, Remark)>,
-    progress: &Progress,
+    progress: &mut Progress,
 ) -> Result<Vec<Pebble>, Failure> {
     let (Some(mesh), Some(method)) = (mesh, arguments.generate) else {
-        return Err(Failure::Input("--generate needs a surface".into()));
+        return Err(Failure::input("--generate needs a surface"));
     };
     let request = Request {
         method: match method {
@@ -421,9 +390,9 @@ fn generated(
     source.push(("generator".to_owned(), Remark::Table(entries)));
     progress.stage("making pebbles");
     generate(mesh, &request, &mut |done, total| {
-        progress.count(done, total)
+        progress.count("making pebbles:", done, (total > 0).then_some(total))
     })
-    .map_err(input_failure)
+    .map_err(Failure::input)
 }
 
 fn settings(arguments: &Arguments) -> Settings {
@@ -444,15 +413,5 @@ fn route(name: RouteName) -> Route {
 }
 
 fn pretty(value: &serde_json::Value) -> Result<String, Failure> {
-    serde_json::to_string_pretty(value).map_err(|error| Failure::Run(error.to_string()))
-}
-
-/// Prints on standard output. A reader that has gone away (`| head`) is no failure.
-fn say(text: &str) -> Result<(), Failure> {
-    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Run(format!("standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
+    serde_json::to_string_pretty(value).map_err(Failure::run)
 }

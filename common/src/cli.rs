@@ -1,0 +1,98 @@
+//! What the command lines of all Mercury programs have in common: how a program ends and what it says then, completions,
+//! progress, Ctrl-C, and the values of options.
+//!
+//! A program's `main.rs` holds its arguments and what they mean, and hands the rest to this room:
+//!
+//! ```no_run
+//! use clap::Parser;
+//! use mercury_common::cli::{self, Failure, Outcome};
+//!
+//! const EXAMPLES: &str = "\
+//! Examples:
+//!   mercury-count sizes.csv        says how many lines there are
+//!
+//! Exit codes: 0 done, 2 wrong usage or input.";
+//!
+//! /// Counts the lines of a file.
+//! #[derive(Debug, Parser)]
+//! #[command(name = "mercury-count", version, after_help = EXAMPLES)]
+//! struct Arguments {
+//!     /// The file
+//!     #[arg(value_name = "FILE", required_unless_present = "completions")]
+//!     file: Option<std::path::PathBuf>,
+//!
+//!     /// Print completions for a shell and stop
+//!     #[arg(long, value_name = "SHELL")]
+//!     completions: Option<cli::Shell>,
+//! }
+//!
+//! fn main() -> std::process::ExitCode {
+//!     cli::main(|arguments: Arguments| {
+//!         if let Some(shell) = arguments.completions {
+//!             return cli::say_completions::<Arguments>(shell);
+//!         }
+//!         let path = arguments.file.unwrap_or_default();
+//!         let text = std::fs::read_to_string(&path)
+//!             .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+//!         cli::say(&format!("{} lines", text.lines().count()))
+//!     })
+//! }
+//! ```
+//!
+//! Behind the feature `cli`, which is on unless a dependent says otherwise: libraries that only read and write files need no
+//! parser of command lines.
+
+mod failure;
+mod interrupt;
+mod progress;
+mod values;
+
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+pub use clap_complete::Shell;
+
+pub use failure::{Exit, Failure, Outcome};
+pub use interrupt::stop_on_request;
+pub use progress::Progress;
+pub use values::positive;
+
+/// Reads the arguments, does what `execute` does with them, and says what went wrong.
+///
+/// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else as `execute` says.
+pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
+    match A::try_parse() {
+        Ok(arguments) => failure::ended(execute(arguments), &mut std::io::stderr()),
+        Err(error) => {
+            // Whoever closed the stream does not want to know; the exit code tells.
+            let _ = error.print();
+            u8::try_from(error.exit_code()).map_or(Exit::Input.into(), ExitCode::from)
+        }
+    }
+}
+
+/// Prints a text on standard output, with one line break at its end. A reader that has gone away (`| head`) is no failure.
+///
+/// # Errors
+/// If standard output takes nothing, for example because the disk is full.
+pub fn say(text: &str) -> Outcome {
+    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::run(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints the completions of a program for a shell.
+///
+/// # Errors
+/// Those of [`say`].
+pub fn say_completions<A: CommandFactory>(shell: Shell) -> Outcome {
+    let mut command = A::command();
+    let name = command.get_name().to_owned();
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut command, name, &mut script);
+    say(&String::from_utf8_lossy(&script))
+}

@@ -1,0 +1,111 @@
+//! How a program ends, and what it says when it ends badly.
+
+use std::fmt;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// How a program ends: the number that scripts see. Ctrl-C pressed twice ends it with 130 at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// All was done.
+    Done = 0,
+    /// The input was good, but the work failed, or its result is that a check fails.
+    Failed = 1,
+    /// Wrong usage or input: something to correct and type again.
+    Input = 2,
+    /// The work was stopped before its end and can be resumed (`EX_TEMPFAIL` of sysexits.h).
+    Resumable = 75,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// What a program's work comes to.
+pub type Outcome = Result<(), Failure>;
+
+/// Why there is no success: how the program ends, and what it says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failure {
+    /// How the program ends.
+    pub exit: Exit,
+    /// What it says on standard error; nothing if empty.
+    pub message: String,
+}
+
+impl Failure {
+    /// Wrong usage or input.
+    pub fn input(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Input, message)
+    }
+
+    /// The work failed.
+    pub fn run(message: impl fmt::Display) -> Self {
+        Self::new(Exit::Failed, message)
+    }
+
+    /// Any other end.
+    pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
+        let message = message.to_string();
+        Self { exit, message }
+    }
+
+    /// Adds what to do about it, in a line of its own as the readers of files do.
+    #[must_use]
+    pub fn with_help(mut self, help: impl fmt::Display) -> Self {
+        self.message += &format!("\nhelp: {help}");
+        self
+    }
+}
+
+/// The exit code of an outcome, whose message goes to `errors`.
+pub(super) fn ended(outcome: Outcome, errors: &mut dyn Write) -> ExitCode {
+    let Err(failure) = outcome else {
+        return Exit::Done.into();
+    };
+    if !failure.message.is_empty() {
+        // Whoever closed standard error does not want to know; the exit code tells.
+        let _ = writeln!(errors, "{}", failure.message.trim_end());
+    }
+    failure.exit.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn end(outcome: Outcome) -> (String, String) {
+        let mut errors = Vec::new();
+        let code = ended(outcome, &mut errors);
+        (format!("{code:?}"), String::from_utf8(errors).unwrap())
+    }
+
+    fn code(number: u8) -> String {
+        format!("{:?}", ExitCode::from(number))
+    }
+
+    #[test]
+    fn each_end_has_its_code_and_says_its_message_once() {
+        assert_eq!(end(Ok(())), (code(0), String::new()));
+        assert_eq!(
+            end(Err(Failure::run("the disk is full"))),
+            (code(1), "the disk is full\n".to_owned())
+        );
+        assert_eq!(
+            end(Err(
+                Failure::input("--size: 0 is not above 0\n").with_help("give a length in m")
+            )),
+            (
+                code(2),
+                "--size: 0 is not above 0\n\nhelp: give a length in m\n".to_owned()
+            )
+        );
+        assert_eq!(
+            end(Err(Failure::new(Exit::Resumable, ""))),
+            (code(75), String::new())
+        );
+    }
+}

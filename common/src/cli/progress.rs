@@ -1,0 +1,199 @@
+//! The line that tells how far a program is.
+
+use std::io::{IsTerminal as _, Stderr, Write};
+use std::time::{Duration, Instant};
+
+use crate::readable::duration;
+
+/// Width of the bar in characters.
+const BAR: usize = 20;
+
+/// Tells progress on a terminal (one line, rewritten) or elsewhere (a line now and then). What it shows never reaches a file
+/// of the program.
+#[derive(Debug)]
+pub struct Progress<W: Write = Stderr> {
+    /// Nowhere if the program is to be quiet.
+    out: Option<W>,
+    terminal: bool,
+    begun: Instant,
+    shown: Instant,
+    shown_any: bool,
+}
+
+impl Progress {
+    /// On standard error, if that is a terminal and the program is not to be quiet.
+    #[must_use]
+    pub fn new(quiet: bool) -> Self {
+        let out = std::io::stderr();
+        let terminal = out.is_terminal();
+        Self::begin((terminal && !quiet).then_some(out), terminal)
+    }
+
+    /// On standard error, also where that is no terminal: for work of hours, whose log tells whether it goes on.
+    #[must_use]
+    pub fn in_logs_too(quiet: bool) -> Self {
+        let out = std::io::stderr();
+        let terminal = out.is_terminal();
+        Self::begin((!quiet).then_some(out), terminal)
+    }
+}
+
+impl<W: Write> Progress<W> {
+    /// To `out`, which is a terminal or not.
+    pub fn to(out: W, terminal: bool) -> Self {
+        Self::begin(Some(out), terminal)
+    }
+
+    fn begin(out: Option<W>, terminal: bool) -> Self {
+        let now = Instant::now();
+        Self {
+            out,
+            terminal,
+            begun: now,
+            shown: now,
+            shown_any: false,
+        }
+    }
+
+    /// Tells that a stage of unknown length begins: at once on a terminal, where work that takes long without a sign looks
+    /// like work that hangs; nowhere else.
+    pub fn stage(&mut self, what: &str) {
+        if self.terminal {
+            self.print(what);
+        }
+    }
+
+    /// Tells which share (0 to 1) of the work is done and what `text` says of it, given the seconds since the beginning;
+    /// unless something was shown a moment ago (0.2 s on a terminal, 10 s elsewhere).
+    pub fn share(&mut self, share: f64, text: impl FnOnce(f64) -> String) {
+        if self.is_due() {
+            let seconds = self.begun.elapsed().as_secs_f64();
+            self.print(&line(share, seconds, &text(seconds), self.terminal));
+        }
+    }
+
+    /// Tells that `done` of `total` are done; of work that does not know its total, what is done.
+    pub fn count(&mut self, what: &str, done: usize, total: Option<usize>) {
+        match total {
+            Some(total) => self.share(done as f64 / total.max(1) as f64, |_| {
+                format!("{what} {done} of {total}")
+            }),
+            None if self.is_due() => self.print(&format!("{what} {done}")),
+            None => {}
+        }
+    }
+
+    /// Removes the line from a terminal.
+    pub fn clear(&mut self) {
+        if let Some(out) = self
+            .out
+            .as_mut()
+            .filter(|_| self.terminal && self.shown_any)
+        {
+            let _ = write!(out, "\r\x1b[2K").and_then(|()| out.flush());
+            self.shown_any = false;
+        }
+    }
+
+    fn is_due(&self) -> bool {
+        let pause = if self.terminal {
+            Duration::from_millis(200)
+        } else {
+            Duration::from_secs(10)
+        };
+        self.out.is_some() && self.shown.elapsed() >= pause
+    }
+
+    fn print(&mut self, line: &str) {
+        let Some(out) = &mut self.out else {
+            return;
+        };
+        self.shown = Instant::now();
+        self.shown_any = true;
+        // Whoever closed the terminal does not want to see progress; the work goes on.
+        let _ = if self.terminal {
+            write!(out, "\r\x1b[2K{line}").and_then(|()| out.flush())
+        } else {
+            writeln!(out, "{line}")
+        };
+    }
+}
+
+/// A program that fails says why in a line of its own.
+impl<W: Write> Drop for Progress<W> {
+    fn drop(&mut self) {
+        self.clear();
+    }
+}
+
+fn line(share: f64, seconds: f64, text: &str, with_bar: bool) -> String {
+    let share = share.clamp(0.0, 1.0);
+    let mut line = String::new();
+    if with_bar {
+        let full = (share * BAR as f64) as usize;
+        line = format!("[{}{}] ", "=".repeat(full), " ".repeat(BAR - full));
+    }
+    let left = seconds * (1.0 - share) / share.max(1e-9);
+    line += &format!("{:5.1} %  {text}  {} left", 100.0 * share, duration(left));
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a progress line wrote.
+    fn shown(terminal: bool, act: impl FnOnce(&mut Progress<&mut Vec<u8>>)) -> String {
+        let mut out = Vec::new();
+        let mut progress = Progress::to(&mut out, terminal);
+        // As if the last sign had been given long ago.
+        progress.shown -= Duration::from_secs(60);
+        act(&mut progress);
+        drop(progress);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn a_line_tells_share_and_time_left() {
+        // A quarter in 20 s: three quarters take 60 s.
+        assert_eq!(
+            line(0.25, 20.0, "t = 1 s", true),
+            "[=====               ]  25.0 %  t = 1 s  1 min 0 s left"
+        );
+        assert_eq!(
+            line(0.0, 3.0, "frame 0", false),
+            "  0.0 %  frame 0  > 100 d left"
+        );
+        // A share that is no number, or beyond its range, is no reason to panic.
+        line(f64::NAN, 1.0, "", true);
+        assert!(line(1.5, 1.0, "", true).starts_with("[====================] 100.0 %"));
+    }
+
+    #[test]
+    fn a_terminal_is_rewritten_and_left_clean() {
+        let text = shown(true, |progress| {
+            progress.stage("reading");
+            progress.count("frame", 1, Some(2)); // too soon
+        });
+        assert_eq!(text, "\r\x1b[2Kreading\r\x1b[2K");
+    }
+
+    #[test]
+    fn elsewhere_lines_come_now_and_then_and_stay() {
+        let text = shown(false, |progress| {
+            progress.stage("reading"); // for eyes that wait
+            progress.count("pebbles", 7, None);
+            progress.count("pebbles", 8, None); // too soon
+        });
+        assert_eq!(text, "pebbles 7\n");
+    }
+
+    #[test]
+    fn a_quiet_program_says_nothing() {
+        let mut progress = Progress::new(true);
+        progress.shown -= Duration::from_secs(60);
+        progress.stage("reading");
+        progress.share(0.5, |_| unreachable!("nobody reads it"));
+        assert!(!progress.shown_any);
+    }
+}
