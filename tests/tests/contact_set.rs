@@ -126,7 +126,7 @@ proptest! {
             let found = recorded(&engine);
             let expected = overlapping(&engine, size, periodic);
             prop_assert_eq!(&found, &expected, "in step {}", engine.steps());
-            let leeway = engine.snapshot().leeway;
+            let leeway = engine.snapshot().lists.leeway;
             with_leeway += usize::from(leeway.iter().any(|&leeway| leeway > 0.0));
         }
         // Later the skin of so thin a gas is as thick as it may be, and leaves no room for more.

@@ -115,7 +115,11 @@ fn one_two_and_four_threads_give_the_same_bits() {
         let mut engine = Engine::new(plan.clone(), threads).unwrap();
         run(&mut engine, 300);
         let snapshot = engine.snapshot();
-        assert!(snapshot.rebuilds > 3, "rebuilt {} times", snapshot.rebuilds);
+        assert!(
+            snapshot.lists.rebuilds > 3,
+            "rebuilt {} times",
+            snapshot.lists.rebuilds
+        );
         let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
         assert!(touching > count / 4, "{touching} contacts");
         if let Some(last) = &last {
@@ -159,7 +163,11 @@ fn clumps_give_the_same_bits_on_one_two_and_four_threads() {
         let mut engine = Engine::new(plan.clone(), threads).unwrap();
         run(&mut engine, 300);
         let snapshot = engine.snapshot();
-        assert!(snapshot.rebuilds > 3, "rebuilt {} times", snapshot.rebuilds);
+        assert!(
+            snapshot.lists.rebuilds > 3,
+            "rebuilt {} times",
+            snapshot.lists.rebuilds
+        );
         let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
         assert!(touching > 50, "{touching} contacts");
         if let Some(last) = &last {
