@@ -10,7 +10,7 @@ use crate::bodies::Clump;
 use crate::neighbours::Images;
 use crate::plan::{NewBody, NewParticle, Plan};
 use crate::state::{Particles, Plain};
-use crate::walls::WallState;
+use crate::walls::WallNow;
 
 /// Why an insertion did not insert more in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -92,8 +92,7 @@ pub(super) struct Insertion {
 pub(super) struct Surroundings<'a> {
     pub(super) plan: &'a Plan,
     pub(super) images: &'a Images,
-    pub(super) walls: &'a [WallState],
-    pub(super) wall_images: &'a [Vec<u32>],
+    pub(super) walls: &'a [WallNow],
     /// How far particles may be from where they were listed, m.
     pub(super) margin: f64,
     /// s
@@ -338,7 +337,7 @@ impl Insertion {
         particles: &Particles,
         around: &Surroundings<'_>,
     ) -> Option<DVec3> {
-        let (plan, images) = (around.plan, around.images);
+        let images = around.images;
         if !self.room.has_space(extent) {
             return None;
         }
@@ -352,14 +351,7 @@ impl Insertion {
         let is_free = |&(offset, radius): &(DVec3, f64)| {
             let centre = images.wrap(centre + offset);
             !crowd.overlaps(particles, images, centre, radius)
-                && !overlaps_wall(
-                    &plan.walls,
-                    around.walls,
-                    around.wall_images,
-                    images,
-                    centre,
-                    radius,
-                )
+                && !overlaps_wall(around.walls, images, centre, radius)
         };
         spheres.iter().all(is_free).then_some(centre)
     }

@@ -39,7 +39,7 @@ use row_map::RowMap;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::Particles;
-use crate::walls::WallState;
+use crate::walls::WallNow;
 
 /// All of the boundaries that must be kept to go on later with the same numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,7 +73,6 @@ pub struct Boundaries {
     margin: f64,
     time_step: f64,
     images: Images,
-    wall_images: Vec<Vec<u32>>,
 }
 
 impl Boundaries {
@@ -93,7 +92,6 @@ impl Boundaries {
             rows: RowMap::default(),
             margin: 0.0,
             time_step: plan.time_step,
-            wall_images: placement::wall_images(&plan.walls, &images),
             images,
         }
     }
@@ -104,7 +102,7 @@ impl Boundaries {
         particles: &mut Particles,
         plan: &Plan,
         images: &Images,
-        walls: &[WallState],
+        walls: &[WallNow],
         time: f64,
     ) -> bool {
         let mut changed = self.delete(particles, plan, images);
@@ -112,7 +110,6 @@ impl Boundaries {
             plan,
             images,
             walls,
-            wall_images: &self.wall_images,
             margin: self.margin,
             time,
         };

@@ -5,7 +5,7 @@ use mercury_common::random::Stream;
 
 use super::Region;
 use crate::neighbours::Images;
-use crate::walls::{Touches, Wall, WallState, image_between_faces, images_met};
+use crate::walls::{Touches, WallNow};
 
 /// Trials to hit the region from its bounding box before an attempt counts as failed: a region that fills a tenth of its box
 /// is missed by all with a probability of 0.1 %.
@@ -172,32 +172,20 @@ impl Room {
     }
 }
 
-/// The images by which each wall is met.
-pub(super) fn wall_images(walls: &[Wall], images: &Images) -> Vec<Vec<u32>> {
-    walls.iter().map(|wall| images_met(wall, images)).collect()
-}
-
 /// Whether a sphere would overlap a wall that is there; touching is not overlapping.
 pub(super) fn overlaps_wall(
-    walls: &[Wall],
-    states: &[WallState],
-    wall_images: &[Vec<u32>],
+    walls: &[WallNow],
     images: &Images,
     centre: DVec3,
     radius: f64,
 ) -> bool {
     let mut touches = Touches::new();
-    walls
-        .iter()
-        .zip(states)
-        .zip(wall_images)
-        .filter(|((_, state), _)| state.present)
-        .any(|((wall, state), codes)| {
-            codes.iter().any(|&code| {
-                let code = image_between_faces(wall, state, images, centre, code);
-                let centre = state.into_wall(centre + images.shift(code));
-                wall.shape.touches(centre, radius, &mut touches);
-                !touches.is_empty()
-            })
+    walls.iter().filter(|wall| wall.state.present).any(|wall| {
+        wall.met_by().iter().any(|&code| {
+            let code = wall.image_of(images, centre, code);
+            let centre = wall.state.into_wall(centre + images.shift(code));
+            wall.shape().touches(centre, radius, &mut touches);
+            !touches.is_empty()
         })
+    })
 }

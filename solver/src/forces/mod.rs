@@ -22,7 +22,7 @@ pub use passes::{ForcePass, Forces, Needs, NewList};
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
 use crate::state::{Load, Particle, Particles};
-use crate::walls::{Wall, WallState};
+use crate::walls::WallNow;
 
 /// What the force evaluation of one step is told.
 pub struct StepContext<'a> {
@@ -30,10 +30,8 @@ pub struct StepContext<'a> {
     pub spring_time: f64,
     /// Periodic images.
     pub images: &'a Images,
-    /// Walls and where they stand.
-    pub walls: &'a [Wall],
-    /// One state for each wall.
-    pub wall_states: &'a [WallState],
+    /// Walls as they are now.
+    pub walls: &'a [WallNow],
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.

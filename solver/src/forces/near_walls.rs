@@ -2,16 +2,16 @@
 
 use rayon::prelude::*;
 
-use crate::neighbours::Images;
+use crate::neighbours::{Block, Boxes, Grid, Images};
 use crate::state::{Particle, Particles};
-use crate::walls::{Scratch, Shape, Touches, Wall, WallState, image_between_faces, images_met};
+use crate::walls::{MAX_TOUCHES, Scratch, Shape, Touches, WallNow};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NearWall {
     /// Row of the particle.
     pub row: u32,
-    /// Index of the wall.
+    /// Index of the wall; a plan has no more walls than have a number.
     pub wall: u16,
     /// Code of the particle's image that is near the wall.
     pub image: u8,
@@ -19,69 +19,146 @@ pub struct NearWall {
     pub features: u8,
 }
 
-/// Finds every particle whose surface is closer than `margin` and its `leeway` (m; empty for none) to a wall, by rows.
+const _: () = assert!(MAX_TOUCHES <= u8::MAX as usize);
+
+/// Finds every particle whose surface is closer than `margin` and its `leeway` (m; empty for none) to a wall, by rows, and within a
+/// row by walls and images. `grid`: the cells by which the particles are sorted.
 ///
 /// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once, a mesh that goes on for
 /// ever by the image that is between its faces.
+///
+/// Each wall looks for blocks of cells that it may be near, and only the particles in them are tested: of many walls most are near
+/// few particles.
 #[must_use]
 pub fn find_near_walls(
     particles: &Particles,
     leeway: &[f64],
-    walls: &[Wall],
-    states: &[WallState],
+    grid: &Grid,
+    walls: &[WallNow],
     images: &Images,
     margin: f64,
     parallel: bool,
 ) -> Vec<NearWall> {
-    let codes: Vec<Vec<u32>> = walls.iter().map(|wall| images_met(wall, images)).collect();
-    let search = |(chunk, records): (usize, &[Particle])| {
-        let mut found = Vec::new();
-        let mut touches = Touches::default();
-        let mut scratch = Scratch::default();
-        for (index, wall) in walls.iter().enumerate() {
-            for &code in &codes[index] {
-                for (k, record) in records.iter().enumerate() {
-                    let (state, place) = (&states[index], record.position);
-                    let image = image_between_faces(wall, state, images, place, code);
-                    let centre = state.into_wall(place + images.shift(image));
-                    let leeway = leeway.get(chunk * CHUNK + k).copied().unwrap_or_default();
-                    let reach = record.radius + leeway + margin;
-                    let features = match &wall.shape {
-                        // Most walls of most scenes.
-                        Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),
-                        // Particles that contacts cannot move do not feel walls.
-                        _ if record.inverse_mass == 0.0 => 0,
-                        Shape::Mesh(mesh) => {
-                            usize::from(mesh.may_be_near(centre, reach, &mut scratch))
-                        }
-                        shape => {
-                            shape.touches(centre, reach, &mut touches);
-                            touches.len()
-                        }
-                    };
-                    if features > 0 && record.inverse_mass > 0.0 {
-                        found.push(NearWall {
-                            row: (chunk * CHUNK + k) as u32,
-                            wall: index as u16,
-                            image: image as u8,
-                            features: features as u8,
-                        });
-                    }
-                }
-            }
+    if walls.is_empty() {
+        return Vec::new();
+    }
+    let records = &particles.records;
+    let boxes = Boxes::new(grid, records, leeway, parallel);
+    let near_wall = |index: usize| {
+        let (wall, mut scratch) = (&walls[index], Scratch::default());
+        let (mut blocks, mut near) = (Vec::new(), Vec::new());
+        let outer = wall.outer_box();
+        for &code in wall.met_by() {
+            let may_matter = |block: &Block| {
+                wall.may_be_near(&outer, block, margin, (images, code), &mut scratch)
+            };
+            blocks.clear();
+            boxes.find(may_matter, &mut blocks);
+            near.extend(
+                blocks
+                    .iter()
+                    .map(|&block| (index as u16, code as u8, block)),
+            );
         }
-        // Stable: within a row the order of the walls stays.
-        found.sort_by_key(|near| near.row);
+        near
+    };
+    let search = |near: &[(u16, u8, u32)]| {
+        let mut tests = Tests {
+            records,
+            leeway,
+            images,
+            margin,
+            touches: Touches::default(),
+            scratch: Scratch::default(),
+        };
+        let mut found = Vec::new();
+        for &(index, code, block) in near {
+            let wall = &walls[index as usize];
+            found.extend(boxes.rows(block).filter_map(|row| {
+                let (image, features) = tests.test(wall, row, u32::from(code))?;
+                Some(NearWall {
+                    row: row as u32,
+                    wall: index,
+                    image,
+                    features,
+                })
+            }));
+        }
         found
     };
-    let records = &particles.records;
-    let chunks: Vec<Vec<NearWall>> = if parallel {
-        records.par_chunks(CHUNK).enumerate().map(search).collect()
+    let found: Vec<Vec<NearWall>> = if parallel {
+        let walls = (0..walls.len()).into_par_iter().with_min_len(8);
+        let near: Vec<_> = walls.flat_map_iter(near_wall).collect();
+        near.par_chunks(CHUNK).map(search).collect()
     } else {
-        records.chunks(CHUNK).enumerate().map(search).collect()
+        let near: Vec<_> = (0..walls.len()).flat_map(near_wall).collect();
+        vec![search(&near)]
     };
-    chunks.concat()
+    by_rows(&found, records.len())
 }
 
-/// Rows that are searched together.
-const CHUNK: usize = 1024;
+/// Blocks that are searched together.
+const CHUNK: usize = 64;
+
+/// What tests a single particle, with memory that is used again.
+struct Tests<'a> {
+    records: &'a [Particle],
+    leeway: &'a [f64],
+    images: &'a Images,
+    margin: f64,
+    touches: Touches,
+    scratch: Scratch,
+}
+
+impl Tests<'_> {
+    /// The image by which a particle is near a wall, of those that go with the code `met_by`, and how many features may be touched.
+    #[inline]
+    fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u8, u8)> {
+        let record = &self.records[row];
+        // Particles that contacts cannot move do not feel walls.
+        if record.inverse_mass == 0.0 {
+            return None;
+        }
+        let image = wall.image_of(self.images, record.position, met_by);
+        let centre = (wall.state).into_wall(record.position + self.images.shift(image));
+        let leeway = self.leeway.get(row).copied().unwrap_or_default();
+        let reach = record.radius + leeway + self.margin;
+        let features = match wall.shape() {
+            // Most walls of most scenes.
+            Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),
+            Shape::Mesh(mesh) => usize::from(mesh.may_be_near(centre, reach, &mut self.scratch)),
+            shape => {
+                shape.touches(centre, reach, &mut self.touches);
+                self.touches.len()
+            }
+        };
+        (features > 0).then_some((image as u8, features as u8))
+    }
+}
+
+/// Puts entries in the order of their rows; those of a row stay in the order in which they are.
+fn by_rows(found: &[Vec<NearWall>], rows: usize) -> Vec<NearWall> {
+    let mut next = vec![0u32; rows + 1];
+    for near in found.iter().flatten() {
+        next[near.row as usize + 1] += 1;
+    }
+    for row in 0..rows {
+        next[row + 1] += next[row];
+    }
+    let nothing = NearWall {
+        row: 0,
+        wall: 0,
+        image: 0,
+        features: 0,
+    };
+    let mut sorted = vec![nothing; found.iter().map(Vec::len).sum()];
+    for near in found.iter().flatten() {
+        let place = &mut next[near.row as usize];
+        sorted[*place as usize] = *near;
+        *place += 1;
+    }
+    sorted
+}
+
+#[cfg(test)]
+mod tests;

@@ -45,10 +45,19 @@ impl CandidateList {
     }
 }
 
+/// What comes of building a list.
+pub struct Built {
+    /// The pairs.
+    pub list: CandidateList,
+    /// Where each old row went: `new_row[old]`.
+    pub new_row: Vec<u32>,
+    /// The cells by which the rows are sorted now.
+    pub grid: Grid,
+}
+
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
 /// R_i + R_j + l_i + l_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. `leeway`: l of
-/// each row (m), above zero for few, and put into the new order; empty for none. Returns the list and where each old row went
-/// (`new_row[old]`). `parallel`: with the threads of the pool from within which it is called; the list is the same.
+/// each row (m), above zero for few, and put into the new order; empty for none. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
@@ -58,7 +67,7 @@ pub fn build(
     skin: f64,
     images: &Images,
     parallel: bool,
-) -> (CandidateList, Vec<u32>) {
+) -> Built {
     for record in &mut particles.records {
         record.position = images.wrap(record.position);
     }
@@ -82,7 +91,11 @@ pub fn build(
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
     }
-    (list, new_row)
+    Built {
+        list,
+        new_row,
+        grid,
+    }
 }
 
 /// The particles as the search sees them.
@@ -493,7 +506,7 @@ mod tests {
             let with_leeway = if leeway_every > 0 { count } else { 0 };
             let mut leeway: Vec<f64> = (0..with_leeway).map(ahead).collect();
             let given = leeway.clone();
-            let (list, new_row) = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
+            let Built { list, new_row, .. } = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
             for (old, leeway_then) in given.iter().enumerate() {
                 prop_assert_eq!(leeway[new_row[old] as usize], *leeway_then);
             }

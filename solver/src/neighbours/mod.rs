@@ -3,6 +3,7 @@
 //! The list holds every pair whose surfaces are closer than a skin. It stays valid until a particle has moved half the
 //! skin, or its leeway more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
 
+mod boxes;
 mod grid;
 mod images;
 mod leeway;
@@ -11,10 +12,11 @@ mod list;
 mod skin;
 mod validity;
 
+pub use boxes::{Block, Boxes};
 pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use leeway::leeways;
 pub use levels::Levels;
-pub use list::{Candidate, CandidateList, build};
+pub use list::{Built, Candidate, CandidateList, build};
 pub use skin::Skin;
 pub use validity::Validity;

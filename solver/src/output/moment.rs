@@ -56,8 +56,8 @@ impl Moment {
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),
-            walls: (engine.wall_states().iter())
-                .map(|wall| (wall.present, wall.pose))
+            walls: (engine.walls().iter())
+                .map(|wall| (wall.state.present, wall.state.pose))
                 .collect(),
             observation: engine.observation(),
             dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use mercury_pictures::PictureWall;
 
-use crate::walls::{Outline, Wall, WallState};
+use crate::walls::{Outline, WallNow};
 
 /// Chords of a circle.
 const CHORDS: u32 = 72;
@@ -14,17 +14,13 @@ const GENERATRICES: u32 = 8;
 
 /// The walls that are present, where they stand: planes cut at the domain, circles and generatrices of curved ones.
 #[must_use]
-pub fn wall_outlines(
-    walls: &[Wall],
-    states: &[WallState],
-    domain: (DVec3, DVec3),
-) -> Vec<PictureWall> {
+pub fn wall_outlines(walls: &[WallNow], domain: (DVec3, DVec3)) -> Vec<PictureWall> {
     let mut lines = Vec::new();
-    for (wall, state) in walls.iter().zip(states) {
-        if state.present {
-            let pose = &state.pose;
+    for wall in walls {
+        if wall.state.present {
+            let pose = &wall.state.pose;
             // Planes and endless cylinders are cut at the domain as it lies in the wall's own frame.
-            for line in outline(&wall.shape.outline(), domain, |x| pose.to_initial(x)) {
+            for line in outline(&wall.shape().outline(), domain, |x| pose.to_initial(x)) {
                 let line: Vec<DVec3> = line.into_iter().map(|x| pose.to_global(x)).collect();
                 if line.len() > 1 {
                     lines.push(PictureWall::Polyline(line));
@@ -166,7 +162,8 @@ fn cut(polygon: &[DVec3], height: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::walls::{Cylinder, Motion, Plane, Shape, Side};
+    use crate::neighbours::Images;
+    use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Wall};
 
     fn lines(shape: Shape) -> Vec<Vec<DVec3>> {
         let wall = Wall {
@@ -178,9 +175,9 @@ mod tests {
             until: f64::INFINITY,
             reference: DVec3::ZERO,
         };
-        let state = wall.state(0.0, 1.0);
         let domain = (DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
-        wall_outlines(&[wall], &[state], domain)
+        let images = Images::new(domain.0, domain.1, [false; 3]);
+        wall_outlines(&WallNow::all(&[wall], 1.0, &images), domain)
             .into_iter()
             .map(|PictureWall::Polyline(points)| points)
             .collect()

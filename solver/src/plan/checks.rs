@@ -9,7 +9,7 @@ use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
 use crate::neighbours::{Images, NO_SHIFT, build};
 use crate::state::{Particle, Particles};
-use crate::walls::{Touches, Wall, image_between_faces};
+use crate::walls::{Touches, Wall, WallNow};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
 const PERIODIC_ROOM: f64 = 1.05;
@@ -280,17 +280,17 @@ pub(super) fn overlaps(
     let mut touches = Touches::new();
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     for (index, wall) in walls.iter().enumerate() {
-        let state = wall.state(0.0, 0.0);
-        if !state.present {
+        let wall = WallNow::new(wall, 0.0, &images);
+        if !wall.state.present {
             continue;
         }
         for sphere in &spheres {
             if sphere.fixed {
                 continue;
             }
-            let code = image_between_faces(wall, &state, &images, sphere.centre, NO_SHIFT);
-            let centre = state.into_wall(sphere.centre + images.shift(code));
-            wall.shape.touches(centre, sphere.radius, &mut touches);
+            let code = wall.image_of(&images, sphere.centre, NO_SHIFT);
+            let centre = (wall.state).into_wall(sphere.centre + images.shift(code));
+            wall.shape().touches(centre, sphere.radius, &mut touches);
             for touch in touches.iter() {
                 let overlap = sphere.radius - touch.distance;
                 let part = overlap / sphere.radius;
@@ -355,7 +355,7 @@ fn for_each_touching_pair(
     if particles.is_empty() {
         return;
     }
-    let (list, _) = build(&mut particles, &mut Vec::new(), 0.0, &images, false);
+    let list = build(&mut particles, &mut Vec::new(), 0.0, &images, false).list;
     for row in 0..particles.len() {
         let one = particles.records[row];
         for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {

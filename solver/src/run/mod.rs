@@ -433,7 +433,7 @@ fn draw_pictures(folder: &Path, engine: &Engine, written: &Written) -> Result<()
             domain_max: plan.domain_max,
             gravity: plan.gravity,
             dimensions: plan.dimensions,
-            walls: &wall_outlines(&plan.walls, engine.wall_states(), domain),
+            walls: &wall_outlines(engine.walls(), domain),
         };
         draw_final(&path("final.png"), &path("final.svg"), &scene)?;
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Engine;
 use crate::state::Particle;
+use crate::walls::WallError;
 
 /// Why a run cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,6 +30,14 @@ pub enum RunError {
     /// The forces beside the contacts are not those that the state came from.
     #[error("the state does not fit the forces of this run: {0}")]
     Forces(String),
+    /// A wall cannot take another surface.
+    #[error("walls.{wall}: {error}")]
+    Wall {
+        /// Its name.
+        wall: String,
+        /// Why.
+        error: WallError,
+    },
     /// Threads could not be started.
     #[error("the threads cannot be started: {0}")]
     Threads(String),

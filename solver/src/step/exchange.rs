@@ -10,7 +10,7 @@ impl Engine {
             &mut self.particles,
             &self.plan,
             &self.images,
-            &self.wall_states,
+            &self.walls,
             time,
         );
         self.lists.rows_changed |= changed;

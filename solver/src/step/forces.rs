@@ -15,7 +15,7 @@ impl Engine {
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
         let watch = match watch {
             Some(watch) => Some(watch),
-            None if self.plan.energy_budget || !self.servos.is_empty() => Some(Watch::default()),
+            None if self.plan.energy_budget || self.has_servos => Some(Watch::default()),
             None => None,
         };
         let watch = watch.map(|watch| Watch {
@@ -76,8 +76,7 @@ impl Engine {
         let context = StepContext {
             spring_time,
             images: &self.images,
-            walls: &self.plan.walls,
-            wall_states: &self.wall_states,
+            walls: &self.walls,
             wall_curvature: self.plan.wall_curvature,
             contact_point_mass: self.plan.contact_point_mass,
             feature_loads: self.plan.output.triangle_loads,

@@ -2,9 +2,9 @@
 
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
-use crate::neighbours::{Skin, Validity, build, leeways};
+use crate::neighbours::{Built, Skin, Validity, build, leeways};
 use crate::state::{Particle, Particles};
-use crate::walls::Pose;
+use crate::walls::WallNow;
 
 /// What is known of the present lists.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,8 +15,6 @@ pub struct Lists {
     pub leeway: Vec<f64>,
     /// How much of the skin is used up.
     pub validity: Validity,
-    /// Poses of the walls when the list was built.
-    pub poses: Vec<Pose>,
     /// Rows were added or removed since the list was built.
     pub rows_changed: bool,
     /// How often the list was built.
@@ -30,7 +28,6 @@ impl Lists {
             skin,
             leeway: Vec::new(),
             validity: Validity::default(),
-            poses: Vec::new(),
             rows_changed: true,
             rebuilds: 0,
         }
@@ -56,13 +53,10 @@ impl Engine {
         let reach = self.images.size.length();
         let about = self.images.min + 0.5 * self.images.size;
         valid = valid
-            && self.moving_walls.iter().all(|&index| {
-                let (from, to) = (&self.lists.poses[index], &self.wall_states[index].pose);
-                self.plan.walls[index]
-                    .shape
-                    .displacement(from, to, about, reach)
-                    <= limit
-            });
+            && self
+                .walls
+                .iter()
+                .all(|wall| wall.displacement_since_listed(about, reach) <= limit);
         if !valid {
             self.rebuild()?;
         }
@@ -96,7 +90,11 @@ impl Engine {
         if let Some(bodies) = &mut self.particles.bodies {
             bodies.wrap(&self.images);
         }
-        let (list, sorted) = build(
+        let Built {
+            list,
+            new_row: sorted,
+            grid,
+        } = build(
             &mut self.particles,
             &mut leeway,
             margin,
@@ -112,8 +110,8 @@ impl Engine {
         let near_walls = find_near_walls(
             &self.particles,
             &leeway,
-            &self.plan.walls,
-            &self.wall_states,
+            &grid,
+            &self.walls,
             &self.images,
             margin,
             parallel,
@@ -138,7 +136,7 @@ impl Engine {
         let most = leeway.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
         self.lists.leeway = leeway;
-        self.lists.poses = self.wall_states.iter().map(|state| state.pose).collect();
+        self.walls.iter_mut().for_each(WallNow::note_listed);
         self.lists.validity.reset();
         self.lists.rows_changed = false;
         self.lists.rebuilds += 1;
@@ -150,7 +148,6 @@ crate::state::plain!(Lists {
     skin,
     leeway,
     validity,
-    poses,
     rows_changed,
     rebuilds
 });

@@ -39,7 +39,7 @@ use crate::forces::{Fastest, Forces, Observation, Watch};
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::Particles;
-use crate::walls::{ServoState, WallState};
+use crate::walls::WallNow;
 
 /// The engine: the whole state of a run and the way from one step to the next.
 pub struct Engine {
@@ -49,9 +49,8 @@ pub struct Engine {
     /// All forces with what they remember of contacts.
     forces: Forces,
     boundaries: Boundaries,
-    wall_states: Vec<WallState>,
-    /// One for each wall if any has a servo; empty otherwise.
-    servos: Vec<ServoState>,
+    /// One for each wall of the plan.
+    walls: Vec<WallNow>,
     lists: Lists,
     step: u64,
     /// The second half kick of the last step is still to be made; it is made together with the next one.
@@ -66,8 +65,8 @@ pub struct Engine {
     // What follows never changes.
     law_names: String,
     images: Images,
-    /// Walls that move.
-    moving_walls: Vec<usize>,
+    /// Whether a wall has a servo.
+    has_servos: bool,
     inverse_inertia: f64,
     turns: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
@@ -152,10 +151,10 @@ impl Engine {
         &self.boundaries
     }
 
-    /// Where the walls stand.
+    /// The walls as they are now, in the order of the plan.
     #[must_use]
-    pub fn wall_states(&self) -> &[WallState] {
-        &self.wall_states
+    pub fn walls(&self) -> &[WallNow] {
+        &self.walls
     }
 
     /// What was seen of the contacts in the last watched step.

@@ -7,7 +7,7 @@ use crate::boundaries::BoundaryState;
 use crate::forces::{ForcePass, SavedLoads, SavedSlot};
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
-use crate::walls::ServoState;
+use crate::walls::{SavedWall, WallNow};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -27,8 +27,8 @@ pub struct Snapshot {
     pub other_forces: Vec<(String, Vec<u8>)>,
     /// What is known of the lists.
     pub lists: Lists,
-    /// How far the servos of the walls have come: one for each wall, or empty where no wall has one.
-    pub servos: Vec<ServoState>,
+    /// What of the walls does not follow from the time, in the order of the plan.
+    pub walls: Vec<SavedWall>,
     /// The second half kick of the last step is still to be made.
     pub kick_due: bool,
     /// Insertions and deletions, and what they counted.
@@ -50,7 +50,7 @@ impl Snapshot {
         encoder.section("near walls", &self.near_walls);
         encoder.section("other forces", &self.other_forces);
         encoder.section("lists", &self.lists);
-        encoder.section("servos", &self.servos);
+        encoder.section("walls", &self.walls);
         encoder.section("boundaries", &self.boundaries);
         encoder.section("audit", &self.audit);
         encoder.section("feature loads", &self.feature_loads);
@@ -71,7 +71,7 @@ impl Snapshot {
             near_walls: decoder.section("near walls")?,
             other_forces: decoder.section("other forces")?,
             lists: decoder.section("lists")?,
-            servos: decoder.section("servos")?,
+            walls: decoder.section("walls")?,
             kick_due,
             boundaries: decoder.section("boundaries")?,
             audit: decoder.section("audit")?,
@@ -124,7 +124,7 @@ impl Engine {
                 .map(|pass| (pass.name().to_owned(), pass.save()))
                 .collect(),
             lists: self.lists.clone(),
-            servos: self.servos.clone(),
+            walls: self.walls.iter().map(WallNow::save).collect(),
             kick_due: self.kick_due,
             boundaries: self.boundaries.state(),
             audit: self.audit,
@@ -139,7 +139,7 @@ impl Engine {
     /// differ. [`Engine::observation`] is empty until the next watched step.
     ///
     /// # Errors
-    /// If threads cannot be started.
+    /// If threads cannot be started, or a wall of the snapshot cannot have come from the plan's.
     pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
         Self::restore_with_forces(plan, snapshot, Vec::new(), threads)
     }
@@ -170,21 +170,18 @@ impl Engine {
             .restore_others(&engine.particles, &snapshot.other_forces)
             .map_err(RunError::Forces)?;
         engine.lists = snapshot.lists;
-        engine.servos = snapshot.servos;
         engine.kick_due = snapshot.kick_due;
         engine.boundaries.restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.time_step);
-        engine.wall_states = engine
-            .plan
-            .walls
-            .iter()
-            .enumerate()
-            .map(|(index, wall)| {
-                let driven = engine.servos.get(index).copied().unwrap_or_default();
-                wall.driven_state(time, dt, &driven)
-            })
-            .collect();
+        let walls = engine.plan.walls.iter().zip(&mut engine.walls);
+        for ((wall, now), saved) in walls.zip(&snapshot.walls) {
+            now.restore(wall, saved, (time, dt), &engine.images)
+                .map_err(|error| RunError::Wall {
+                    wall: wall.name.clone(),
+                    error,
+                })?;
+        }
         Ok(engine)
     }
 }

@@ -9,7 +9,7 @@ use crate::forces::{ForcePass, Forces, Watch};
 use crate::neighbours::{Images, Skin};
 use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
-use crate::walls::ServoState;
+use crate::walls::WallNow;
 
 impl Engine {
     /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
@@ -82,23 +82,11 @@ impl Engine {
                 ))
             }
         };
-        let wall_states: Vec<_> = plan
-            .walls
-            .iter()
-            .map(|wall| wall.state(0.0, plan.time_step))
-            .collect();
-        let has_servo = plan
+        let walls = WallNow::all(&plan.walls, plan.time_step, &images);
+        let has_servos = plan
             .walls
             .iter()
             .any(|wall| wall.motion.servo(0.0).is_some());
-        let servos = vec![ServoState::default(); if has_servo { plan.walls.len() } else { 0 }];
-        let moving_walls = plan
-            .walls
-            .iter()
-            .enumerate()
-            .filter(|(_, wall)| !wall.motion.is_static())
-            .map(|(index, _)| index)
-            .collect();
         let mut skin = Skin::new(plan.smallest_radius, plan.mean_radius);
         let mut room = f64::INFINITY;
         for axis in 0..3 {
@@ -116,10 +104,9 @@ impl Engine {
             forces,
             law_names,
             images,
-            wall_states,
-            servos,
+            walls,
             lists: Lists::new(skin),
-            moving_walls,
+            has_servos,
             step: 0,
             kick_due: false,
             drifted: None,

@@ -6,14 +6,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, dvec3};
+use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::scene::{Files, parse_scene};
 
-use super::Engine;
+use super::{Engine, Snapshot};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
 use crate::plan::{NewParticle, Plan, plan};
-use crate::walls::{Motion, Revolution, Shape, Side, Wall};
+use crate::walls::{Component, Mesh, Motion, Plane, Revolution, Shape, Side, SphereShell, Wall};
 
 fn frictionless() -> AnyPairLaw {
     AnyPairLaw {
@@ -175,9 +176,9 @@ fn a_servo_reaches_its_force_at_the_overlap_of_the_springs_and_stays() {
     let force = |engine: &Engine| engine.observation().walls[1].0.force.z;
     let mut largest = 0.0f64;
     for step in 0..20_000 {
-        let before = engine.wall_states()[1].pose.translation.z;
+        let before = engine.walls()[1].state.pose.translation.z;
         engine.step(Some(Watch::default())).unwrap();
-        let state = &engine.wall_states()[1];
+        let state = &engine.walls()[1].state;
         let moved = state.pose.translation.z - before;
         // Never faster than it may, and the pose follows the velocity that contacts see.
         assert!(state.velocity.velocity.z.abs() <= 0.05);
@@ -194,7 +195,7 @@ fn a_servo_reaches_its_force_at_the_overlap_of_the_springs_and_stays() {
     assert!(largest < 0.99, "{largest}");
     // Nine spheres, each between two springs of 1000 N/m: F/9 = k d at either end.
     let overlap = 0.9 / 9.0 / 1000.0;
-    let depth = -engine.wall_states()[1].pose.translation.z - 0.0005;
+    let depth = -engine.walls()[1].state.pose.translation.z - 0.0005;
     assert!((depth - 2.0 * overlap).abs() < 1e-2 * overlap, "{depth}");
 }
 
@@ -206,8 +207,8 @@ fn a_servo_is_part_of_the_state() {
     one.steps_at_once(900, None).unwrap();
     let mut back = Engine::restore(Arc::clone(&plan), one.snapshot(), 4).unwrap();
     let poses = |engine: &Engine| {
-        let states = engine.wall_states();
-        (states[1].pose, states[1].velocity)
+        let state = &engine.walls()[1].state;
+        (state.pose, state.velocity)
     };
     assert_eq!(poses(&one), poses(&back));
     let mut others = [2, 4].map(|threads| Engine::new(Arc::clone(&plan), threads).unwrap());
@@ -223,5 +224,154 @@ fn a_servo_is_part_of_the_state() {
         other.steps_at_once(1500, None).unwrap();
         assert_eq!(one.snapshot(), other.snapshot());
     }
-    assert!(one.snapshot().servos[1].displacement < -4e-4);
+    assert!(one.snapshot().walls[1].servo.displacement < -4e-4);
+}
+
+/// A sheet of triangles under five spheres that bounce without loss, and the numbers of its corners' places.
+fn trampoline(motion: Motion) -> Plan {
+    let mut sheet = TriangleMesh::default();
+    for j in 0..=4u32 {
+        for i in 0..=4u32 {
+            let [x, y] = [i, j].map(|k| 0.05 * f64::from(k) - 0.1);
+            sheet.vertices.push(dvec3(x, y, 0.0));
+            if i < 4 && j < 4 {
+                let a = 5 * j + i;
+                sheet
+                    .triangles
+                    .extend([[a, a + 1, a + 6], [a, a + 6, a + 5]]);
+            }
+        }
+    }
+    let mesh = Mesh::new(&sheet, |x| x, false).unwrap();
+    let domain = (dvec3(-0.3, -0.3, -1.0), dvec3(0.3, 0.3, 1.0));
+    let mut plan = Plan::bare(2e-5, domain, 1000.0, frictionless());
+    plan.walls.push(Wall {
+        name: "sheet".to_owned(),
+        material: 0,
+        shape: Shape::Mesh(Arc::new(mesh)),
+        motion,
+        from: 0.0,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    });
+    for k in 0..5 {
+        let place = dvec3(
+            0.03 * f64::from(k) - 0.06,
+            0.013 * f64::from(k) - 0.03,
+            0.0102,
+        );
+        plan.particles.push(NewParticle::at(place, 0.01, 0));
+    }
+    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (0.01, 0.01, 0.01);
+    plan.gravity = -9.81 * DVec3::Z;
+    plan
+}
+
+/// Where the sheet is at a step, m.
+fn lift(step: u64) -> f64 {
+    0.02 * (1e-3 * step as f64).sin()
+}
+
+fn reshape_to(engine: &mut Engine, lift: f64) {
+    let Shape::Mesh(mesh) = &engine.plan().walls[0].shape else {
+        panic!("it is a mesh");
+    };
+    let places: Vec<DVec3> = mesh
+        .corners()
+        .iter()
+        .map(|x| *x + lift * DVec3::Z)
+        .collect();
+    engine.reshape_wall(0, &places).unwrap();
+}
+
+/// A sheet whose corners are lifted pushes spheres as one that moves: by the same overlaps, found in time whatever list there is.
+#[test]
+fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
+    let moved = Motion::new(vec![Component::Oscillation {
+        amplitude: 0.02 * DVec3::Z,
+        frequency: 1e-3 / 2e-5 / std::f64::consts::TAU,
+        phase: 0.0,
+        from: 0.0,
+        until: f64::INFINITY,
+    }]);
+    let still = Motion::new(Vec::new()).unwrap();
+    let mut reference = Engine::new(Arc::new(trampoline(moved.unwrap())), 1).unwrap();
+    let mut reshaped = Engine::new(Arc::new(trampoline(still)), 1).unwrap();
+    let mut touched = 0;
+    for step in 1..=4000 {
+        reference.step(Some(Watch::default())).unwrap();
+        reshape_to(&mut reshaped, lift(step));
+        reshaped.step(Some(Watch::default())).unwrap();
+        let [one, other] = [&reference, &reshaped].map(|engine| engine.observation().wall_contacts);
+        assert_eq!(one, other, "step {step}");
+        touched += one;
+    }
+    assert!(touched > 500, "{touched}");
+    let places = |engine: &Engine| {
+        let mut places: Vec<(u32, DVec3)> = (engine.particles.ids.iter().copied())
+            .zip(
+                engine
+                    .particles
+                    .records
+                    .iter()
+                    .map(|record| record.position),
+            )
+            .collect();
+        places.sort_by_key(|place| place.0);
+        places
+    };
+    for ((id, one), (_, other)) in places(&reference).into_iter().zip(places(&reshaped)) {
+        assert!(one.distance(other) < 1e-10, "{id}: {one} {other}");
+    }
+    // The plan keeps its own sheet.
+    let Shape::Mesh(mesh) = &reshaped.plan().walls[0].shape else {
+        panic!("it is a mesh");
+    };
+    assert!(mesh.corners().iter().all(|x| x.z == 0.0));
+}
+
+#[test]
+fn a_reshaped_mesh_is_part_of_the_state() {
+    let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()));
+    let mut one = Engine::new(Arc::clone(&plan), 1).unwrap();
+    assert!(one.snapshot().walls[0].shape.is_empty(), "it is the plan's");
+    let go_on = |engine: &mut Engine, until: u64| {
+        while engine.steps() < until {
+            let next = lift(engine.steps() + 1);
+            reshape_to(engine, next);
+            engine.step(None).unwrap();
+        }
+    };
+    go_on(&mut one, 700);
+    let saved = one.snapshot();
+    assert_eq!(saved.walls[0].shape.len(), 75);
+    let saved = Snapshot::decode(&saved.encode()).unwrap();
+    let mut back = Engine::restore(Arc::clone(&plan), saved.clone(), 2).unwrap();
+    go_on(&mut one, 1500);
+    go_on(&mut back, 1500);
+    assert_eq!(one.snapshot(), back.snapshot());
+    let mut cut = saved;
+    cut.walls[0].shape.pop();
+    let error = Engine::restore(plan, cut, 1).err().unwrap();
+    assert!(error.to_string().starts_with("walls.sheet: "), "{error}");
+}
+
+#[test]
+fn a_plane_that_is_exchanged_is_felt_at_once() {
+    let mut plan = trampoline(Motion::new(Vec::new()).unwrap());
+    let floor = |z: f64| Shape::Plane(Plane::new(z * DVec3::Z, DVec3::Z).unwrap());
+    plan.walls[0].shape = floor(-0.5);
+    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    engine.step(Some(Watch::default())).unwrap();
+    assert_eq!(engine.observation().wall_contacts, 0);
+    engine.exchange_wall(0, floor(0.0003)).unwrap();
+    engine.step(Some(Watch::default())).unwrap();
+    assert_eq!(engine.observation().wall_contacts, 5);
+    let ball = Shape::Sphere(SphereShell::new(DVec3::ZERO, 1.0, Side::Inside).unwrap());
+    let error = engine.exchange_wall(0, ball).unwrap_err();
+    assert!(
+        error.to_string().starts_with("walls.sheet: shape: "),
+        "{error}"
+    );
+    assert!(engine.exchange_wall(7, floor(0.0)).is_err());
 }

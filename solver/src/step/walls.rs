@@ -1,31 +1,47 @@
-//! Walls: where they stand at the present time, and what servos are told.
+//! Walls: where they stand at the present time, what shape they have, and what servos are told.
 
-use super::Engine;
+use glam::DVec3;
+
+use super::{Engine, RunError};
+use crate::walls::{Shape, WallError};
 
 impl Engine {
     /// Moves the walls to the present time.
     pub(super) fn move_walls(&mut self) {
         let (time, dt) = (self.time(), self.plan.time_step);
-        for (wall, servo) in self.plan.walls.iter().zip(&mut self.servos) {
-            if let Some((motor, _)) = wall.motion.servo(time) {
-                *servo = motor.advance(*servo, time, dt);
-            }
+        for (wall, now) in self.plan.walls.iter().zip(&mut self.walls) {
+            now.advance(wall, time, dt);
         }
-        for (index, (wall, state)) in
-            (self.plan.walls.iter().zip(&mut self.wall_states)).enumerate()
-        {
-            if wall.motion.is_static() {
-                state.present = wall.is_present(time, self.plan.time_step);
-            } else {
-                let driven = self.servos.get(index).copied().unwrap_or_default();
-                *state = wall.driven_state(time, dt, &driven);
-            }
-        }
+    }
+
+    /// Puts the corners of a mesh wall, by its number in the plan, to new places in the wall's frame, m: [`crate::walls::WallNow::reshape`]. It acts
+    /// from the next step on.
+    ///
+    /// # Errors
+    /// If there is no such wall, or it cannot take these places; it stays as it was then.
+    pub fn reshape_wall(&mut self, wall: usize, corners: &[DVec3]) -> Result<(), RunError> {
+        let Some(now) = self.walls.get_mut(wall) else {
+            return Err(self.wall_error(wall, WallError::OtherShape));
+        };
+        let changed = now.reshape(corners, &self.images);
+        changed.map_err(|error| self.wall_error(wall, error))
+    }
+
+    /// Exchanges the surface of another wall for one of the same kind: [`crate::walls::WallNow::exchange`].
+    ///
+    /// # Errors
+    /// As [`Engine::reshape_wall`].
+    pub fn exchange_wall(&mut self, wall: usize, shape: Shape) -> Result<(), RunError> {
+        let Some(now) = self.walls.get_mut(wall) else {
+            return Err(self.wall_error(wall, WallError::OtherShape));
+        };
+        let changed = now.exchange(shape, &self.images);
+        changed.map_err(|error| self.wall_error(wall, error))
     }
 
     /// Tells the servos what their walls felt in the force evaluation just made.
     pub(super) fn answer_loads(&mut self) {
-        if self.servos.is_empty() {
+        if !self.has_servos {
             return;
         }
         let (time, dt) = (self.time(), self.plan.time_step);
@@ -34,13 +50,23 @@ impl Engine {
             let Some((motor, axis)) = wall.motion.servo(time) else {
                 continue;
             };
-            self.servos[index].next_velocity = if self.wall_states[index].present {
+            let now = &mut self.walls[index];
+            now.servo.next_velocity = if now.state.present {
                 // The load is that of the particles on the wall.
                 let force = -seen.walls[index].0.force.dot(axis);
                 motor.answer(force, &seen.grips[index], dt)
             } else {
                 0.0
             };
+        }
+    }
+
+    /// What is wrong with a wall, by its name.
+    fn wall_error(&self, wall: usize, error: WallError) -> RunError {
+        let of_plan = self.plan.walls.get(wall);
+        RunError::Wall {
+            wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),
+            error,
         }
     }
 }

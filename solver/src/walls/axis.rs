@@ -24,6 +24,33 @@ impl Axis {
         })
     }
 
+    /// Its numbers, for [`Axis::from_numbers`].
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        let [u, v] = self.across;
+        let vectors = [self.origin, self.direction, u, v];
+        vectors.into_iter().flat_map(|x| x.to_array()).collect()
+    }
+
+    /// From its numbers, to the bit; `None` if there are too few.
+    pub(super) fn from_numbers(numbers: &[f64]) -> Option<(Self, &[f64])> {
+        let (own, rest) = numbers.split_at_checked(12)?;
+        let vector = |k: usize| DVec3::from_slice(&own[3 * k..]);
+        let axis = Self {
+            origin: vector(0),
+            direction: vector(1),
+            across: [vector(2), vector(3)],
+        };
+        Some((axis, rest))
+    }
+
+    /// How far the origin is from that of an axis of the same direction, along it and across it, m; `None` if the direction is another.
+    pub(super) fn shift(&self, other: &Self) -> Option<DVec2> {
+        let way = other.origin - self.origin;
+        let along = way.dot(self.direction);
+        let across = (way - self.direction * along).length();
+        (self.direction == other.direction).then_some(DVec2::new(along.abs(), across))
+    }
+
     /// Position `(r, z)` of a point in its half-plane, and the unit vector away from the axis (any,
     /// for a point on the axis).
     #[inline]

@@ -77,6 +77,63 @@ impl Cylinder {
         }
     }
 
+    /// Whether a place is closer than `reach` (m) to the surface.
+    pub(super) fn is_near(&self, centre: DVec3, reach: f64) -> bool {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.is_near(centre, reach),
+            Extent::Endless { axis, radius, .. } => {
+                (radius - axis.half_plane(centre).0.x).abs() < reach
+            }
+        }
+    }
+
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.numbers(),
+            Extent::Endless { axis, radius, .. } => [axis.numbers(), vec![*radius]].concat(),
+        }
+    }
+
+    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+        Some(Self(match &self.0 {
+            Extent::Bounded(revolved) => Extent::Bounded(revolved.from_numbers(numbers)?),
+            Extent::Endless { side, .. } => {
+                let (axis, rest) = Axis::from_numbers(numbers)?;
+                let (&[radius], side) = (rest, *side) else {
+                    return None;
+                };
+                Extent::Endless { axis, radius, side }
+            }
+        }))
+    }
+
+    /// See [`super::Shape::way_to`].
+    pub(super) fn way_to(&self, other: &Self) -> Option<f64> {
+        match (&self.0, &other.0) {
+            (Extent::Bounded(one), Extent::Bounded(other)) => one.way_to(other),
+            (
+                Extent::Endless { axis, radius, side },
+                Extent::Endless {
+                    axis: new_axis,
+                    radius: new_radius,
+                    side: new_side,
+                },
+            ) if side == new_side => {
+                let across = axis.shift(new_axis).map_or(f64::INFINITY, |shift| shift.y);
+                Some(across + (radius - new_radius).abs())
+            }
+            _ => None,
+        }
+    }
+
+    /// See [`super::Shape::scale`].
+    pub(super) fn scale(&self) -> f64 {
+        match &self.0 {
+            Extent::Bounded(revolved) => revolved.scale(),
+            Extent::Endless { axis, radius, .. } => axis.origin.abs().max_element() + radius,
+        }
+    }
+
     pub(super) fn outline(&self) -> Outline {
         match &self.0 {
             Extent::Bounded(revolved) => revolved.outline(),

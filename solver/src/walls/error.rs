@@ -80,6 +80,43 @@ pub enum WallError {
         /// Index of the first point of the other piece.
         second: usize,
     },
+    /// Places for another number of corners than the mesh has.
+    #[error("corners: the mesh has {corners}, {given} places were given")]
+    Corners {
+        /// How many the mesh has.
+        corners: usize,
+        /// How many there are.
+        given: usize,
+    },
+    /// A triangle that has become a line or a point.
+    #[error("corners: triangle {triangle} (counted from 0) has no area left")]
+    LostArea {
+        /// Its place in the file, where those without area are not counted.
+        triangle: u32,
+    },
+    /// A triangle that may have been pushed through its neighbours.
+    #[error(
+        "corners: triangle {triangle} (counted from 0) turns by more than a right angle at once, as one does that is pushed inside out; turn a wall by its motion, or in smaller steps"
+    )]
+    TurnedOver {
+        /// Its place in the file, where those without area are not counted.
+        triangle: u32,
+    },
+    /// A mesh that goes on for ever along an axis and is no longer the same at the two faces of its period.
+    #[error(
+        "corners: corner {corner} (counted from 0) leaves its place along the periodic axis {}, or that of its partner a period farther: a mesh that goes on for ever moves its corners across the axis, and alike at both faces", ["x", "y", "z"][*.axis]
+    )]
+    OffPeriod {
+        /// Its number.
+        corner: usize,
+        /// 0, 1, 2: x, y, z.
+        axis: usize,
+    },
+    /// A surface of another kind in the place of one.
+    #[error(
+        "shape: a wall's surface can become one of the same kind with the same sides, faces and edges only: contacts remember those"
+    )]
+    OtherShape,
     /// A mesh whose triangles are all lines or points.
     #[error("file: none of the {count} triangles has an area")]
     NoTriangle {

@@ -47,6 +47,32 @@ impl Plane {
         }
     }
 
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        [self.point.to_array(), self.normal.to_array()].concat()
+    }
+
+    pub(super) fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let is_whole = numbers.len() == 6;
+        is_whole.then(|| Self {
+            point: DVec3::from_slice(numbers),
+            normal: DVec3::from_slice(&numbers[3..]),
+        })
+    }
+
+    /// See [`super::Shape::way_to`]: a plane that tilts moves without bound.
+    pub(super) fn way_to(&self, other: &Self) -> f64 {
+        if self.normal == other.normal {
+            (other.point - self.point).dot(self.normal).abs()
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// See [`super::Shape::scale`].
+    pub(super) fn scale(&self) -> f64 {
+        self.point.abs().max_element()
+    }
+
     pub(super) fn outline(&self) -> Outline {
         Outline::Plane {
             point: self.point,

@@ -87,6 +87,7 @@ pub(super) struct Profile {
     pieces: Vec<Piece>,
     corners: Vec<Corner>,
     closed: bool,
+    side: Side,
     two_sided: bool,
     min: DVec2,
     max: DVec2,
@@ -145,6 +146,7 @@ impl Profile {
             pieces,
             corners,
             closed,
+            side,
             two_sided: side == Side::Both,
             min,
             max,
@@ -159,6 +161,51 @@ impl Profile {
     /// Whether the last corner is joined to the first.
     pub(super) fn is_closed(&self) -> bool {
         self.closed
+    }
+
+    /// Whether `point` is closer than `reach` to the polygon.
+    pub(super) fn is_near(&self, point: DVec2, reach: f64) -> bool {
+        if point.cmplt(self.min - reach).any() || point.cmpgt(self.max + reach).any() {
+            return false;
+        }
+        self.pieces.iter().any(|piece| {
+            let offset = point - piece.start;
+            let along = offset.dot(piece.direction).clamp(0.0, piece.length);
+            offset.distance_squared(piece.direction * along) < reach * reach
+        })
+    }
+
+    /// Its points, for [`Profile::from_numbers`].
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        let points = self.points();
+        let end = self.corners.first().filter(|_| self.closed);
+        let all = points.chain(end.map(|corner| corner.point));
+        all.flat_map(|point| point.to_array()).collect()
+    }
+
+    /// The same polygon through other points; `None` if it is none or if pieces come or go.
+    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+        let (points, rest) = numbers.as_chunks::<2>();
+        let new = Self::new(points, self.side).ok()?;
+        (rest.is_empty() && self.is_like(&new)).then_some(new)
+    }
+
+    /// Whether the features of the two are the same in number and meaning.
+    fn is_like(&self, other: &Self) -> bool {
+        let sizes = |profile: &Self| (profile.pieces.len(), profile.corners.len());
+        sizes(self) == sizes(other) && self.closed == other.closed && self.side == other.side
+    }
+
+    /// How far a point moves when this polygon becomes `other`; `None` if it cannot.
+    pub(super) fn way_to(&self, other: &Self) -> Option<f64> {
+        let corners = self.points().zip(other.points());
+        let farthest = corners.fold(0.0f64, |most, (one, other)| most.max(one.distance(other)));
+        self.is_like(other).then_some(farthest)
+    }
+
+    /// Largest coordinate.
+    pub(super) fn scale(&self) -> f64 {
+        self.min.abs().max(self.max.abs()).max_element()
     }
 
     /// Reports every feature within `reach` of `point`.

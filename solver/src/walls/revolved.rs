@@ -49,6 +49,33 @@ impl Revolved {
         });
     }
 
+    /// Whether a place is closer than `reach` (m) to the surface.
+    pub(super) fn is_near(&self, centre: DVec3, reach: f64) -> bool {
+        self.profile.is_near(self.axis.half_plane(centre).0, reach)
+    }
+
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        [self.axis.numbers(), self.profile.numbers()].concat()
+    }
+
+    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+        let (axis, rest) = Axis::from_numbers(numbers)?;
+        let profile = self.profile.from_numbers(rest)?;
+        Some(Self { axis, profile })
+    }
+
+    /// See [`super::Shape::way_to`].
+    pub(super) fn way_to(&self, other: &Self) -> Option<f64> {
+        let in_profile = self.profile.way_to(&other.profile)?;
+        let shift = self.axis.shift(&other.axis);
+        Some(shift.map_or(f64::INFINITY, |shift| shift.length() + in_profile))
+    }
+
+    /// See [`super::Shape::scale`].
+    pub(super) fn scale(&self) -> f64 {
+        self.axis.origin.abs().max_element() + self.profile.scale()
+    }
+
     pub(super) fn outline(&self) -> Outline {
         let mut corners: Vec<_> = self.profile.points().collect();
         if self.profile.is_closed() {

@@ -3,7 +3,8 @@
 use super::cone::Cone;
 use super::cylinder::Cylinder;
 use super::disc::Disc;
-use super::mesh::Mesh;
+use super::error::WallError;
+use super::mesh::{Mesh, Scratch};
 use super::outline::Outline;
 use super::plane::Plane;
 use super::pose::Pose;
@@ -53,6 +54,110 @@ impl Shape {
             Self::Revolution(revolution) => revolution.0.touches(centre, reach, out),
             Self::Mesh(mesh) => mesh.touches(centre, reach, out),
         }
+    }
+
+    /// Whether a sphere of radius `reach` (m) whose centre is within `within` (m) of `centre` may touch the surface, or may be
+    /// thought near it by [`Mesh::may_be_near`]; false only where none does. `reach` has room for round-off.
+    pub(super) fn may_be_near(
+        &self,
+        centre: DVec3,
+        within: f64,
+        reach: f64,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let reach_of_all = reach + within;
+        match self {
+            Self::Plane(plane) => plane.touch(centre, reach_of_all).is_some(),
+            Self::Disc(disc) => disc.0.is_near(centre, reach_of_all),
+            Self::Cylinder(cylinder) => cylinder.is_near(centre, reach_of_all),
+            Self::Cone(cone) => cone.0.is_near(centre, reach_of_all),
+            Self::Sphere(sphere) => sphere.is_near(centre, reach_of_all),
+            Self::Revolution(revolution) => revolution.0.is_near(centre, reach_of_all),
+            Self::Mesh(mesh) => mesh.may_be_near_some(centre, within, reach, scratch),
+        }
+    }
+
+    /// About the largest coordinate in the description of the surface, m: sets the round-off of distances from it.
+    pub(super) fn scale(&self) -> f64 {
+        match self {
+            Self::Plane(plane) => plane.scale(),
+            Self::Disc(disc) => disc.0.scale(),
+            Self::Cylinder(cylinder) => cylinder.scale(),
+            Self::Cone(cone) => cone.0.scale(),
+            Self::Sphere(sphere) => sphere.scale(),
+            Self::Revolution(revolution) => revolution.0.scale(),
+            Self::Mesh(mesh) => {
+                let (low, high) = mesh.bounds();
+                low.abs().max(high.abs()).max_element()
+            }
+        }
+    }
+
+    /// How far any point of the surface is at most from the surface when it becomes `other` in the same frame, m; infinite where that
+    /// is not known. Not for meshes, whose corners move ([`Mesh::reshape`]).
+    ///
+    /// # Errors
+    /// If `other` has not the same faces and edges, which contacts remember.
+    pub fn way_to(&self, other: &Self) -> Result<f64, WallError> {
+        let way = match (self, other) {
+            (Self::Plane(one), Self::Plane(other)) => Some(one.way_to(other)),
+            (Self::Disc(one), Self::Disc(other)) => one.0.way_to(&other.0),
+            (Self::Cylinder(one), Self::Cylinder(other)) => one.way_to(other),
+            (Self::Cone(one), Self::Cone(other)) => one.0.way_to(&other.0),
+            (Self::Sphere(one), Self::Sphere(other)) => one.way_to(other),
+            (Self::Revolution(one), Self::Revolution(other)) => one.0.way_to(&other.0),
+            _ => None,
+        };
+        way.ok_or(WallError::OtherShape)
+    }
+
+    /// The surface in plain numbers, of a mesh the places of its corners (m): with them [`Shape::with_numbers`] makes it again.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Plane(plane) => plane.numbers(),
+            Self::Disc(disc) => disc.0.numbers(),
+            Self::Cylinder(cylinder) => cylinder.numbers(),
+            Self::Cone(cone) => cone.0.numbers(),
+            Self::Sphere(sphere) => sphere.numbers(),
+            Self::Revolution(revolution) => revolution.0.numbers(),
+            Self::Mesh(mesh) => mesh.corners().iter().flat_map(|x| x.to_array()).collect(),
+        }
+    }
+
+    /// The surface that has these [`Shape::numbers`], to the bit, of one that it became from.
+    ///
+    /// # Errors
+    /// If the numbers are those of another surface, or of a mesh that cannot have come from this one ([`Mesh::reshape`]).
+    pub fn with_numbers(&self, numbers: &[f64]) -> Result<Self, WallError> {
+        if let Some(index) = numbers.iter().position(|x| !x.is_finite()) {
+            return Err(WallError::NotFinite {
+                key: "shape",
+                value: numbers[index].to_string(),
+            });
+        }
+        let new = match self {
+            Self::Plane(_) => Plane::from_numbers(numbers).map(Self::Plane),
+            Self::Disc(disc) => (disc.0.from_numbers(numbers)).map(|new| Self::Disc(Disc(new))),
+            Self::Cylinder(cylinder) => cylinder.from_numbers(numbers).map(Self::Cylinder),
+            Self::Cone(cone) => (cone.0.from_numbers(numbers)).map(|new| Self::Cone(Cone(new))),
+            Self::Sphere(sphere) => sphere.from_numbers(numbers).map(Self::Sphere),
+            Self::Revolution(old) => old
+                .0
+                .from_numbers(numbers)
+                .map(|new| Self::Revolution(Revolution(new))),
+            Self::Mesh(mesh) => {
+                let (corners, rest) = numbers.as_chunks::<3>();
+                if !rest.is_empty() {
+                    return Err(WallError::OtherShape);
+                }
+                let corners: Vec<DVec3> = corners.iter().map(|&x| x.into()).collect();
+                let mut new = Mesh::clone(mesh);
+                new.place(&corners)?;
+                Some(Self::Mesh(Arc::new(new)))
+            }
+        };
+        new.ok_or(WallError::OtherShape)
     }
 
     /// Whether a rolling contact may carry its history from feature `a` to feature `b`: from a face to

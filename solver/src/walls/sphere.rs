@@ -53,6 +53,39 @@ impl SphereShell {
         });
     }
 
+    /// Whether a place is closer than `reach` (m) to the surface.
+    pub(super) fn is_near(&self, centre: DVec3, reach: f64) -> bool {
+        (self.radius - centre.distance(self.centre)).abs() < reach
+    }
+
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        let [x, y, z] = self.centre.to_array();
+        vec![x, y, z, self.radius]
+    }
+
+    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+        let &[x, y, z, radius] = numbers else {
+            return None;
+        };
+        let centre = DVec3::new(x, y, z);
+        Some(Self {
+            centre,
+            radius,
+            side: self.side,
+        })
+    }
+
+    /// See [`super::Shape::way_to`].
+    pub(super) fn way_to(&self, other: &Self) -> Option<f64> {
+        let way = self.centre.distance(other.centre) + (self.radius - other.radius).abs();
+        (self.side == other.side).then_some(way)
+    }
+
+    /// See [`super::Shape::scale`].
+    pub(super) fn scale(&self) -> f64 {
+        self.centre.abs().max_element() + self.radius
+    }
+
     pub(super) fn outline(&self) -> Outline {
         Outline::Sphere {
             centre: self.centre,

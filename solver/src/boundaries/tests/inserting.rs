@@ -12,13 +12,13 @@ use crate::neighbours::Images;
 use crate::plan::{Material, NewParticle, Plan};
 use crate::state::Particles;
 use crate::step::Engine;
-use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallState};
+use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallNow};
 
 /// Particles and boundaries without an engine: nothing moves.
 pub(super) struct Still {
     pub(super) plan: Plan,
     images: Images,
-    walls: Vec<WallState>,
+    walls: Vec<WallNow>,
     pub(super) particles: Particles,
     pub(super) boundaries: Boundaries,
 }
@@ -30,13 +30,10 @@ impl Still {
             let (record, mass, prescribed) = new.build(&plan);
             particles.push(record, mass, prescribed);
         }
+        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         Self {
-            images: Images::new(plan.domain_min, plan.domain_max, plan.periodic),
-            walls: plan
-                .walls
-                .iter()
-                .map(|wall| wall.state(0.0, plan.time_step))
-                .collect(),
+            walls: WallNow::all(&plan.walls, plan.time_step, &images),
+            images,
             boundaries: Boundaries::new(&plan),
             particles,
             plan,

@@ -8,7 +8,7 @@ use crate::contact::{Contact, Histories, History, NormalLaw, RollingLaw, Tangent
 use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
-use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, Wall, WallState};
+use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     pub(super) fn walls(
@@ -22,7 +22,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let mut first = 0;
         for (index, near) in block.near_walls.iter_mut().enumerate() {
             let wall = &context.walls[near.wall as usize];
-            let state = &context.wall_states[near.wall as usize];
+            let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
             let centre = a.position + context.images.shift(u32::from(near.image));
@@ -33,7 +33,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 centre,
             };
             let load = &mut loads[row];
-            let Shape::Plane(plane) = &wall.shape else {
+            let Shape::Plane(plane) = wall.shape() else {
                 near.features = self.features(
                     a,
                     &side,
@@ -86,7 +86,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let place = state.into_wall(side.centre);
         touches.clear();
         if state.present {
-            match &side.wall.shape {
+            match side.wall.shape() {
                 Shape::Mesh(mesh) => {
                     near_meshes.touches(index, mesh, place, a.radius, scratch, touches);
                 }
@@ -101,11 +101,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             features += 1;
         }
         let slots = &mut wall_slots[first..first + features as usize];
-        match &side.wall.shape {
+        match side.wall.shape() {
             Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place),
             shape => assign(slots, touches, shape),
         }
-        let is_mesh = matches!(side.wall.shape, Shape::Mesh(_));
+        let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
         let mut sums = (is_mesh && self.context.feature_loads).then_some(feature_loads);
         for slot in slots {
             match touches.iter().find(|touch| touch.feature == slot.feature) {
@@ -234,7 +234,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
 /// The wall's side of a contact.
 struct WallSide<'a> {
     near: NearWall,
-    wall: &'a Wall,
+    wall: &'a WallNow,
     state: &'a WallState,
     /// Centre of the particle's image that is near, m.
     centre: DVec3,

@@ -164,6 +164,14 @@ impl Bounds {
         (reach * (1.0 + 1e-7)) as f32 + self.slack
     }
 
+    /// How much nearer than they are facets may be thought to be from a place within `within` (m) of this one, m.
+    #[inline]
+    pub(super) fn loose(&self, within: f64) -> f32 {
+        let farthest = self.slack / SINGLE + within as f32;
+        // Of what is beside a facet a short way is not known.
+        (LEAST_GAP + 5.0 * SINGLE) * farthest
+    }
+
     /// The squares of the distances, without slack, m^2.
     #[inline]
     pub(super) fn squares(&self) -> Lanes {

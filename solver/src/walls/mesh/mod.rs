@@ -11,6 +11,7 @@ mod leaf;
 mod near;
 mod patches;
 mod periodic;
+mod reshape;
 mod topology;
 mod tree;
 mod triangles;
@@ -63,11 +64,11 @@ pub struct Mesh {
     tree: Tree,
     /// The facets by the leaves of the tree.
     leaves: Vec<Leaf>,
-    bounds: (DVec3, DVec3),
-    /// Middle of the bounds and the largest distance of a vertex from it, m.
-    ball: (DVec3, f64),
+    extent: Extent,
     /// Of a triangle, m^2.
     mean_area: f64,
+    /// How far corners have moved in all changes together, at most, m.
+    travelled: f64,
     /// Only the side acts where the normals point.
     front_only: bool,
     /// Places nearer to each other than this are the same, m.
@@ -76,6 +77,37 @@ pub struct Mesh {
     round_off: f64,
     dropped: usize,
     continuation: Continuation,
+}
+
+/// How large a mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Extent {
+    /// Smallest and largest coordinates, m.
+    bounds: (DVec3, DVec3),
+    /// Middle of the bounds and the largest distance of a vertex from it, m.
+    ball: (DVec3, f64),
+}
+
+impl Extent {
+    /// Of those vertices that count.
+    fn of(vertices: &[DVec3], counts: impl Fn(u32) -> bool) -> Self {
+        let numbered = || (0u32..).zip(vertices);
+        let all = || numbered().filter(|(k, _)| counts(*k)).map(|(_, &x)| x);
+        let low = all().fold(DVec3::INFINITY, DVec3::min);
+        let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let middle = 0.5 * (low + high);
+        let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
+        Self {
+            bounds: (low, high),
+            ball: (middle, radius),
+        }
+    }
+
+    /// Round-off of positions nearby, m.
+    fn round_off(&self) -> f64 {
+        let (low, high) = self.bounds;
+        16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element()
+    }
 }
 
 /// Memory that queries use again.
@@ -131,21 +163,21 @@ impl Mesh {
             });
         }
         let dropped = triangles.triangles.len() - kept.len();
-        Ok(Self::assembled(
-            vertices, &mut kept, tolerance, front_only, dropped,
-        ))
+        let (mesh, _) = Self::assembled(vertices, &mut kept, tolerance, front_only, dropped);
+        Ok(mesh)
     }
 
-    /// Of these triangles, each with its place in the file.
+    /// Of these triangles, each with its place in the file. Also says which number each vertex has now; `u32::MAX` for those that no
+    /// triangle uses.
     fn assembled(
         vertices: Vec<DVec3>,
         kept: &mut [(u32, [u32; 3])],
         tolerance: f64,
         front_only: bool,
         dropped: usize,
-    ) -> Self {
+    ) -> (Self, Vec<u32>) {
         let tree = Tree::build(&vertices, kept);
-        let (vertices, corners) = in_order_of_use(&vertices, kept);
+        let (vertices, corners, number) = in_order_of_use(&vertices, kept);
         let (topology, edges) = Topology::new(&vertices, &corners, front_only);
         let mut facets = in_large_pages(corners.len());
         let prepared = corners.iter().zip(edges);
@@ -155,42 +187,32 @@ impl Mesh {
         let mut leaves = in_large_pages(facets.len().div_ceil(LANES));
         leaves.extend(facets.chunks(LANES).map(Leaf::new));
         let area = facets.iter().map(Facet::area).sum::<f64>();
-        let all = || vertices.iter().copied();
-        let low = all().fold(DVec3::INFINITY, DVec3::min);
-        let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let middle = 0.5 * (low + high);
-        let radius = all().fold(0.0f64, |r, x| r.max(x.distance(middle)));
-        Self {
+        let extent = Extent::of(&vertices, |_| true);
+        let mesh = Self {
             file_order: kept.iter().map(|&(index, _)| index).collect(),
             topology,
             tree,
             leaves,
             mean_area: area / kept.len() as f64,
-            bounds: (low, high),
-            ball: (middle, radius),
+            extent,
+            travelled: 0.0,
             front_only,
             tolerance,
-            round_off: 16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element(),
+            round_off: extent.round_off(),
             dropped,
             continuation: Continuation::default(),
             vertices,
             facets,
-        }
+        };
+        (mesh, number)
     }
 
-    /// The same mesh with more triangles.
-    fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> Self {
-        Self {
-            bounds: self.bounds,
-            ball: self.ball,
-            ..Self::assembled(
-                vertices,
-                kept,
-                self.tolerance,
-                self.front_only,
-                self.dropped,
-            )
-        }
+    /// The same mesh with more triangles; which number each vertex has now.
+    fn rebuilt(&self, vertices: Vec<DVec3>, kept: &mut [(u32, [u32; 3])]) -> (Self, Vec<u32>) {
+        let (tolerance, front_only) = (self.tolerance, self.front_only);
+        let (mesh, number) = Self::assembled(vertices, kept, tolerance, front_only, self.dropped);
+        let extent = self.extent;
+        (Self { extent, ..mesh }, number)
     }
 
     /// How many triangles act; what continues them along periodic axes does not count.
@@ -230,6 +252,7 @@ impl Mesh {
         let near = Near {
             packs: &packs,
             slack,
+            moved: 0.0,
         };
         self.touches_of(near, DVec3::ZERO, (centre, reach), &mut scratch, out);
     }
@@ -240,6 +263,27 @@ impl Mesh {
         let near = |leaf: u32| {
             let bounds = self.leaves[leaf as usize].bounds(centre);
             let farthest = bounds.farthest(reach);
+            let square = farthest * farthest;
+            bounds.squares().into_iter().any(|other| other <= square)
+        };
+        let stack = &mut scratch.search.stack;
+        self.tree.has_near(centre, reach, stack, near)
+    }
+
+    /// Whether [`Mesh::may_be_near`] may say so of any place within `within` (m) of `centre`; false only if it does not.
+    #[must_use]
+    pub fn may_be_near_some(
+        &self,
+        centre: DVec3,
+        within: f64,
+        reach: f64,
+        scratch: &mut Scratch,
+    ) -> bool {
+        // Boxes and bounds are in single precision, and each place has its own round-off.
+        let reach = (reach + within) * (1.0 + 4e-6) + 1e-6 * centre.abs().max_element();
+        let near = |leaf: u32| {
+            let bounds = self.leaves[leaf as usize].bounds(centre);
+            let farthest = bounds.farthest(reach) + bounds.loose(within);
             let square = farthest * farthest;
             bounds.squares().into_iter().any(|other| other <= square)
         };
@@ -313,7 +357,7 @@ impl Mesh {
     /// Smallest and largest coordinates, m.
     #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
-        self.bounds
+        self.extent.bounds
     }
 
     /// See [`super::Shape::displacement`].
@@ -323,26 +367,26 @@ impl Mesh {
         let relative = from.relative_to(to).rotation;
         let chord = 2.0 * DVec3::new(relative.x, relative.y, relative.z).length();
         // The displacement is a convex function of the point, so it is largest at a corner of any box around the mesh.
-        let (low, high) = self.bounds;
+        let (low, high) = self.extent.bounds;
         let mut corners = 0.0f64;
         for k in 0..8 {
             let high_on = [k & 1 != 0, k & 2 != 0, k & 4 != 0];
             let pick = |axis: usize| if high_on[axis] { high[axis] } else { low[axis] };
             corners = corners.max(moved(DVec3::new(pick(0), pick(1), pick(2))));
         }
-        let (middle, radius) = self.ball;
+        let (middle, radius) = self.extent.ball;
         corners
             .min(moved(middle) + chord * radius)
             .min(moved(about) + chord * reach)
     }
 }
 
-/// The vertices in the order in which the triangles use them, and the triangles by their new numbers: what is near in space is near
-/// in memory, which is worth a factor of two on large meshes.
+/// The vertices in the order in which the triangles use them, the triangles by their new numbers, and the new number of each vertex:
+/// what is near in space is near in memory, which is worth a factor of two on large meshes.
 fn in_order_of_use(
     vertices: &[DVec3],
     triangles: &[(u32, [u32; 3])],
-) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+) -> (Vec<DVec3>, Vec<[u32; 3]>, Vec<u32>) {
     let mut number = vec![u32::MAX; vertices.len()];
     let mut sorted = Vec::with_capacity(vertices.len());
     let mut renumber = |old: u32| {
@@ -357,7 +401,7 @@ fn in_order_of_use(
         .iter()
         .map(|&(_, corners)| corners.map(&mut renumber))
         .collect();
-    (sorted, triangles)
+    (sorted, triangles, number)
 }
 
 /// How far apart equal places can be: a few units of round-off of the largest coordinate, at least [`SAME_PLACE`] of the size.

@@ -90,6 +90,8 @@ pub(super) struct Near<'a> {
     pub packs: &'a [Pack],
     /// What their distances may be off by, m.
     pub slack: f32,
+    /// How far facets may have moved since, m.
+    pub moved: f64,
 }
 
 impl Near<'_> {
@@ -98,8 +100,8 @@ impl Near<'_> {
     #[inline]
     pub(super) fn bounds(&self, moved: DVec3, reach: f64, bounds: &mut Vec<f32>) {
         let way = moved.length();
-        let farthest = (reach + way) * (1.0 + 1e-6);
-        let slack = self.slack + (SINGLE * (reach + 2.0 * way)) as f32;
+        let farthest = (reach + way + self.moved) * (1.0 + 1e-6);
+        let slack = self.slack + (SINGLE * (reach + 2.0 * way) + self.moved * (1.0 + 1e-6)) as f32;
         let moved = moved.as_vec3();
         bounds.clear();
         for pack in self.packs {
@@ -114,7 +116,13 @@ impl Near<'_> {
     #[inline]
     pub(super) fn facet(&self, k: usize) -> (usize, u32) {
         let pack = &self.packs[k / PACK];
-        (pack.facets[k % PACK] as usize, pack.groups[k % PACK])
+        // Where facets have moved, patches are others too.
+        let group = if self.moved == 0.0 {
+            pack.groups[k % PACK]
+        } else {
+            NO_GROUP
+        };
+        (pack.facets[k % PACK] as usize, group)
     }
 
     /// Indices of the facets.
@@ -216,6 +224,7 @@ impl Mesh {
         let near = Near {
             packs: &packs,
             slack: 0.0,
+            moved: 0.0,
         };
         let sphere = (centre, radius);
         self.touches_of(near, DVec3::ZERO, sphere, &mut Scratch::default(), out);
@@ -246,6 +255,8 @@ struct List {
     room: u32,
     /// The facet that was nearest last.
     nearest: u32,
+    /// How far the corners of the mesh had moved in all when the list was made, m.
+    travelled: f64,
 }
 
 impl List {
@@ -257,6 +268,7 @@ impl List {
         count: 0,
         room: 0,
         nearest: u32::MAX,
+        travelled: 0.0,
     };
 
     fn range(&self) -> std::ops::Range<usize> {
@@ -267,7 +279,9 @@ impl List {
 /// Where to make the next list: ahead of a sphere that goes on as it did, so that it crosses the whole reach of the list.
 fn ahead(old: &List, centre: DVec3, skin: f64) -> DVec3 {
     let way = centre - old.centre;
-    if old.skin < 0.0 || way.length() > 2.0 * old.skin {
+    // A list may also end because facets have moved.
+    let goes_on = 0.5 * old.skin < way.length() && way.length() <= 2.0 * old.skin;
+    if old.skin < 0.0 || !goes_on {
         return centre;
     }
     centre + way * (AHEAD * skin / way.length())
@@ -291,17 +305,19 @@ impl NearMeshes {
         self.prefetch_next(index, mesh);
         let mut list = self.lists[index];
         // The comparison is false for a place that is not a number.
-        let within = list.skin >= 0.0 && centre.distance(list.centre) <= list.skin;
+        let moved = mesh.travelled() - list.travelled;
+        let within = list.skin >= 0.0 && centre.distance(list.centre) + moved <= list.skin;
         if !within {
             list = self.make(list, mesh, centre, radius, scratch);
             self.lists[index] = list;
         }
-        let moved = centre - list.centre;
         let near = Near {
             packs: &self.packs[list.range()],
             slack: list.slack,
+            moved: mesh.travelled() - list.travelled,
         };
-        mesh.touches_of(near, moved, (centre, radius), scratch, touches);
+        let way = centre - list.centre;
+        mesh.touches_of(near, way, (centre, radius), scratch, touches);
         self.lists[index].nearest = scratch.nearest;
     }
 
@@ -381,6 +397,7 @@ impl NearMeshes {
             centre: place,
             skin,
             slack,
+            travelled: mesh.travelled(),
             ..old
         };
         self.store(list, near)
@@ -446,7 +463,7 @@ mod tests {
             let place = foot + facet.normal * height;
             let (mut search, mut packs) = (Search::default(), Vec::new());
             let (_, slack) = mesh.list(place, 2.0, (2.0, 2.0), &mut search, &mut packs);
-            let near = Near { packs: &packs, slack };
+            let near = Near { packs: &packs, slack, moved: 0.0 };
             prop_assert_eq!(packs.len(), 1);
             for _ in 0..20 {
                 let moved = any() * 0.5;

@@ -8,11 +8,16 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::super::error::WallError;
 use super::Mesh;
 
 /// How far the extent of a mesh may be from the period that it spans, in periods; corners at the two faces that agree to within
 /// this are joined.
 const SEAM: f64 = 1e-6;
+
+/// How far the corners of such a mesh may move along an axis of which it spans a period, over the reach for which it is continued:
+/// then what lies within a particle's radius and the skin of a face is still there at the other one.
+const ROOM: f64 = 0.04;
 
 /// An axis along which a mesh goes on for ever.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,9 +58,51 @@ pub(super) struct Continuation {
     pub periods: Vec<Period>,
     /// For every feature the one of the file that it is a copy of; empty where nothing is continued.
     known_as: Vec<u32>,
+    /// Copies of corners, each with its original and how far it is from there, m, by their numbers.
+    copies: Vec<(u32, u32, DVec3)>,
+    /// Corners of the file at the upper face of a period with those that are the same at the lower one, and the axis.
+    seams: Vec<(u32, u32, usize)>,
+    /// Where the corners were when the copies were made, m.
+    first: Vec<DVec3>,
+    /// How far they may move from there along the axes, m.
+    room: f64,
 }
 
 impl Continuation {
+    /// Whether a corner is a copy.
+    pub(super) fn is_copy(&self, corner: u32) -> bool {
+        let found = self.copies.binary_search_by_key(&corner, |copy| copy.0);
+        found.is_ok()
+    }
+
+    /// The places of all corners when those of the file are at `places` (m): their copies follow.
+    pub(super) fn followed(&self, places: &[DVec3]) -> Result<Vec<DVec3>, WallError> {
+        let mut all = places.to_vec();
+        for &(copy, original, shift) in &self.copies {
+            all[copy as usize] = all[original as usize] + shift;
+        }
+        for period in &self.periods {
+            let axis = period.axis;
+            let gone = |(place, first): (&DVec3, &DVec3)| (place[axis] - first[axis]).abs();
+            // Not a number is too far.
+            let is_far = |ends: &(&DVec3, &DVec3)| !(gone(*ends) <= self.room);
+            let found = all.iter().zip(&self.first).position(|ends| is_far(&ends));
+            if let Some(corner) = found {
+                return Err(WallError::OffPeriod { corner, axis });
+            }
+        }
+        for &(upper, lower, axis) in &self.seams {
+            let period = self.periods.iter().find(|period| period.axis == axis);
+            let length = period.map_or(0.0, |period| period.length);
+            let apart = all[upper as usize] - all[lower as usize] - length * DVec3::AXES[axis];
+            if apart.length() > 2.0 * SEAM * length {
+                let corner = upper as usize;
+                return Err(WallError::OffPeriod { corner, axis });
+            }
+        }
+        Ok(all)
+    }
+
     /// The feature of the file that a feature is, or is a copy of.
     #[inline]
     pub(super) fn known_as(&self, feature: u32) -> u32 {
@@ -70,6 +117,10 @@ impl Continuation {
 struct Parts {
     vertices: Vec<DVec3>,
     triangles: Vec<(u32, [u32; 3])>,
+    /// Of each corner: the one of the file, and how far it is from there, m.
+    origins: Vec<(u32, DVec3)>,
+    /// Corners at the upper face of a period with those that are the same at the lower one, and the axis.
+    seams: Vec<(u32, u32, usize)>,
 }
 
 impl Mesh {
@@ -96,6 +147,7 @@ impl Mesh {
         }
         let mut parts = self.parts();
         let own = parts.triangles.len();
+        let own_corners = parts.vertices.len() as u32;
         let mut found = Vec::new();
         for &&(axis, min, length) in &spanned {
             parts.go_on(axis, low[axis], high[axis], reach);
@@ -119,7 +171,7 @@ impl Mesh {
             .zip(&parts.triangles)
             .map(|(key, &(_, corners))| (key, corners))
             .collect();
-        let mut new = self.rebuilt(parts.vertices, &mut kept);
+        let (mut new, number) = self.rebuilt(parts.vertices, &mut kept);
         // Originals come first, in the order of the file.
         let mut originals = vec![0; own];
         for (facet, &key) in (0..).zip(&new.file_order) {
@@ -130,9 +182,28 @@ impl Mesh {
         for place in &mut new.file_order {
             *place = place_in_file[*place as usize];
         }
+        let numbered = |corner: u32| number[corner as usize];
+        let of_file = |corner: u32| corner < own_corners;
+        let mut copies: Vec<(u32, u32, DVec3)> = (0..)
+            .zip(&parts.origins)
+            .filter(|&(copy, _)| !of_file(copy))
+            .map(|(copy, &(original, shift))| (numbered(copy), numbered(original), shift))
+            .collect();
+        copies.sort_unstable_by_key(|copy| copy.0);
+        let mut seams: Vec<(u32, u32, usize)> = parts
+            .seams
+            .iter()
+            .filter(|&&(upper, lower, _)| of_file(upper) && of_file(lower))
+            .map(|&(upper, lower, axis)| (numbered(upper), numbered(lower), axis))
+            .collect();
+        seams.sort_unstable();
         new.continuation = Continuation {
             known_as: new.originals_of_features(&originals),
             periods: found,
+            copies,
+            seams,
+            first: new.vertices.clone(),
+            room: ROOM * reach,
         };
         Some(new)
     }
@@ -177,6 +248,10 @@ impl Mesh {
         Parts {
             vertices: self.vertices.clone(),
             triangles,
+            origins: (0..self.vertices.len() as u32)
+                .map(|corner| (corner, DVec3::ZERO))
+                .collect(),
+            seams: Vec::new(),
         }
     }
 
@@ -225,6 +300,8 @@ impl Parts {
     fn go_on(&mut self, axis: usize, low: f64, high: f64, reach: f64) {
         let length = high - low;
         let (down, up) = self.seam(axis, low, high);
+        let pairs = down.iter().map(|(&upper, &lower)| (upper, lower, axis));
+        self.seams.extend(pairs);
         let count = self.triangles.len();
         let mut copies = [down, up];
         for k in 0..count {
@@ -240,6 +317,9 @@ impl Parts {
                 if is_near {
                     let corners = corners.map(|corner| {
                         *copies.entry(corner).or_insert_with(|| {
+                            let (original, mut way) = self.origins[corner as usize];
+                            way[axis] += shift;
+                            self.origins.push((original, way));
                             let mut place = self.vertices[corner as usize];
                             place[axis] += shift;
                             self.vertices.push(place);

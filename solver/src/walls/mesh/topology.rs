@@ -83,7 +83,8 @@ impl Topology {
         self.corner_start = start;
     }
 
-    fn find_normals(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+    /// Sums of normals around edges and corners.
+    pub(super) fn find_normals(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         let mut corners = vec![DVec3::ZERO; vertices.len()];
         let unit_normal = |triangle: u32| {
             let [a, b, c] = triangles[triangle as usize].map(|k| vertices[k as usize]);

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::facet::Facet;
 use super::leaf::LANES;
 use crate::memory::prefetch;
 
@@ -61,6 +62,24 @@ impl Node {
         next: [LEAF; WIDE],
     };
 
+    fn set_box(&mut self, child: usize, low: [f32; 3], high: [f32; 3]) {
+        for axis in 0..3 {
+            self.low[axis][child] = low[axis];
+            self.high[axis][child] = high[axis];
+        }
+    }
+
+    fn has_child(&self, child: usize) -> bool {
+        self.low[0][child] <= self.high[0][child]
+    }
+
+    /// The box around those of all children.
+    fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let least = |lanes: [f32; WIDE]| lanes.into_iter().fold(f32::INFINITY, f32::min);
+        let most = |lanes: [f32; WIDE]| lanes.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        (self.low.map(least), self.high.map(most))
+    }
+
     /// Which children's boxes a ball reaches.
     #[inline]
     fn near(&self, ball: &Ball) -> [bool; WIDE] {
@@ -82,6 +101,14 @@ impl Node {
         let size = f64::from(Vec3::from_array(edges).length_squared());
         size < SMALL * SMALL * f64::from(ball.square)
     }
+}
+
+/// The box around some places, in single precision.
+fn around(places: impl Iterator<Item = DVec3>) -> ([f32; 3], [f32; 3]) {
+    let (low, high) = places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    (outwards(low, f32::next_down), outwards(high, f32::next_up))
 }
 
 /// In single precision, and not nearer.
@@ -121,15 +148,9 @@ impl Tree {
         let mut begin = first;
         for (child, part) in parts.into_iter().enumerate() {
             let node = &mut self.nodes[index];
-            let corners = || part.iter().flat_map(|(_, (_, corners))| corners);
-            let places = || corners().map(|&k| vertices[k as usize]);
-            let low = places().fold(DVec3::INFINITY, DVec3::min);
-            let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
-            let (low, high) = (outwards(low, f32::next_down), outwards(high, f32::next_up));
-            for axis in 0..3 {
-                node.low[axis][child] = low[axis];
-                node.high[axis][child] = high[axis];
-            }
+            let corners = part.iter().flat_map(|(_, (_, corners))| corners);
+            let (low, high) = around(corners.map(|&k| vertices[k as usize]));
+            node.set_box(child, low, high);
             let count = part.len();
             let next = if count <= LANES {
                 LEAF | (begin / LANES) as u32
@@ -140,6 +161,28 @@ impl Tree {
             begin += count;
         }
         index as u32
+    }
+
+    /// The boxes around the same triangles in other places; `facets`: in the order of the leaves.
+    pub(super) fn refit(&mut self, facets: &[Facet]) {
+        // Children come behind their parents.
+        for index in (0..self.nodes.len()).rev() {
+            for child in 0..WIDE {
+                let node = &self.nodes[index];
+                if !node.has_child(child) {
+                    continue;
+                }
+                let to = node.next[child];
+                let (low, high) = if to & LEAF == 0 {
+                    self.nodes[to as usize].bounds()
+                } else {
+                    let begin = (to & !LEAF) as usize * LANES;
+                    let end = facets.len().min(begin + LANES);
+                    around(facets[begin..end].iter().flat_map(|facet| facet.corners))
+                };
+                self.nodes[index].set_box(child, low, high);
+            }
+        }
     }
 
     /// Replaces `leaves` by the leaves whose boxes are closer than `reach` (m) to `centre`, and some that are hardly farther.

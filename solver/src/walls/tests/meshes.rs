@@ -182,6 +182,39 @@ proptest! {
         prop_assert_eq!(one.as_slice(), other.as_slice());
     }
 
+    /// What says that no place nearby is near a mesh is never wrong about what is said of each place, also where that says too much.
+    #[test]
+    fn whole_balls_are_left_out_only_if_every_place_is(
+        seed in any::<u64>(),
+        count in 1usize..40,
+        away in 0.0..3.0f64,
+        size in -3.0..1.0f64,
+        short in -6.0..0.0f64,
+        within in prop_oneof![Just(0.0), 0.0..0.3f64],
+    ) {
+        let mut triangles = soup(seed, count);
+        let shift = DVec3::new(0.7, -0.2, 0.5) * 10f64.powf(away);
+        for vertex in &mut triangles.vertices {
+            *vertex += shift;
+        }
+        let Ok(wall) = Mesh::new(&triangles, |x| x, false) else { return Ok(()) };
+        let mut random = Stream::new(seed, "balls", 0);
+        let mut draw = || DVec3::from([0; 3].map(|_| random.uniform_in(-1.0, 1.0)));
+        let (mut all, mut scratch) = (Touches::new(), Scratch::default());
+        for _ in 0..20 {
+            let place = shift + draw() * (1.0 + 10f64.powf(size));
+            wall.touches_of_all(place, 100.0, &mut all);
+            let nearest = all.iter().map(|touch| touch.distance).fold(f64::INFINITY, f64::min);
+            // Hardly too far, and hardly not.
+            for reach in [nearest * (1.0 - 10f64.powf(short)), nearest * (1.0 + 1e-9)] {
+                let way = draw().normalize() * within;
+                let near = wall.may_be_near(place, reach, &mut scratch);
+                let length = way.length() * (1.0 + 1e-9);
+                prop_assert!(!near || wall.may_be_near_some(place + way, length, reach, &mut scratch));
+            }
+        }
+    }
+
     /// No vertex moves by more than the bound.
     #[test]
     fn displacements_are_bounded(

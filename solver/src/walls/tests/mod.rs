@@ -7,6 +7,7 @@ mod motion;
 mod motion_table;
 mod periodic;
 mod random;
+mod reshape;
 mod surfaces;
 
 use super::{Shape, Touch, Touches};

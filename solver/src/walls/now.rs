@@ -1,0 +1,200 @@
+//! A wall as it is now: what changes of it while the plan's [`Wall`] stays as it is.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::images::{image_between_faces, images_met};
+use super::{Pose, ServoState, Shape, Wall, WallError, WallState};
+use crate::neighbours::Images;
+
+/// A wall as it is now: its surface, where it stands, how far its servo has come.
+///
+/// The engine owns one for each wall of the plan, in its order. The surface is the plan's until something changes it; meshes are
+/// shared with the plan until then.
+#[derive(Debug, Clone)]
+pub struct WallNow {
+    /// Index of the material.
+    pub material: u32,
+    /// Where it stands in this step, and how it moves.
+    pub state: WallState,
+    /// How far its servo has come; at rest if it has none.
+    pub servo: ServoState,
+    shape: Shape,
+    /// Codes of the images by which it is met.
+    met_by: Vec<u32>,
+    /// Where it stood when the candidate list was built.
+    listed_pose: Pose,
+    /// Whether its surface is another one than the plan's.
+    is_reshaped: bool,
+    /// How far points of the surface have moved in the wall's frame since the candidate list was built, at most, m.
+    reshaped_by: f64,
+}
+
+/// What must be kept of a [`WallNow`] to go on later, beside the time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedWall {
+    /// How far its servo has come.
+    pub servo: ServoState,
+    /// Where it stood when the candidate list was built.
+    pub listed_pose: Pose,
+    /// How far points of the surface have moved in the wall's frame since then, at most, m.
+    pub reshaped_by: f64,
+    /// The surface in plain numbers ([`Shape::numbers`]), of a mesh the places of its corners; empty if it is the plan's.
+    pub shape: Vec<f64>,
+}
+
+crate::state::plain!(SavedWall {
+    servo,
+    listed_pose,
+    reshaped_by,
+    shape
+});
+
+impl WallNow {
+    /// At the start of a run with steps of `dt` (s), in a domain with these images.
+    #[must_use]
+    pub fn new(wall: &Wall, dt: f64, images: &Images) -> Self {
+        Self {
+            material: wall.material,
+            state: wall.state(0.0, dt),
+            servo: ServoState::default(),
+            shape: wall.shape.clone(),
+            met_by: images_met(&wall.shape, images),
+            listed_pose: Pose::IDENTITY,
+            is_reshaped: false,
+            reshaped_by: 0.0,
+        }
+    }
+
+    /// All walls of a plan at the start.
+    #[must_use]
+    pub fn all(walls: &[Wall], dt: f64, images: &Images) -> Vec<Self> {
+        walls
+            .iter()
+            .map(|wall| Self::new(wall, dt, images))
+            .collect()
+    }
+
+    /// The surface in the wall's own frame.
+    #[inline]
+    #[must_use]
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Puts the corners of its mesh to new places, m, in the wall's frame ([`Mesh::reshape`]).
+    ///
+    /// # Errors
+    /// If it is no mesh, or the mesh cannot take these places; it stays as it was then.
+    pub fn reshape(&mut self, corners: &[DVec3], images: &Images) -> Result<(), WallError> {
+        let Shape::Mesh(mesh) = &mut self.shape else {
+            return Err(WallError::OtherShape);
+        };
+        // The plan keeps its own.
+        let way = Arc::make_mut(mesh).reshape(corners)?;
+        self.note_reshaped(way, images);
+        Ok(())
+    }
+
+    /// Takes another surface of the same kind, in the same frame; meshes are [reshaped](WallNow::reshape).
+    ///
+    /// # Errors
+    /// If it has not the same faces and edges.
+    pub fn exchange(&mut self, shape: Shape, images: &Images) -> Result<(), WallError> {
+        let way = self.shape.way_to(&shape)?;
+        self.shape = shape;
+        self.note_reshaped(way, images);
+        Ok(())
+    }
+
+    fn note_reshaped(&mut self, way: f64, images: &Images) {
+        self.is_reshaped = true;
+        self.reshaped_by += way;
+        self.met_by = images_met(&self.shape, images);
+    }
+
+    /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says.
+    pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64) {
+        if let Some((motor, _)) = wall.motion.servo(time) {
+            self.servo = motor.advance(self.servo, time, dt);
+        }
+        if wall.motion.is_static() {
+            self.state.present = wall.is_present(time, dt);
+        } else {
+            self.state = wall.driven_state(time, dt, &self.servo);
+        }
+    }
+
+    /// Codes of the images by which particles meet the wall; which of them goes for a particle: [`WallNow::image_of`].
+    #[must_use]
+    pub fn met_by(&self) -> &[u32] {
+        &self.met_by
+    }
+
+    /// The image of a particle at `position` (m) that meets the wall, of those that go with the code `met_by`.
+    #[inline]
+    #[must_use]
+    pub fn image_of(&self, images: &Images, position: DVec3, met_by: u32) -> u32 {
+        image_between_faces(&self.shape, &self.state, images, position, met_by)
+    }
+
+    /// The candidate list is built with the wall as it is now.
+    pub fn note_listed(&mut self) {
+        self.listed_pose = self.state.pose;
+        self.reshaped_by = 0.0;
+    }
+
+    /// Upper bound in m of how far any point of the surface within `reach` of `about` (m) is from the surface as it was when the
+    /// candidate list was built; see [`Shape::displacement`].
+    #[must_use]
+    pub fn displacement_since_listed(&self, about: DVec3, reach: f64) -> f64 {
+        let moved = if self.state.moves {
+            let (from, to) = (&self.listed_pose, &self.state.pose);
+            self.shape.displacement(from, to, about, reach)
+        } else {
+            0.0
+        };
+        moved + self.reshaped_by
+    }
+
+    /// What must be kept to go on later.
+    #[must_use]
+    pub fn save(&self) -> SavedWall {
+        SavedWall {
+            servo: self.servo,
+            listed_pose: self.listed_pose,
+            reshaped_by: self.reshaped_by,
+            shape: if self.is_reshaped {
+                self.shape.numbers()
+            } else {
+                Vec::new()
+            },
+        }
+    }
+
+    /// Goes on from `saved` at `time` (s) with steps of `dt` (s).
+    ///
+    /// # Errors
+    /// If the saved surface cannot have come from the wall's.
+    pub fn restore(
+        &mut self,
+        wall: &Wall,
+        saved: &SavedWall,
+        (time, dt): (f64, f64),
+        images: &Images,
+    ) -> Result<(), WallError> {
+        self.is_reshaped = !saved.shape.is_empty();
+        self.shape = if self.is_reshaped {
+            wall.shape.with_numbers(&saved.shape)?
+        } else {
+            wall.shape.clone()
+        };
+        self.met_by = images_met(&self.shape, images);
+        self.reshaped_by = saved.reshaped_by;
+        self.servo = saved.servo;
+        self.listed_pose = saved.listed_pose;
+        self.state = wall.driven_state(time, dt, &self.servo);
+        Ok(())
+    }
+}
