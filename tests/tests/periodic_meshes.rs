@@ -168,7 +168,7 @@ fn a_floor_of_one_period_is_an_endless_plane() {
             assert!(along.x < 0.6 * PERIOD, "it has crossed the seam: {along}");
         } else {
             // The pose stays within half a period: where the mesh is seen, and where contacts are looked for.
-            let pose = tessellated.wall_states()[0].pose.translation;
+            let pose = tessellated.walls()[0].state.pose.translation;
             let limit = 0.501 * PERIOD;
             assert!(pose.x.abs() < limit && pose.y.abs() < limit, "{pose}");
         }
