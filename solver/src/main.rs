@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use clap::Parser;
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::readable::rounded;
-use mercury_common::scene::{SceneErrors, read_scene};
+use mercury_common::scene::SceneErrors;
 use mercury_solver::output::folder;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, document, plan, refusal, report};
+use mercury_solver::plan::{Plan, document, plan, read_scene, refusal, report};
 use mercury_solver::run::{Progress, Report, RunOptions, run, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.

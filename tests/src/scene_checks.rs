@@ -5,7 +5,7 @@ mod clumps;
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use mercury_common::scene::read_scene;
+use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{Plan, plan};
 use mercury_solver::step::Engine;
 

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::{Files, parse_scene, read_scene};
+use mercury_common::scene::Files;
+use mercury_solver::plan::{parse_scene, read_scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")

@@ -4,9 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::{SceneErrors, read_scene};
+use mercury_common::scene::SceneErrors;
 use mercury_solver::output::folder;
 use mercury_solver::output::summary::Status;
+use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{Plan, plan, refusal};
 use mercury_solver::run::{RunOptions, run};
 

@@ -5,9 +5,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mercury_common::scene::read_scene;
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
-use mercury_solver::plan::{Plan, plan};
+use mercury_solver::plan::{Plan, plan, read_scene};
 use mercury_solver::state::Particles;
 use mercury_solver::step::{Engine, RunError, Snapshot};
 use proptest::prelude::*;

@@ -35,6 +35,7 @@ pub fn parse_clump(path: &Path, text: &str) -> Result<ClumpFile, SceneErrors> {
         files: Files::Unchecked,
         materials: Vec::new(),
         clumps: Vec::new(),
+        laws: None,
     };
     let whole = Place::new(&source, 0..0, "");
     let clump = read_document(&context, &document, &whole);

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use super::error::SceneError;
 use super::item::Item;
 use super::key_path;
+use super::laws::LawKeys;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
 use super::tree::{Entry, Table, Value};
@@ -33,6 +34,8 @@ pub(super) struct Context {
     pub(super) files: Files,
     pub(super) materials: Vec<String>,
     pub(super) clumps: Vec<String>,
+    /// The contact laws that are known; `None`: whoever reads knows nothing of laws.
+    pub(super) laws: Option<Vec<&'static LawKeys>>,
 }
 
 impl Context {
@@ -164,6 +167,22 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// The keys of the table that nobody has asked for.
+    pub(super) fn unasked(&self) -> impl Iterator<Item = &'a str> {
+        let asked = self.asked.borrow().clone();
+        let keys = self.table.entries.iter().map(|entry| entry.key.as_str());
+        keys.filter(move |key| !asked.contains(key))
+    }
+
+    /// Reports a key that must not stand beside `other`, if it is there.
+    pub(super) fn excluded(&self, key: &str, other: &str) {
+        if let Some(entry) = self.table.get(key) {
+            self.context.report(self.item(entry).place.error(format!(
+                "cannot be given together with `{other}`: choose one"
+            )));
+        }
+    }
+
     /// Of keys that exclude each other: reports when more than one is there, or, where one is
     /// `needed`, none. True when exactly one is there.
     pub(super) fn exactly_one(&self, keys: &[&'static str], needed: bool) -> bool {
@@ -186,11 +205,7 @@ impl<'a> Fields<'a> {
             }
             [_] => true,
             [first, second, ..] => {
-                if let Some(entry) = self.table.get(second) {
-                    self.context.report(self.item(entry).place.error(format!(
-                        "cannot be given together with `{first}`: choose one"
-                    )));
-                }
+                self.excluded(second, first);
                 false
             }
         }

@@ -1,259 +1,212 @@
-//! Reads the tables that name a contact law.
+//! Reads the tables that name a contact law, by the laws' own tables of keys.
 
 use super::cursor::Fields;
-use super::laws::{
-    COUPLE_LAWS, Couple, HertzDamping, HertzModulus, LIQUID_LAWS, LOAD_HISTORIES, LinearNormal,
-    LiquidLaw, LoadHistory, NORMAL_LAWS, NormalLaw, NormalLawName, OrDefault, RollingLaw,
-    TANGENTIAL_LAWS, TangentialLaw, TangentialLawName, TangentialStiffness, TorsionLaw,
-};
+use super::item::Item;
+use super::laws::{Given, Key, KeyDefault, Law, LawKeys, LawValues, Part, Range};
+use super::source::Located;
+use super::spelling::nearest;
+use super::tree::Value;
 
-pub(super) fn number_or_default(fields: &Fields<'_>, key: &'static str) -> Option<OrDefault> {
-    let item = fields.get(key)?;
-    if item.is_text() {
-        return item.keyword("default").map(|()| OrDefault::Default);
-    }
-    item.non_negative().map(OrDefault::Given)
+/// The laws of a part that the reader was told of, by name; `None` where it was told of no laws at all.
+pub(super) fn known(
+    fields: &Fields<'_>,
+    part: Part,
+) -> Option<Vec<(&'static str, &'static LawKeys)>> {
+    let laws = fields.context.laws.as_ref()?;
+    let of_part = laws.iter().filter(|law| law.parts.contains(&part));
+    Some(of_part.map(|law| (law.name, *law)).collect())
 }
 
-pub(super) fn read_normal(fields: &Fields<'_>) -> Option<NormalLaw> {
-    let law = fields.need("law")?.word("normal law", &NORMAL_LAWS)?;
-    let read = match law {
-        NormalLawName::Hertz => read_hertz(fields),
-        NormalLawName::Linear => read_linear_normal(fields).map(NormalLaw::Linear),
-        NormalLawName::Plastic => read_plastic(fields),
+/// The law that an item names.
+pub(super) fn named(
+    item: &Item<'_>,
+    part: Part,
+    known: &[(&str, &'static LawKeys)],
+) -> Option<&'static LawKeys> {
+    item.word(&format!("{} law", part.word()), known)
+}
+
+/// The law of a material.
+pub(super) fn read(item: &Item<'_>, part: Part) -> Option<Law> {
+    let fields = item.table()?;
+    let law = fields.need("law")?;
+    let place = item.place.clone();
+    let Some(known) = known(&fields, part) else {
+        let name = law.text()?;
+        let values = unjudged(&fields);
+        return Some(Law {
+            name,
+            values,
+            place,
+        });
     };
+    let keys = named(&law, part, &known)?;
+    let values = values(&fields, keys, true);
     fields.finish();
-    read
-}
-
-fn read_hertz(fields: &Fields<'_>) -> Option<NormalLaw> {
-    let effective = fields
-        .get("effective_modulus")
-        .and_then(|item| item.positive());
-    let modulus = if fields.has("effective_modulus") {
-        let youngs = ["youngs_modulus", "poisson_ratio"];
-        for key in youngs {
-            fields.exactly_one(&["effective_modulus", key], false);
-            fields.get(key);
-        }
-        effective.map(|effective_modulus| HertzModulus::Effective { effective_modulus })
-    } else {
-        let youngs = fields
-            .need("youngs_modulus")
-            .and_then(|item| item.positive());
-        let poisson = fields
-            .need("poisson_ratio")
-            .and_then(|item| item.poisson_ratio());
-        youngs
-            .zip(poisson)
-            .map(|(youngs_modulus, poisson_ratio)| HertzModulus::Youngs {
-                youngs_modulus,
-                poisson_ratio,
-            })
-    };
-    let restitution = fields.get("restitution").and_then(|item| item.fraction());
-    let damping = fields.get("damping").and_then(|item| item.non_negative());
-    fields.exactly_one(&["restitution", "damping"], true);
-    let damping = restitution
-        .map(HertzDamping::Restitution)
-        .or(damping.map(HertzDamping::Damping));
-    Some(NormalLaw::Hertz {
-        modulus: modulus?,
-        damping: damping?,
+    Some(Law {
+        name: law.text()?,
+        values,
+        place,
     })
 }
 
-fn read_linear_normal(fields: &Fields<'_>) -> Option<LinearNormal> {
-    let restitution = fields.get("restitution").and_then(|item| item.fraction());
-    if fields.has("collision_time") {
-        let collision_time = fields
-            .need("collision_time")
-            .and_then(|item| item.positive());
-        let mass = fields.need("mass").and_then(|item| item.positive());
-        for key in ["stiffness", "dissipation"] {
-            fields.exactly_one(&["collision_time", key], false);
-            fields.get(key);
-        }
-        fields.need("restitution");
-        return Some(LinearNormal::CollisionTime {
-            collision_time: collision_time?,
-            restitution: restitution?,
-            mass: mass?,
-        });
+/// All numbers and words of a table, for programs that know nothing of laws.
+pub(super) fn unjudged(fields: &Fields<'_>) -> LawValues {
+    let mut values = LawValues::default();
+    for (key, item) in fields.entries() {
+        let value = match &item.node.value {
+            Value::Float(number) => Given::Number(*number),
+            Value::Integer(number) => Given::Number(*number as f64),
+            Value::String(word) => Given::Word(word.clone()),
+            _ => continue,
+        };
+        let place = item.place;
+        values.push(&key, Located { value, place });
     }
-    let stiffness = fields.need("stiffness").and_then(|item| item.positive());
-    let dissipation = fields
-        .get("dissipation")
-        .and_then(|item| item.non_negative());
-    fields.exactly_one(&["restitution", "dissipation"], true);
-    fields.get("collision_time");
-    let stiffness = stiffness?;
-    match (restitution, dissipation) {
-        (Some(restitution), _) => Some(LinearNormal::Restitution {
-            stiffness,
-            restitution,
-        }),
-        (None, dissipation) => Some(LinearNormal::Dissipation {
-            stiffness,
-            dissipation: dissipation?,
-        }),
-    }
+    values
 }
 
-fn read_plastic(fields: &Fields<'_>) -> Option<NormalLaw> {
-    let loading = fields
-        .need("loading_stiffness")
-        .and_then(|item| item.positive());
-    let unloading = fields
-        .need("unloading_stiffness")
-        .and_then(|item| item.positive());
-    let cohesion = fields
-        .need("cohesion_stiffness")
-        .and_then(|item| item.non_negative());
-    let penetration = fields
-        .need("penetration_depth")
-        .and_then(|item| item.fraction());
-    let dissipation = match fields.get("dissipation") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("dissipation", 0.0)),
+/// The values of a law; `whole`: with everything that it needs.
+pub(super) fn values(fields: &Fields<'_>, keys: &LawKeys, whole: bool) -> LawValues {
+    let mut values = LawValues::default();
+    // All are asked for before any is missed: a misspelt key is then known as such.
+    for key in keys.keys {
+        match fields.get(key.name) {
+            Some(item) => {
+                if let Some(value) = read_value(&item, key) {
+                    values.push(key.name, value);
+                }
+            }
+            None => {
+                if let (true, KeyDefault::Number(number)) = (whole, key.default) {
+                    let default = fields.default(key.name, Given::Number(number));
+                    values.push(key.name, default);
+                }
+            }
+        }
+    }
+    for key in keys.keys {
+        if whole && key.default == KeyDefault::Needed && !keys.is_choice(key.name) {
+            fields.need(key.name);
+        }
+        if let (Range::NotBelow(other), true) = (key.range, whole) {
+            check_order(fields, &values, key.name, other);
+        }
+    }
+    choose(fields, keys, whole);
+    values
+}
+
+fn read_value(item: &Item<'_>, key: &Key) -> Option<Located<Given>> {
+    let word = |word: &str| Located {
+        value: Given::Word(word.to_owned()),
+        place: item.place.clone(),
     };
-    let (loading_stiffness, unloading_stiffness) = loading.zip(unloading)?;
-    if *unloading_stiffness < *loading_stiffness {
-        let at_least = loading_stiffness.place.text();
-        fields.context.report(unloading_stiffness.error(format!(
-            "must be >= loading_stiffness = {at_least}, got {}",
-            unloading_stiffness.place.text()
+    if let Range::Words(words) = key.range {
+        let words: Vec<(&str, &str)> = words.iter().map(|word| (*word, *word)).collect();
+        return item.word(&key.name.replace('_', " "), &words).map(word);
+    }
+    if let (KeyDefault::Word(default, _), true) = (key.default, item.is_text()) {
+        return item.keyword(default).map(|()| word(default));
+    }
+    let number = match key.range {
+        Range::Positive | Range::NotBelow(_) | Range::Words(_) => item.positive(),
+        Range::NonNegative => item.non_negative(),
+        Range::Fraction => item.fraction(),
+        Range::PoissonRatio => item.poisson_ratio(),
+        Range::Between(low, high) => item.between(low, high),
+    };
+    number.map(|number| number.map(Given::Number))
+}
+
+/// Reports a number that lies below that of another key.
+fn check_order(fields: &Fields<'_>, values: &LawValues, key: &str, other: &str) {
+    let (Some(upper), Some(lower)) = (values.get(key), values.get(other)) else {
+        return;
+    };
+    if let (Given::Number(high), Given::Number(low)) = (&upper.value, &lower.value)
+        && high < low
+    {
+        fields.context.report(upper.error(format!(
+            "must be >= {other} = {}, got {}",
+            lower.place.text(),
+            upper.place.text()
         )));
     }
-    Some(NormalLaw::Plastic {
-        loading_stiffness,
-        unloading_stiffness,
-        cohesion_stiffness: cohesion?,
-        penetration_depth: penetration?,
-        dissipation: dissipation?,
-    })
 }
 
-pub(super) fn read_tangential(fields: &Fields<'_>) -> Option<TangentialLaw> {
-    let law = fields
-        .need("law")?
-        .word("tangential law", &TANGENTIAL_LAWS)?;
-    let friction = fields.need("friction").and_then(|item| item.non_negative());
-    let static_friction = fields
-        .get("static_friction")
-        .and_then(|item| item.non_negative());
-    let read =
-        match law {
-            TangentialLawName::Linear => {
-                let stiffness = fields.get("stiffness").and_then(|item| item.non_negative());
-                let ratio = fields
-                    .get("stiffness_ratio")
-                    .and_then(|item| item.non_negative());
-                fields.exactly_one(&["stiffness", "stiffness_ratio"], true);
-                let dissipation = match fields.get("dissipation") {
-                    Some(item) => item.non_negative(),
-                    None => Some(fields.default("dissipation", 0.0)),
-                };
-                let stiffness = stiffness
-                    .map(TangentialStiffness::Stiffness)
-                    .or(ratio.map(TangentialStiffness::Ratio));
-                friction.zip(stiffness).zip(dissipation).map(
-                    |((friction, stiffness), dissipation)| TangentialLaw::Linear {
-                        stiffness,
-                        dissipation,
-                        friction,
-                        static_friction,
-                    },
-                )
-            }
-            TangentialLawName::Mindlin => {
-                let damping = number_or_default(fields, "damping").unwrap_or(OrDefault::Default);
-                let stiffness_factor = match fields.get("stiffness_factor") {
-                    Some(item) => item.positive(),
-                    None => Some(fields.default("stiffness_factor", 2.0 / 3.0)),
-                };
-                let effective_shear_modulus = fields
-                    .get("effective_shear_modulus")
-                    .and_then(|item| item.positive());
-                let load_history = fields
-                    .get("load_history")
-                    .and_then(|item| item.word("load history", &LOAD_HISTORIES))
-                    .unwrap_or(LoadHistory::Secant);
-                friction
-                    .zip(stiffness_factor)
-                    .map(|(friction, stiffness_factor)| TangentialLaw::Mindlin {
-                        friction,
-                        static_friction,
-                        damping,
-                        stiffness_factor,
-                        effective_shear_modulus,
-                        load_history,
-                    })
-            }
+/// Reports keys that exclude each other, and of each choice those that are missing to the way that was taken; none is missing
+/// where only some keys are replaced, unless they have no meaning without the others.
+fn choose(fields: &Fields<'_>, keys: &LawKeys, whole: bool) {
+    // Keys that the ways taken so far need, and the key that each of these ways is known by.
+    let mut needed: Vec<(&str, &str)> = Vec::new();
+    for (index, ways) in keys.choices.iter().enumerate() {
+        let demanded = |way: &&[&str]| {
+            let by = |key: &str| needed.iter().find(|(name, _)| *name == key);
+            by(way[0]).map(|(_, by)| *by)
         };
-    fields.finish();
-    read
+        let by_demand = ways.iter().position(|way| demanded(way).is_some());
+        let taken = by_demand
+            .or_else(|| ways.iter().rposition(|way| fields.has(way[0])))
+            .or_else(|| {
+                ways.iter().rposition(|way| {
+                    way.iter()
+                        .any(|key| is_own(keys, index, key) && fields.has(key))
+                })
+            });
+        let Some(taken) = taken else {
+            if whole {
+                miss(fields, ways);
+            }
+            continue;
+        };
+        let way = ways[taken];
+        let by = demanded(&way).unwrap_or(way[0]);
+        for other in ways.iter().filter(|other| other[0] != way[0]) {
+            for key in *other {
+                // A key that also stands in another choice is excluded by its own.
+                if !way.contains(key) && (*key == other[0] || is_own(keys, index, key)) {
+                    fields.excluded(key, by);
+                }
+            }
+        }
+        if whole || taken > 0 {
+            for &key in way {
+                if by_demand.is_none() {
+                    fields.need(key);
+                }
+            }
+            needed.extend(way[1..].iter().map(|key| (*key, way[0])));
+        }
+    }
 }
 
-fn read_couple(fields: &Fields<'_>, what: &str) -> Option<Couple> {
-    fields.need("law")?.word(what, &COUPLE_LAWS)?;
-    let friction = fields.need("friction").and_then(|item| item.non_negative());
-    let static_friction = fields
-        .get("static_friction")
-        .and_then(|item| item.non_negative());
-    let stiffness = number_or_default(fields, "stiffness").unwrap_or(OrDefault::Default);
-    let dissipation = match fields.get("dissipation") {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default("dissipation", 0.0)),
-    };
-    fields.finish();
-    Some(Couple {
-        friction: friction?,
-        static_friction,
-        stiffness,
-        dissipation: dissipation?,
-    })
+/// Whether a key stands in no other choice than this one.
+fn is_own(keys: &LawKeys, index: usize, key: &str) -> bool {
+    let mut others = keys.choices.iter().enumerate();
+    !others.any(|(other, ways)| other != index && ways.iter().any(|way| way.contains(&key)))
 }
 
-pub(super) fn read_rolling(fields: &Fields<'_>) -> Option<RollingLaw> {
-    read_couple(fields, "rolling law").map(RollingLaw::Luding)
-}
-
-pub(super) fn read_torsion(fields: &Fields<'_>) -> Option<TorsionLaw> {
-    read_couple(fields, "torsion law").map(TorsionLaw::Luding)
-}
-
-pub(super) fn read_liquid(fields: &Fields<'_>) -> Option<LiquidLaw> {
-    let law = fields.need("law")?.word("liquid law", &LIQUID_LAWS)?;
-    let non_negative = |key, default| match fields.get(key) {
-        Some(item) => item.non_negative(),
-        None => Some(fields.default(key, default)),
-    };
-    let surface_tension = fields
-        .need("surface_tension")
-        .and_then(|item| item.non_negative());
-    let contact_angle = fields
-        .need("contact_angle_degrees")
-        .and_then(|item| item.between(0.0, 180.0));
-    let viscosity = non_negative("viscosity", 0.0);
-    let max_bridge_volume = fields
-        .need("max_bridge_volume")
-        .and_then(|item| item.non_negative());
-    let min_bridge_volume = non_negative("min_bridge_volume", 0.0);
-    let distribution = match fields.get("distribution") {
-        Some(item) => item.fraction(),
-        None => Some(fields.default("distribution", 1.0)),
-    };
-    let roughness = number_or_default(fields, "roughness").unwrap_or(OrDefault::Default);
-    fields.finish();
-    Some(LiquidLaw {
-        law,
-        surface_tension: surface_tension?,
-        contact_angle_degrees: contact_angle?,
-        viscosity: viscosity?,
-        max_bridge_volume: max_bridge_volume?,
-        min_bridge_volume: min_bridge_volume?,
-        distribution: distribution?,
-        roughness,
-    })
+/// Reports that no way was taken. A misspelt key is reported once, as unknown.
+fn miss(fields: &Fields<'_>, ways: &[&[&str]]) {
+    let all = || ways.iter().copied().flatten().copied();
+    if fields.unasked().any(|key| nearest(key, all()).is_some()) {
+        return;
+    }
+    let has_lists = ways.iter().any(|way| way.len() > 1);
+    let ways: Vec<String> = ways
+        .iter()
+        .map(|way| {
+            let keys: Vec<String> = way.iter().map(|key| format!("`{key}`")).collect();
+            match keys.split_last() {
+                Some((last, first)) if !first.is_empty() => {
+                    format!("{} and {last}", first.join(", "))
+                }
+                _ => keys.concat(),
+            }
+        })
+        .collect();
+    let between = if has_lists { ", or " } else { " or " };
+    let message = format!("needs {}", ways.join(between));
+    fields.context.report(fields.place().error(message));
 }

@@ -1,276 +1,294 @@
-//! The contact laws a material can name, with their parameters as typed.
+//! The keys of a contact law as data, and a law as typed.
 //!
-//! Nothing is mixed or converted here; where one physical quantity can be given in several ways, an
-//! enum says in which it was.
+//! Which laws there are is not this crate's knowledge: each law's table of keys, [`LawKeys`], stands beside its formula in the
+//! solver, and whoever reads a scene hands the tables over ([`read_scene_with`](super::read_scene_with)). Reader, overrides,
+//! mixing and the users' pages follow from them.
 
-use super::source::Located;
+use super::source::{Located, Place};
 
-/// The laws of the normal force by name, for pairs and messages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum NormalLawName {
-    /// `hertz`
-    Hertz,
-    /// `linear`
-    Linear,
-    /// `plastic`
-    Plastic,
+/// The part of a contact that a law is for, and the key of its table at a material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Part {
+    /// `normal`: the force along the normal.
+    Normal,
+    /// `tangential`: the force of sliding.
+    Tangential,
+    /// `rolling`: the couple against rolling.
+    Rolling,
+    /// `torsion`: the couple against twisting about the normal.
+    Torsion,
+    /// `liquid`: liquid bridges.
+    Liquid,
 }
 
-/// The laws of sliding by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum TangentialLawName {
-    /// `linear`
-    Linear,
-    /// `mindlin`
-    Mindlin,
-}
+impl Part {
+    /// All of them, in the order of the format.
+    pub const ALL: [Self; 5] = [
+        Self::Normal,
+        Self::Tangential,
+        Self::Rolling,
+        Self::Torsion,
+        Self::Liquid,
+    ];
 
-/// The laws of liquid bridges by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LiquidLawName {
-    /// `willett`: Willett et al. 2000, the short approximation.
-    Willett,
-    /// `willett-classical`: Willett et al. 2000, the full fit.
-    WillettClassical,
-    /// `bagheri`: Bagheri et al. 2024.
-    Bagheri,
-    /// `lian-seville`: Lian and Seville 2016.
-    LianSeville,
-}
-
-pub(super) const NORMAL_LAWS: [(&str, NormalLawName); 3] = [
-    ("hertz", NormalLawName::Hertz),
-    ("linear", NormalLawName::Linear),
-    ("plastic", NormalLawName::Plastic),
-];
-
-pub(super) const TANGENTIAL_LAWS: [(&str, TangentialLawName); 2] = [
-    ("linear", TangentialLawName::Linear),
-    ("mindlin", TangentialLawName::Mindlin),
-];
-
-pub(super) const LIQUID_LAWS: [(&str, LiquidLawName); 4] = [
-    ("willett", LiquidLawName::Willett),
-    ("willett-classical", LiquidLawName::WillettClassical),
-    ("bagheri", LiquidLawName::Bagheri),
-    ("lian-seville", LiquidLawName::LianSeville),
-];
-
-/// The only law of rolling and of torsion so far: `luding` (Luding 2008, doi:10.1007/s10035-008-0099-x).
-pub(super) const COUPLE_LAWS: [(&str, ()); 1] = [("luding", ())];
-
-/// A number, or the word `default`.
-#[derive(Debug, Clone, PartialEq)]
-pub enum OrDefault {
-    /// The law's own choice.
-    Default,
-    /// As given.
-    Given(Located<f64>),
-}
-
-/// The force along the normal.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NormalLaw {
-    /// Hertz (1882) with viscous damping.
-    Hertz {
-        /// The elastic constants.
-        modulus: HertzModulus,
-        /// The damping.
-        damping: HertzDamping,
-    },
-    /// Linear spring and dashpot.
-    Linear(LinearNormal),
-    /// Hysteretic, adhesive: Luding (2008).
-    Plastic {
-        /// Stiffness of first loading k1, N/m.
-        loading_stiffness: Located<f64>,
-        /// Largest stiffness of unloading k2, N/m; at least `loading_stiffness`.
-        unloading_stiffness: Located<f64>,
-        /// Stiffness of the tensile branch kc, N/m.
-        cohesion_stiffness: Located<f64>,
-        /// Penetration depth phi_f, in [0, 1].
-        penetration_depth: Located<f64>,
-        /// Dissipation gamma, kg/s.
-        dissipation: Located<f64>,
-    },
-}
-
-impl NormalLaw {
-    /// The name of the law.
+    /// The key of the table.
     #[must_use]
-    pub fn name(&self) -> NormalLawName {
+    pub const fn word(self) -> &'static str {
         match self {
-            NormalLaw::Hertz { .. } => NormalLawName::Hertz,
-            NormalLaw::Linear(_) => NormalLawName::Linear,
-            NormalLaw::Plastic { .. } => NormalLawName::Plastic,
+            Self::Normal => "normal",
+            Self::Tangential => "tangential",
+            Self::Rolling => "rolling",
+            Self::Torsion => "torsion",
+            Self::Liquid => "liquid",
         }
     }
 }
 
-/// How the elasticity of a Hertz contact is given.
-#[derive(Debug, Clone, PartialEq)]
-pub enum HertzModulus {
-    /// By the constants of the material.
-    Youngs {
-        /// Young's modulus E, Pa.
-        youngs_modulus: Located<f64>,
-        /// Poisson's ratio.
-        poisson_ratio: Located<f64>,
-    },
-    /// By the effective modulus E* of a contact of the material with itself, Pa.
-    Effective {
-        /// E*, Pa.
-        effective_modulus: Located<f64>,
-    },
+/// What a scene says to name a law and to give its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawKeys {
+    /// The tables in which it may stand.
+    pub parts: &'static [Part],
+    /// The word after `law`.
+    pub name: &'static str,
+    /// What it is, in a line.
+    pub text: &'static str,
+    /// Its keys, in the order of the users' page.
+    pub keys: &'static [Key],
+    /// Groups of keys of which one way has to be chosen; each way is a list of keys that go together and are known by the first.
+    pub choices: &'static [&'static [&'static [&'static str]]],
 }
 
-/// How the damping of a Hertz contact is given.
-#[derive(Debug, Clone, PartialEq)]
-pub enum HertzDamping {
-    /// Coefficient of restitution, in [0, 1].
-    Restitution(Located<f64>),
-    /// Damping coefficient beta in beta sqrt(m* k_n), at least 0.
-    Damping(Located<f64>),
-}
+impl LawKeys {
+    /// Of no law.
+    pub const NONE: Self = Self {
+        parts: &[],
+        name: "none",
+        text: "",
+        keys: &[],
+        choices: &[],
+    };
 
-/// How the linear spring and dashpot are given.
-#[derive(Debug, Clone, PartialEq)]
-pub enum LinearNormal {
-    /// Stiffness with dissipation.
-    Dissipation {
-        /// Stiffness k, N/m.
-        stiffness: Located<f64>,
-        /// Dissipation gamma, kg/s.
-        dissipation: Located<f64>,
-    },
-    /// Stiffness with the restitution of the pair's effective mass.
-    Restitution {
-        /// Stiffness k, N/m.
-        stiffness: Located<f64>,
-        /// Coefficient of restitution, in [0, 1].
-        restitution: Located<f64>,
-    },
-    /// Duration and restitution of a collision of two spheres of the same mass.
-    CollisionTime {
-        /// Duration of the contact, s.
-        collision_time: Located<f64>,
-        /// Coefficient of restitution, in [0, 1].
-        restitution: Located<f64>,
-        /// Mass of one sphere, kg.
-        mass: Located<f64>,
-    },
-}
-
-/// The force of sliding.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TangentialLaw {
-    /// Linear spring and dashpot with a Coulomb limit.
-    Linear {
-        /// The spring.
-        stiffness: TangentialStiffness,
-        /// Dissipation gamma_t, kg/s; default 0.
-        dissipation: Located<f64>,
-        /// Friction coefficient while sliding.
-        friction: Located<f64>,
-        /// Friction coefficient that starts sliding; none: that of the pair while sliding.
-        static_friction: Option<Located<f64>>,
-    },
-    /// Mindlin (1949), with Hertz contacts.
-    Mindlin {
-        /// Friction coefficient while sliding.
-        friction: Located<f64>,
-        /// Friction coefficient that starts sliding; none: that of the pair while sliding.
-        static_friction: Option<Located<f64>>,
-        /// Damping coefficient beta_t; by default sqrt(2/3) of the normal one.
-        damping: OrDefault,
-        /// Factor on 8 G* a; default 2/3.
-        stiffness_factor: Located<f64>,
-        /// Effective shear modulus G* of the material with itself, Pa; none: from E and Poisson's ratio.
-        effective_shear_modulus: Option<Located<f64>>,
-        /// What happens to the stored force when the load changes; default secant.
-        load_history: LoadHistory,
-    },
-}
-
-impl TangentialLaw {
-    /// The name of the law.
+    /// The key with this name.
     #[must_use]
-    pub fn name(&self) -> TangentialLawName {
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// Whether the key is one of those that exclude others.
+    #[must_use]
+    pub fn is_choice(&self, name: &str) -> bool {
+        let mut all = self.choices.iter().copied().flatten().copied().flatten();
+        all.any(|key| *key == name)
+    }
+}
+
+/// One key of a law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Key {
+    /// The key.
+    pub name: &'static str,
+    /// SI unit; empty for pure numbers and words.
+    pub unit: &'static str,
+    /// What may stand there.
+    pub range: Range,
+    /// What holds where it is left out.
+    pub default: KeyDefault,
+    /// What holds between two materials.
+    pub mixing: Mixing,
+    /// What it means.
+    pub text: &'static str,
+}
+
+impl Key {
+    /// A number that has to be given and mixes by the harmonic mean.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        range: Range,
+        text: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            unit,
+            range,
+            default: KeyDefault::Needed,
+            mixing: Mixing::HarmonicMean,
+            text,
+        }
+    }
+
+    /// With a default.
+    #[must_use]
+    pub const fn or(self, number: f64) -> Self {
+        Self {
+            default: KeyDefault::Number(number),
+            ..self
+        }
+    }
+
+    /// It may be left out; `then` says what holds then.
+    #[must_use]
+    pub const fn or_open(self, then: &'static str) -> Self {
+        Self {
+            default: KeyDefault::Open(then),
+            ..self
+        }
+    }
+
+    /// `word` may stand there, and holds where the key is left out; `meaning` says what it stands for.
+    #[must_use]
+    pub const fn or_word(self, word: &'static str, meaning: &'static str) -> Self {
+        Self {
+            default: KeyDefault::Word(word, meaning),
+            ..self
+        }
+    }
+
+    /// With another rule for two materials.
+    #[must_use]
+    pub const fn mixes(self, mixing: Mixing) -> Self {
+        Self { mixing, ..self }
+    }
+}
+
+/// What may stand at a key.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// A number above 0.
+    Positive,
+    /// A number that is not below 0.
+    NonNegative,
+    /// A number in [0, 1].
+    Fraction,
+    /// A number in (-1, 0.5]: what thermodynamics allows for an isotropic solid.
+    PoissonRatio,
+    /// A number between these, both included.
+    Between(f64, f64),
+    /// A number above 0 that is not below that of another key of the law.
+    NotBelow(&'static str),
+    /// One of these words.
+    Words(&'static [&'static str]),
+}
+
+impl Range {
+    /// In words, for the users' page.
+    #[must_use]
+    pub fn text(self) -> String {
         match self {
-            TangentialLaw::Linear { .. } => TangentialLawName::Linear,
-            TangentialLaw::Mindlin { .. } => TangentialLawName::Mindlin,
+            Self::Positive => "> 0".to_owned(),
+            Self::NonNegative => ">= 0".to_owned(),
+            Self::Fraction => "[0, 1]".to_owned(),
+            Self::PoissonRatio => "(-1, 0.5]".to_owned(),
+            Self::Between(low, high) => format!("[{low}, {high}]"),
+            Self::NotBelow(key) => format!(">= `{key}`"),
+            Self::Words(words) => {
+                let words: Vec<String> = words.iter().map(|word| format!("`\"{word}\"`")).collect();
+                words.join(", ")
+            }
         }
     }
 }
 
-/// How the tangential spring is given.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TangentialStiffness {
-    /// k_t, N/m.
-    Stiffness(Located<f64>),
-    /// k_t / k_n.
-    Ratio(Located<f64>),
+/// What holds where a key is left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KeyDefault {
+    /// It must be given, or is one of a choice.
+    Needed,
+    /// This number.
+    Number(f64),
+    /// What the text says.
+    Open(&'static str),
+    /// The word, which may also be given; the text says what it stands for.
+    Word(&'static str, &'static str),
 }
 
-/// How the stored tangential force follows the normal load.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LoadHistory {
-    /// The displacement is stored; the stiffness is that of the current overlap.
-    Secant,
-    /// The force is stored; it shrinks with the contact radius when unloading.
-    Rescale,
+/// What holds between two materials, where `[[contacts]]` does not say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mixing {
+    /// 2/(1/a + 1/b); 0 if either is 0; that of the only one that gives it.
+    HarmonicMean,
+    /// Both must say the same.
+    Same,
+    /// By the law's own function, as the text says.
+    Derived(&'static str),
 }
 
-pub(super) const LOAD_HISTORIES: [(&str, LoadHistory); 2] = [
-    ("secant", LoadHistory::Secant),
-    ("rescale", LoadHistory::Rescale),
-];
-
-/// Parameters of a couple that resists rolling or torsion.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Couple {
-    /// Coefficient while turning.
-    pub friction: Located<f64>,
-    /// Coefficient that starts turning; none: that of the pair while turning.
-    pub static_friction: Option<Located<f64>>,
-    /// Stiffness, N/m; by default k_t of the contact.
-    pub stiffness: OrDefault,
-    /// Dissipation, kg/s; default 0.
-    pub dissipation: Located<f64>,
+impl Mixing {
+    /// In words, for the users' page.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::HarmonicMean => "harmonic mean",
+            Self::Same => "must be the same",
+            Self::Derived(how) => how,
+        }
+    }
 }
 
-/// The couple against rolling.
+/// What was typed at a key of a law.
 #[derive(Debug, Clone, PartialEq)]
-pub enum RollingLaw {
-    /// Spring, dashpot and limit as for sliding: Luding (2008).
-    Luding(Couple),
+pub enum Given {
+    /// A number, SI.
+    Number(f64),
+    /// A word.
+    Word(String),
 }
 
-/// The couple against twisting about the normal.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TorsionLaw {
-    /// Spring, dashpot and limit as for sliding: Luding (2008).
-    Luding(Couple),
+/// The keys of a law that were typed (or have a number as their default), with their places.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LawValues(Vec<(String, Located<Given>)>);
+
+impl LawValues {
+    pub(super) fn push(&mut self, key: &str, value: Located<Given>) {
+        self.0.push((key.to_owned(), value));
+    }
+
+    /// What stands at a key.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&Located<Given>> {
+        let found = self.0.iter().find(|(name, _)| name == key);
+        found.map(|(_, value)| value)
+    }
+
+    /// The number at a key, if it is one.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.get(key)?.value {
+            Given::Number(number) => Some(number),
+            Given::Word(_) => None,
+        }
+    }
+
+    /// The word at a key, if it is one.
+    #[must_use]
+    pub fn word(&self, key: &str) -> Option<&str> {
+        match &self.get(key)?.value {
+            Given::Number(_) => None,
+            Given::Word(word) => Some(word),
+        }
+    }
 }
 
-/// Liquid bridges.
+/// A law of a material as typed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct LiquidLaw {
-    /// Which law.
-    pub law: LiquidLawName,
-    /// Surface tension, N/m.
-    pub surface_tension: Located<f64>,
-    /// Contact angle, degrees, in [0, 180].
-    pub contact_angle_degrees: Located<f64>,
-    /// Dynamic viscosity, Pa s; default 0: no lubrication force.
-    pub viscosity: Located<f64>,
-    /// Largest volume of a bridge, m3.
-    pub max_bridge_volume: Located<f64>,
-    /// Smallest volume of a bridge that forms, m3; default 0.
-    pub min_bridge_volume: Located<f64>,
-    /// Share of a ruptured bridge's liquid that goes to neighbouring bridges, the rest to the films,
-    /// in [0, 1]; default 1.
-    pub distribution: Located<f64>,
-    /// Least gap of the lubrication force, m; by default R*/100.
-    pub roughness: OrDefault,
+pub struct Law {
+    /// Its name.
+    pub name: Located<String>,
+    /// Its parameters.
+    pub values: LawValues,
+    /// Where the table stands.
+    pub place: Place,
+}
+
+/// Keys of a law in `[[contacts]]`; those left out are mixed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawOverride {
+    /// The law; none: that of the two materials.
+    pub name: Option<Located<String>>,
+    /// What is replaced.
+    pub values: LawValues,
+    /// Where the table stands.
+    pub place: Place,
 }

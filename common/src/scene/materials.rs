@@ -1,9 +1,8 @@
 //! `[materials.NAME]`: density and contact laws of a material.
 
-use super::cursor::Fields;
 use super::item::Item;
 use super::law_reader;
-use super::laws::{LiquidLaw, NormalLaw, RollingLaw, TangentialLaw, TorsionLaw};
+use super::laws::{Law, Part};
 use super::source::Located;
 
 /// A material. Contacts between two materials take mixed parameters, see
@@ -15,26 +14,44 @@ pub struct Material {
     /// Density, kg/m3 (in two dimensions kg/m2: mass per unit length of a disc's area).
     pub density: Located<f64>,
     /// The law along the normal.
-    pub normal: Located<NormalLaw>,
+    pub normal: Law,
     /// The law of sliding; none: frictionless.
-    pub tangential: Option<Located<TangentialLaw>>,
+    pub tangential: Option<Law>,
     /// The law of rolling; none: no rolling resistance.
-    pub rolling: Option<Located<RollingLaw>>,
+    pub rolling: Option<Law>,
     /// The law of twisting about the normal; none: no torsional resistance.
-    pub torsion: Option<Located<TorsionLaw>>,
+    pub torsion: Option<Law>,
     /// The law of liquid bridges; none: dry.
-    pub liquid: Option<Located<LiquidLaw>>,
+    pub liquid: Option<Law>,
+}
+
+impl Material {
+    /// The law of a part.
+    #[must_use]
+    pub fn law(&self, part: Part) -> Option<&Law> {
+        match part {
+            Part::Normal => Some(&self.normal),
+            Part::Tangential => self.tangential.as_ref(),
+            Part::Rolling => self.rolling.as_ref(),
+            Part::Torsion => self.torsion.as_ref(),
+            Part::Liquid => self.liquid.as_ref(),
+        }
+    }
 }
 
 /// Reads one material. A law that is wrong is reported; the material is then left out.
 pub(super) fn read(name: Located<String>, item: &Item<'_>) -> Option<Material> {
     let fields = item.table()?;
     let density = fields.need("density").and_then(|item| item.positive());
-    let normal = read_law(&fields, "normal", law_reader::read_normal, true);
-    let tangential = read_law(&fields, "tangential", law_reader::read_tangential, false);
-    let rolling = read_law(&fields, "rolling", law_reader::read_rolling, false);
-    let torsion = read_law(&fields, "torsion", law_reader::read_torsion, false);
-    let liquid = read_law(&fields, "liquid", law_reader::read_liquid, false);
+    let normal = fields
+        .need("normal")
+        .and_then(|item| law_reader::read(&item, Part::Normal));
+    let law = |part: Part| {
+        let item = fields.get(part.word())?;
+        law_reader::read(&item, part)
+    };
+    let (tangential, rolling) = (law(Part::Tangential), law(Part::Rolling));
+    let (torsion, liquid) = (law(Part::Torsion), law(Part::Liquid));
     fields.finish();
     Some(Material {
         name,
@@ -44,23 +61,5 @@ pub(super) fn read(name: Located<String>, item: &Item<'_>) -> Option<Material> {
         rolling,
         torsion,
         liquid,
-    })
-}
-
-fn read_law<T>(
-    fields: &Fields<'_>,
-    key: &'static str,
-    read: impl Fn(&Fields<'_>) -> Option<T>,
-    needed: bool,
-) -> Option<Located<T>> {
-    let item = if needed {
-        fields.need(key)?
-    } else {
-        fields.get(key)?
-    };
-    let value = read(&item.table()?)?;
-    Some(Located {
-        value,
-        place: item.place,
     })
 }

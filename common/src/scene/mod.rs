@@ -43,17 +43,11 @@ use glam::DVec3;
 
 pub use boundaries::{Flux, NamedRegion};
 pub use clump_file::{parse_clump, read_clump};
-pub use contacts::{
-    ContactOverride, CoupleOverride, LiquidOverride, NormalOverride, TangentialOverride,
-};
+pub use contacts::ContactOverride;
 pub use cursor::Files;
 pub use error::{SceneError, SceneErrors};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
-pub use laws::{
-    Couple, HertzDamping, HertzModulus, LinearNormal, LiquidLaw, LiquidLawName, LoadHistory,
-    NormalLaw, NormalLawName, OrDefault, RollingLaw, TangentialLaw, TangentialLawName,
-    TangentialStiffness, TorsionLaw,
-};
+pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
 pub use motion::{Motion, MotionKind};
@@ -138,13 +132,27 @@ impl Scene {
     }
 }
 
-/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order.
+/// Reads a scene file with the `KEY=VALUE` of the command line put on top, in their order; for programs that know nothing of
+/// contact laws: the tables of laws are taken as they stand.
 ///
 /// # Errors
 /// All mistakes of the file and the command line at once; of syntax errors one per line.
 pub fn read_scene(path: &Path, overrides: &[String]) -> Result<Scene, SceneErrors> {
     let text = read_text(path, "scene")?;
     parse_scene(path, &text, overrides, Files::MustExist)
+}
+
+/// Reads a scene file as [`read_scene`] does, and its laws by their tables of keys.
+///
+/// # Errors
+/// As [`read_scene`]; what is wrong with the laws, too.
+pub fn read_scene_with(
+    laws: &[&'static LawKeys],
+    path: &Path,
+    overrides: &[String],
+) -> Result<Scene, SceneErrors> {
+    let text = read_text(path, "scene")?;
+    parse_scene_with(laws, path, &text, overrides, Files::MustExist)
 }
 
 /// The text of a file; `what` names its kind in messages.
@@ -177,6 +185,30 @@ pub fn parse_scene(
     overrides: &[String],
     files: Files,
 ) -> Result<Scene, SceneErrors> {
+    parse(None, path, text, overrides, files)
+}
+
+/// Reads a scene from its text as [`parse_scene`] does, and its laws by their tables of keys.
+///
+/// # Errors
+/// As [`read_scene_with`].
+pub fn parse_scene_with(
+    laws: &[&'static LawKeys],
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    files: Files,
+) -> Result<Scene, SceneErrors> {
+    parse(Some(laws.to_vec()), path, text, overrides, files)
+}
+
+fn parse(
+    laws: Option<Vec<&'static LawKeys>>,
+    path: &Path,
+    text: &str,
+    overrides: &[String],
+    files: Files,
+) -> Result<Scene, SceneErrors> {
     let source = Source::file(path.display().to_string(), text);
     let mut document = tree::parse_document(&source, text)?;
     if is_clump_file(&document) {
@@ -198,6 +230,7 @@ pub fn parse_scene(
         files,
         materials: keys_below(&document, "materials"),
         clumps: keys_below(&document, "clumps"),
+        laws,
     };
     let place = Place::new(&source, 0..0, "");
     let scene = read_document(&context, &document, path, &place);
@@ -345,13 +378,13 @@ fn read_list<T>(
     items.iter().filter_map(read).collect()
 }
 
-/// The words under `normal.law` and `tangential.law` of every material.
+/// The words under `law` of every table of every material.
 fn law_words(root: &Fields<'_>) -> contacts::LawWords {
-    let word = |material: &Node, kind: &str| -> Option<String> {
+    let word = |material: &Node, part: Part| -> Option<String> {
         let Value::Table(material) = &material.value else {
             return None;
         };
-        let Value::Table(law) = &material.get(kind)?.node.value else {
+        let Value::Table(law) = &material.get(part.word())?.node.value else {
             return None;
         };
         match &law.get("law")?.node.value {
@@ -359,19 +392,15 @@ fn law_words(root: &Fields<'_>) -> contacts::LawWords {
             _ => None,
         }
     };
-    let mut words = contacts::LawWords {
-        normal: Vec::new(),
-        tangential: Vec::new(),
-    };
-    if let Some(item) = root.get("materials")
-        && let Value::Table(materials) = &item.node.value
-    {
-        for entry in &materials.entries {
-            words.normal.push(word(&entry.node, "normal"));
-            words.tangential.push(word(&entry.node, "tangential"));
+    match root.get("materials").map(|item| &item.node.value) {
+        Some(Value::Table(materials)) => {
+            let nodes = materials.entries.iter().map(|entry| &entry.node);
+            nodes
+                .map(|node| Part::ALL.map(|part| word(node, part)))
+                .collect()
         }
+        _ => Vec::new(),
     }
-    words
 }
 
 /// The names that can be tracked, and whether each is a single particle. An entry that is wrong counts

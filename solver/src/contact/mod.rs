@@ -14,7 +14,11 @@
 mod any;
 mod evaluation;
 mod history;
+mod liquid;
+pub mod mixing;
 pub mod normal;
+pub mod parameter;
+mod planned;
 pub mod registry;
 pub mod rolling;
 pub mod tangential;
@@ -25,12 +29,24 @@ pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
 pub use normal::{AnyNormal, Hertz, Linear, NormalForce, NormalLaw, Plastic};
+pub use planned::{
+    PlannedNormal, PlannedRolling, PlannedTangential, SpringAndDashpot, StiffestTangential,
+};
 pub use rolling::{AnyRolling, Luding, NoRolling, RollingLaw};
 pub use tangential::{
     AnyTangential, LinearFriction, Mindlin, MindlinRescaled, NoFriction, TangentialLaw,
 };
 
+use mercury_common::scene::LawKeys;
+
 use crate::lanes::{Mask, Real, Vector};
+
+/// What scenes can say of every law, known to this version or refused by it: for reading scenes, and for the users' page.
+#[must_use]
+pub fn law_keys() -> Vec<&'static LawKeys> {
+    let laws = [AnyNormal::KEYS, AnyTangential::KEYS, AnyRolling::KEYS];
+    [&laws.concat()[..], &liquid::KEYS].concat()
+}
 
 /// Geometry and kinematics of one contact, or of several in lanes, shared by all laws.
 #[derive(Debug, Clone, Copy)]

@@ -8,8 +8,7 @@ use mercury_common::scene::{
 use super::checks;
 use super::insertions::{deletions, expected_number, insertions};
 use super::meshes;
-use super::mixing::{PairPlan, resolve_pair};
-use super::parameter::short;
+use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
 use super::regions::regions;
 use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
@@ -19,7 +18,9 @@ use super::walls::walls;
 use super::{Material, OutputPlan, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
+use crate::contact::mixing::{elastic_constants, resolve_pair};
 use crate::contact::normal::rayleigh_time;
+use crate::contact::parameter::short;
 use crate::contact::registry::LawTable;
 use crate::walls::Wall;
 
@@ -473,7 +474,7 @@ fn rayleigh(scene: &Scene, uses: &[MaterialUse]) -> Option<f64> {
         .zip(uses)
         .filter(|(_, used)| used.free > 0)
         .filter_map(|(material, used)| {
-            let (e, nu) = super::mixing::youngs(material)?;
+            let (e, nu) = elastic_constants(material)?;
             Some(rayleigh_time(used.smallest_free, *material.density, e, nu))
         })
         .reduce(f64::min)

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError, Shape};
 
-use super::parameter::short;
 use super::particles::{StartingParticles, StartingSphere, Typed};
 use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
+use crate::contact::parameter::short;
 use crate::neighbours::{Images, NO_SHIFT, build};
 use crate::state::{Particle, Particles};
 use crate::walls::{Touches, Wall, WallNow};

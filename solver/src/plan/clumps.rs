@@ -7,8 +7,8 @@ use mercury_common::formats::clump::{ClumpFile, read_clump};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{Dimensions, Scene, SceneError};
 
-use super::parameter::short;
 use crate::bodies::Clump;
+use crate::contact::parameter::short;
 
 /// All clumps, in the order of the file; nothing if one of them cannot be read.
 ///
@@ -91,7 +91,8 @@ fn surface(
 mod tests {
     use std::fs;
 
-    use mercury_common::scene::{Files, parse_scene};
+    use crate::plan::parse_scene;
+    use mercury_common::scene::Files;
 
     #[test]
     fn a_run_knows_the_surface_of_a_clump_and_does_without_it() {

@@ -135,7 +135,7 @@ struct Contact<'a> {
     between: [&'a str; 2],
     particles: bool,
     walls: bool,
-    parameters: BTreeMap<&'static str, Parameter>,
+    parameters: BTreeMap<&'a str, Parameter>,
 }
 
 #[derive(Serialize)]
@@ -290,7 +290,7 @@ fn contact(pair: &PairPlan) -> Contact<'_> {
             unit: parameter.unit,
             from: parameter.origin.to_string(),
         };
-        (parameter.name, parameter_of_pair)
+        (parameter.name.as_str(), parameter_of_pair)
     });
     Contact {
         between: [&pair.names[0], &pair.names[1]],

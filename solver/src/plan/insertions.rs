@@ -8,9 +8,9 @@ use mercury_common::scene::{
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use super::parameter::short;
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold};
+use crate::contact::parameter::short;
 use crate::state::volume;
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.

@@ -8,7 +8,7 @@ use mercury_common::scene::{
     Domain, MeshSide, MeshSource, Output, Scene, SceneError, Shape as SceneShape,
 };
 
-use super::parameter::short;
+use crate::contact::parameter::short;
 use crate::walls::{Mesh, Shape, Wall};
 
 /// Reads the triangles: scaled, then turned about the origin, then moved.

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::meshes::describe;
-use super::parameter::short;
 use super::passes::{expected_spheres, memory, passes};
 use super::{PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
+use crate::contact::parameter::short;
 use crate::walls::Shape;
 
 /// The plan in aligned plain text.

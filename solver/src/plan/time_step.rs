@@ -1,14 +1,11 @@
 //! The time step: how short contacts are, what the integrator can bear, and the step of a scene.
 
-use std::f64::consts::PI;
-
-use super::mixing::PairPlan;
-use super::parameter::short;
+use super::pair::PairPlan;
 use super::usage::MaterialUse;
 use crate::bodies::Clump;
+use crate::contact::parameter::short;
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::rolling::FrictionSpring;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
+use crate::contact::{PlannedNormal, SpringAndDashpot};
 use crate::state::{inverse_inertia_factor, volume};
 
 /// Steps per contact of the automatic step.
@@ -82,32 +79,19 @@ impl Meeting {
         }
     }
 
-    /// Duration of a head-on contact, s: pi/sqrt(k/m* - (gamma/2m*)^2) of the linear law; the same with k2max of the plastic
-    /// one, its stiffest branch; of Hertz' law the elastic duration at `speed` (m/s). Overdamped: that without damping.
+    /// Duration of a head-on contact at `speed` (m/s), s; overdamped: that without damping.
     #[must_use]
     pub fn duration(&self, law: &AnyPairLaw, speed: f64) -> f64 {
-        let mass = self.effective_mass;
-        let spring = |stiffness: f64, dissipation: f64| {
-            let (squared, rate) = (stiffness / mass, dissipation / (2.0 * mass));
-            let radicand = squared - rate * rate;
-            PI / (if radicand > 0.0 { radicand } else { squared }).sqrt()
-        };
-        match &law.normal {
-            AnyNormal::Linear(law) => spring(law.stiffness, law.dissipation_at(mass)),
-            AnyNormal::Plastic(law) => spring(law.unloading_stiffness, law.dissipation),
-            AnyNormal::Hertz(law) => law.collision_time(mass, self.effective_radius, speed),
-        }
+        law.normal
+            .duration(self.effective_mass, self.effective_radius, speed)
     }
 
     /// The largest step (s) at which the integrator bears this contact, and which of its springs sets it. `bounded`: springs
     /// count whose instability friction bounds.
     ///
     /// Springs of the contact: along the normal with the mass m*; in the tangent plane with 2/7 m* (discs 1/3), as the bodies
-    /// also turn; against rolling and torsion with the lever l and the two inertias. Hertz at the overlap of an impact at
-    /// `speed` (m/s), where it is stiffest: tangent stiffness 2 E* a.
-    ///
-    /// Mindlin's tangential force stays below the friction that an estimated overlap allows, so beyond its critical step it
-    /// rattles between the two directions of sliding and does not grow.
+    /// also turn; against rolling and torsion with the lever l and the two inertias; each where it is stiffest in an impact at
+    /// `speed` (m/s).
     #[must_use]
     pub fn critical_step(
         &self,
@@ -116,63 +100,35 @@ impl Meeting {
         bounded: bool,
     ) -> (f64, &'static str) {
         let (mass, radius) = (self.effective_mass, self.effective_radius);
-        let mut contact_radius = 0.0;
-        let (stiffness, dissipation) = match &law.normal {
-            AnyNormal::Linear(law) => (law.stiffness, law.dissipation_at(mass)),
-            AnyNormal::Plastic(law) => (law.unloading_stiffness, law.dissipation),
-            AnyNormal::Hertz(law) => {
-                contact_radius = (radius * law.largest_overlap(mass, radius, speed)).sqrt();
-                let secant = 4.0 / 3.0 * law.effective_modulus * contact_radius;
-                (
-                    2.0 * law.effective_modulus * contact_radius,
-                    law.damping * (mass * secant).sqrt(),
-                )
-            }
-        };
-        let mut least = (bearable(stiffness / mass, dissipation / mass), "normal");
-        let mut add = |time: f64, part: &'static str| {
+        let (normal, contact_radius) = law.normal.stiffest(mass, radius, speed);
+        let rates = (normal.stiffness / mass, normal.dissipation / mass);
+        let mut least = (bearable(rates.0, rates.1), "normal");
+        let mut add = |spring: SpringAndDashpot, inverse_mass: f64, part: &'static str| {
+            let rates = (
+                spring.stiffness * inverse_mass,
+                spring.dissipation * inverse_mass,
+            );
+            let time = bearable(rates.0, rates.1);
             if time < least.0 {
                 least = (time, part);
             }
         };
-        let inverse_mass = (1.0 + self.inertia_factor) / mass;
-        let tangential_stiffness = match &law.tangential {
-            AnyTangential::None => 0.0,
-            AnyTangential::Linear(law) => {
-                let rates = (law.stiffness * inverse_mass, law.dissipation * inverse_mass);
-                add(bearable(rates.0, rates.1), "tangential");
-                law.stiffness
-            }
-            AnyTangential::Mindlin(law)
-            | AnyTangential::MindlinRescaled(crate::contact::MindlinRescaled { plain: law }) => {
-                if contact_radius == 0.0 {
-                    // Beside a law without contact radius of its own: at a tenth of the radius.
-                    contact_radius = radius * 0.1f64.sqrt();
-                }
-                let full = 8.0 * law.effective_shear_modulus * contact_radius;
-                let dashpot = law.damping * (mass * full).sqrt();
-                let rates = (
-                    law.stiffness_factor * full * inverse_mass,
-                    dashpot * inverse_mass,
-                );
-                if bounded {
-                    add(bearable(rates.0, rates.1), "tangential");
-                }
-                full
-            }
+        // Beside a law without contact radius of its own: at a tenth of the radius.
+        let contact_radius = if contact_radius == 0.0 {
+            radius * 0.1f64.sqrt()
+        } else {
+            contact_radius
         };
-        if let AnyRolling::Luding(law) = &law.rolling {
-            let lever = law.lever * radius;
-            let compliance = lever * lever * self.inverse_inertia;
-            let mut couple = |spring: &FrictionSpring, part| {
-                if spring.friction > 0.0 {
-                    let stiffness = spring.stiffness.unwrap_or(tangential_stiffness);
-                    let rates = (stiffness * compliance, spring.dissipation * compliance);
-                    add(bearable(rates.0, rates.1), part);
-                }
-            };
-            couple(&law.rolling, "rolling");
-            couple(&law.torsion, "torsion");
+        let tangential = law.tangential.stiffest(mass, contact_radius);
+        if let Some(tangential) = tangential
+            && (bounded || !tangential.is_bounded)
+        {
+            let inverse_mass = (1.0 + self.inertia_factor) / mass;
+            add(tangential.spring, inverse_mass, "tangential");
+        }
+        let tangential_stiffness = tangential.map_or(0.0, |tangential| tangential.full);
+        for (lever, spring, part) in law.rolling.stiffest(radius, tangential_stiffness) {
+            add(spring, lever * lever * self.inverse_inertia, part);
         }
         least
     }

@@ -57,8 +57,9 @@ fn why(insertion: &InsertionPlan, state: &InsertionState, is_over: bool) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use crate::plan::parse_scene;
     use glam::DVec3;
-    use mercury_common::scene::{Files, parse_scene};
+    use mercury_common::scene::Files;
 
     use super::*;
     use crate::boundaries::{Pending, Tally};

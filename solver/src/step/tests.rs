@@ -5,9 +5,10 @@ mod compiled_laws;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::plan::parse_scene;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
-use mercury_common::scene::{Files, parse_scene};
+use mercury_common::scene::Files;
 
 use super::{Engine, Snapshot};
 use crate::contact::registry::AnyPairLaw;

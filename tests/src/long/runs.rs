@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
-use mercury_common::scene::read_scene;
 use mercury_solver::output::folder;
+use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{document, plan};
 use mercury_solver::run::{RunOptions, run, useful_threads};
 

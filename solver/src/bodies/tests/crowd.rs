@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use crate::plan::parse_scene;
 use glam::{DVec3, dvec3};
-use mercury_common::scene::{Files, parse_scene};
+use mercury_common::scene::Files;
 
 use super::{rod, t_bar};
 use crate::contact::registry::AnyPairLaw;

@@ -8,8 +8,9 @@ mod speed;
 
 use std::path::Path;
 
+use crate::plan::parse_scene;
 use glam::DVec3;
-use mercury_common::scene::{Files, parse_scene};
+use mercury_common::scene::Files;
 use mercury_common::sizes::SizeDistribution;
 
 use super::{Ingredient, InsertionPlan, Region, Total};

@@ -1,8 +1,12 @@
 //! A normal law chosen at run time.
 
+use mercury_common::scene::LawKeys;
+
 use super::{Contact, Hertz, Linear, NormalForce, NormalLaw, Plastic};
 use crate::contact::HistoryNumber;
 use crate::contact::any::{Holds, any_law};
+use crate::contact::mixing::Pair;
+use crate::contact::{PlannedNormal, SpringAndDashpot};
 use crate::lanes::Real;
 
 macro_rules! normal_laws {
@@ -46,8 +50,53 @@ macro_rules! normal_laws {
                 }
             }
         }
+
+        impl AnyNormal {
+            /// What scenes say of each of them.
+            pub const KEYS: &'static [&'static LawKeys] = &[$(<$law as PlannedNormal>::KEYS),*];
+        }
+
+        impl PlannedNormal for AnyNormal {
+            const KEYS: &'static LawKeys = &LawKeys::NONE;
+
+            fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
+                $(if pair.asks($law::KEYS) {
+                    return $law::of_scene(pair).map(Self::$variant);
+                })*
+                None
+            }
+
+            fn duration(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
+                match self {
+                    $(Self::$variant(law) => law.duration(effective_mass, effective_radius, speed),)*
+                }
+            }
+
+            fn stiffest(
+                &self,
+                effective_mass: f64,
+                effective_radius: f64,
+                speed: f64,
+            ) -> (SpringAndDashpot, f64) {
+                match self {
+                    $(Self::$variant(law) => law.stiffest(effective_mass, effective_radius, speed),)*
+                }
+            }
+
+            fn spring(&self) -> Option<f64> {
+                match self {
+                    $(Self::$variant(law) => law.spring(),)*
+                }
+            }
+
+            fn beta(&self) -> Option<f64> {
+                match self {
+                    $(Self::$variant(law) => law.beta(),)*
+                }
+            }
+        }
     };
 }
 
 // The laws that a scene can name.
-normal_laws!(Linear(Linear), Hertz(Hertz), Plastic(Plastic));
+normal_laws!(Hertz(Hertz), Linear(Linear), Plastic(Plastic));

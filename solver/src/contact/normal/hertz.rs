@@ -2,8 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::super::normal::linear::damping_ratio;
+use mercury_common::scene::{Key, LawKeys, Mixing, Part, Range};
+
+use super::super::normal::linear::{damping_ratio, damping_ratio_clamped};
 use super::{Contact, NormalForce, NormalLaw};
+use crate::contact::mixing::{Pair, restitution_of};
+use crate::contact::{PlannedNormal, SpringAndDashpot};
 use crate::lanes::Real;
 
 /// F_n = k_n overlap - beta sqrt(m* k_n) u_n with the secant stiffness k_n = 4/3 E* a, a = sqrt(R* overlap)
@@ -129,6 +133,134 @@ pub fn effective_shear_modulus(one: (f64, f64), other: (f64, f64)) -> f64 {
 pub fn rayleigh_time(radius: f64, density: f64, youngs_modulus: f64, poisson_ratio: f64) -> f64 {
     let shear_modulus = youngs_modulus / (2.0 * (1.0 + poisson_ratio));
     PI * radius * (density / shear_modulus).sqrt() / (0.1631 * poisson_ratio + 0.8766)
+}
+
+const ELASTIC: Mixing = Mixing::Derived("by the elasticity of the two bodies");
+const DAMPING: Mixing = Mixing::Derived("the damping is mixed: harmonic mean of beta");
+
+/// sqrt(5): beta over the fraction of critical damping (Antypov & Elliott 2011).
+const BETA_PER_ZETA: f64 = 2.236_067_977_499_79;
+
+impl PlannedNormal for Hertz {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Normal],
+        name: "hertz",
+        text: "Hertz (1882) with viscous damping",
+        keys: &[
+            Key::new("youngs_modulus", "Pa", Range::Positive, "E").mixes(ELASTIC),
+            Key::new("poisson_ratio", "", Range::PoissonRatio, "nu").mixes(ELASTIC),
+            Key::new(
+                "effective_modulus",
+                "Pa",
+                Range::Positive,
+                "E* of the material with itself",
+            )
+            .mixes(ELASTIC),
+            Key::new("restitution", "", Range::Fraction, "e").mixes(DAMPING),
+            Key::new(
+                "damping",
+                "",
+                Range::NonNegative,
+                "beta in beta sqrt(m* k_n)",
+            ),
+        ],
+        choices: &[
+            &[&["youngs_modulus", "poisson_ratio"], &["effective_modulus"]],
+            &[&["restitution"], &["damping"]],
+        ],
+    };
+
+    fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
+        let (over_e, over_nu) = (pair.over("youngs_modulus"), pair.over("poisson_ratio"));
+        let constants = pair.elastic_constants();
+        let typed = pair.sides("effective_modulus");
+        let like_like = [0, 1]
+            .map(|i| typed[i].or_else(|| constants[i].map(|one| effective_modulus(one, one))));
+        let exact = match elastic_pair(constants, over_e, over_nu) {
+            Some([a, b]) => Some(effective_modulus(a, b)),
+            None if over_e.is_some() || over_nu.is_some() => {
+                let message = format!(
+                    "E* of the contacts of {} is incomplete: youngs_modulus and poisson_ratio go together",
+                    pair.name()
+                );
+                pair.error(message, "give both, or effective_modulus".to_owned());
+                return None;
+            }
+            None => None,
+        };
+        let (modulus, origin) = match (pair.over("effective_modulus"), exact) {
+            (None, Some(exact)) if over_e.is_some() || over_nu.is_some() => {
+                (exact, pair.contact_origin())
+            }
+            (None, Some(exact)) => (exact, pair.mixed_origin(constants.map(|c| c.is_some()))),
+            (modulus, _) => pair.need("effective_modulus", modulus, like_like)?,
+        };
+
+        pair.check_restitutions()?;
+        let (restitutions, betas) = (pair.sides("restitution"), pair.sides("damping"));
+        let sides = [0, 1].map(|i| restitutions[i].map(|e| beta_of(pair, e)).or(betas[i]));
+        let replaced = pair.over("restitution").map(|e| beta_of(pair, e));
+        let replaced = replaced.or(pair.over("damping"));
+        let (beta, beta_origin) = pair.need("restitution", replaced, sides)?;
+
+        pair.record("effective_modulus", modulus, origin);
+        let restitution = restitution_of(pair, beta / BETA_PER_ZETA);
+        pair.record("restitution", restitution, beta_origin.clone());
+        pair.record("damping", beta, beta_origin);
+        let mut law = Self::new(modulus, beta);
+        law.clamp_tension = pair.conventions().clamp_tension;
+        Some(law)
+    }
+
+    fn duration(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
+        self.collision_time(effective_mass, effective_radius, speed)
+    }
+
+    /// At the overlap of the impact: tangent stiffness 2 E* a.
+    fn stiffest(
+        &self,
+        effective_mass: f64,
+        effective_radius: f64,
+        speed: f64,
+    ) -> (SpringAndDashpot, f64) {
+        let overlap = self.largest_overlap(effective_mass, effective_radius, speed);
+        let contact_radius = (effective_radius * overlap).sqrt();
+        let secant = 4.0 / 3.0 * self.effective_modulus * contact_radius;
+        let spring = SpringAndDashpot {
+            stiffness: 2.0 * self.effective_modulus * contact_radius,
+            dissipation: self.damping * (effective_mass * secant).sqrt(),
+        };
+        (spring, contact_radius)
+    }
+
+    fn beta(&self) -> Option<f64> {
+        Some(self.damping)
+    }
+}
+
+/// beta of a restitution under the convention of the scene.
+fn beta_of(pair: &Pair<'_>, restitution: f64) -> f64 {
+    if pair.conventions().clamp_tension {
+        BETA_PER_ZETA * damping_ratio_clamped(restitution)
+    } else {
+        hertz_damping(restitution)
+    }
+}
+
+/// (E, nu) of both bodies: what is replaced counts for both; a body without constants is like the other one.
+pub(crate) fn elastic_pair(
+    sides: [Option<(f64, f64)>; 2],
+    over_e: Option<f64>,
+    over_nu: Option<f64>,
+) -> Option<[(f64, f64); 2]> {
+    let side = |own: Option<(f64, f64)>| {
+        let e = over_e.or(own.map(|c| c.0))?;
+        Some((e, over_nu.or(own.map(|c| c.1))?))
+    };
+    match sides.map(side) {
+        [Some(a), Some(b)] => Some([a, b]),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

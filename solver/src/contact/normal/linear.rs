@@ -2,7 +2,11 @@
 
 use std::f64::consts::PI;
 
+use mercury_common::scene::{Key, LawKeys, LawValues, Mixing, Part, Range};
+
 use super::{Contact, NormalForce, NormalLaw};
+use crate::contact::mixing::{Pair, damping_ratio_of, harmonic_mean, restitution_of};
+use crate::contact::{PlannedNormal, SpringAndDashpot};
 use crate::lanes::Real;
 
 /// F_n = k overlap - gamma u_n (Cundall & Strack 1979), with gamma fixed or from the restitution.
@@ -158,6 +162,192 @@ pub fn damping_ratio_clamped(restitution: f64) -> f64 {
         }
     }
     0.5 * (low + high)
+}
+
+const SETTER: Mixing = Mixing::Derived("the stiffness that follows is mixed");
+
+impl PlannedNormal for Linear {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Normal],
+        name: "linear",
+        text: "linear spring and dashpot",
+        keys: &[
+            Key::new("stiffness", "N/m", Range::Positive, "k"),
+            Key::new("dissipation", "kg/s", Range::NonNegative, "gamma"),
+            Key::new(
+                "restitution",
+                "",
+                Range::Fraction,
+                "e, at every effective mass",
+            )
+            .mixes(Mixing::Derived(
+                "the damping is mixed: harmonic mean of zeta",
+            )),
+            Key::new(
+                "collision_time",
+                "s",
+                Range::Positive,
+                "duration of a collision of two spheres of `mass`",
+            )
+            .mixes(SETTER),
+            Key::new("mass", "kg", Range::Positive, "mass of one sphere").mixes(SETTER),
+        ],
+        choices: &[
+            &[&["stiffness"], &["collision_time", "mass", "restitution"]],
+            &[&["restitution"], &["dissipation"]],
+        ],
+    };
+
+    fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
+        pair.check_restitutions()?;
+        let over_setter = (
+            pair.over("collision_time"),
+            pair.over("restitution"),
+            pair.over("mass"),
+        );
+        let collision = match over_setter {
+            (Some(time), Some(e), Some(mass)) => Some(from_collision(pair, time, e, mass).0),
+            _ => None,
+        };
+        let sides = pair.typed().map(|typed| Side::of(pair, typed?));
+        let over_stiffness = pair.over("stiffness").or(collision);
+        let stiffnesses = sides.map(|side| side.map(|side| side.stiffness));
+        let (stiffness, origin) = pair.need("stiffness", over_stiffness, stiffnesses)?;
+        pair.record("stiffness", stiffness, origin);
+
+        let contact = pair.contact_origin();
+        let over = (pair.over("restitution"), pair.over("dissipation"));
+        let (damping, origin) = match (over, sides) {
+            ((Some(e), _), _) => (Damping::Ratio(damping_ratio_of(pair, e)), contact),
+            ((_, Some(gamma)), _) => (Damping::Dissipation(gamma), contact),
+            (_, [Some(a), Some(b)]) => (
+                mix_damping(pair, a.damping, b.damping)?,
+                pair.mixed_origin([true; 2]),
+            ),
+            (_, [Some(only), None]) => (only.damping, pair.mixed_origin([true, false])),
+            (_, [None, Some(only)]) => (only.damping, pair.mixed_origin([false, true])),
+            ((None, None), [None, None]) => {
+                pair.need("restitution", None, [None, None])?;
+                return None;
+            }
+        };
+        let mut law = match damping {
+            Damping::Ratio(zeta) => {
+                let e = restitution_of(pair, zeta);
+                pair.record("restitution", e, origin.clone());
+                pair.record_derived("damping_ratio", "", zeta, origin);
+                Self::with_damping_ratio(stiffness, zeta)
+            }
+            Damping::Dissipation(gamma) => {
+                pair.record("dissipation", gamma, origin);
+                Self::new(stiffness, gamma)
+            }
+        };
+        law.clamp_tension = pair.conventions().clamp_tension;
+        Some(law)
+    }
+
+    fn duration(&self, effective_mass: f64, _: f64, _: f64) -> f64 {
+        let dissipation = self.dissipation_at(effective_mass);
+        spring_duration(self.stiffness, dissipation, effective_mass)
+    }
+
+    fn stiffest(&self, effective_mass: f64, _: f64, _: f64) -> (SpringAndDashpot, f64) {
+        let spring = SpringAndDashpot {
+            stiffness: self.stiffness,
+            dissipation: self.dissipation_at(effective_mass),
+        };
+        (spring, 0.0)
+    }
+
+    fn spring(&self) -> Option<f64> {
+        Some(self.stiffness)
+    }
+}
+
+/// Duration (s) of a collision on a spring (N/m) with a dashpot (kg/s), for m* (kg): pi/sqrt(k/m* - (gamma/2m*)^2); overdamped:
+/// that without damping.
+pub(super) fn spring_duration(stiffness: f64, dissipation: f64, effective_mass: f64) -> f64 {
+    let (squared, rate) = (
+        stiffness / effective_mass,
+        dissipation / (2.0 * effective_mass),
+    );
+    let radicand = squared - rate * rate;
+    PI / (if radicand > 0.0 { radicand } else { squared }).sqrt()
+}
+
+/// Spring and damping of a material with itself.
+#[derive(Clone, Copy)]
+struct Side {
+    stiffness: f64,
+    damping: Damping,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Damping {
+    /// zeta.
+    Ratio(f64),
+    /// gamma, kg/s.
+    Dissipation(f64),
+}
+
+impl Side {
+    fn of(pair: &Pair<'_>, typed: &LawValues) -> Option<Self> {
+        let restitution = typed.number("restitution");
+        if let Some(time) = typed.number("collision_time") {
+            let (stiffness, zeta) = from_collision(pair, time, restitution?, typed.number("mass")?);
+            return Some(Self {
+                stiffness,
+                damping: Damping::Ratio(zeta),
+            });
+        }
+        let damping = match restitution {
+            Some(e) => Damping::Ratio(damping_ratio_of(pair, e)),
+            None => Damping::Dissipation(typed.number("dissipation")?),
+        };
+        Some(Self {
+            stiffness: typed.number("stiffness")?,
+            damping,
+        })
+    }
+}
+
+/// k of two bodies of mass `mass` (kg) that collide in `time` (s) with this restitution, and zeta.
+///
+/// e = exp(-zeta w0 t_c) whether tension is cut or not, so w0 = |ln e|/(zeta t_c), and k = m* w0^2. Without damping, and
+/// for e = 0 (critical, where no time is finite), w0 = pi/t_c.
+fn from_collision(pair: &Pair<'_>, time: f64, e: f64, mass: f64) -> (f64, f64) {
+    let zeta = damping_ratio_of(pair, e);
+    let frequency = if zeta == 0.0 || e == 0.0 {
+        PI / time
+    } else {
+        e.ln().abs() / (zeta * time)
+    };
+    (0.5 * mass * frequency * frequency, zeta)
+}
+
+/// The mean of two dampings of one kind; no damping on either side means none.
+fn mix_damping(pair: &mut Pair<'_>, a: Damping, b: Damping) -> Option<Damping> {
+    use Damping::{Dissipation, Ratio};
+    match (a, b) {
+        (Ratio(a), Ratio(b)) => Some(Ratio(harmonic_mean(a, b))),
+        (Dissipation(a), Dissipation(b)) => Some(Dissipation(harmonic_mean(a, b))),
+        (Ratio(none), Dissipation(_)) | (Dissipation(_), Ratio(none)) if none == 0.0 => {
+            Some(Ratio(0.0))
+        }
+        (Ratio(_), Dissipation(none)) | (Dissipation(none), Ratio(_)) if none == 0.0 => {
+            Some(Dissipation(0.0))
+        }
+        _ => {
+            let message = format!(
+                "the damping of the contacts of {} is open: one material has a restitution, the other a dissipation",
+                pair.name()
+            );
+            let help = pair.entry("normal = { restitution = ... }");
+            pair.error(message, help);
+            None
+        }
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod linear;
 mod plastic;
 
 pub use any::{AnyNormal, AnyNormalHistory};
+pub(crate) use hertz::elastic_pair;
 pub use hertz::{Hertz, effective_modulus, effective_shear_modulus, hertz_damping, rayleigh_time};
 pub use linear::{Linear, damping_ratio, damping_ratio_clamped};
 pub use plastic::{MaxOverlap, Plastic};

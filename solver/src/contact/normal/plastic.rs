@@ -1,7 +1,12 @@
 //! The hysteretic spring of elasto-plastic, cohesive contacts.
 
+use mercury_common::scene::{Key, LawKeys, Part, Range};
+
 use super::super::{History, HistoryNumber};
+use super::linear::spring_duration;
 use super::{Contact, NormalForce, NormalLaw};
+use crate::contact::mixing::Pair;
+use crate::contact::{PlannedNormal, SpringAndDashpot};
 use crate::lanes::{Mask, Real};
 
 /// Loading along k1, unloading along a stiffness that grows with the largest overlap so far, cohesion along
@@ -120,6 +125,85 @@ impl NormalLaw for Plastic {
         let (k2, rest) = self.unloading(history.0, self.limit(contact.effective_radius));
         let spring = (contact.overlap - rest).max(L::ZERO);
         k2 * 0.5 * spring * spring
+    }
+}
+
+impl PlannedNormal for Plastic {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Normal],
+        name: "plastic",
+        text: "hysteretic and adhesive: Luding (2008)",
+        keys: &[
+            Key::new(
+                "loading_stiffness",
+                "N/m",
+                Range::Positive,
+                "k1, of first loading",
+            ),
+            Key::new(
+                "unloading_stiffness",
+                "N/m",
+                Range::NotBelow("loading_stiffness"),
+                "k2, of unloading from the plastic limit",
+            ),
+            Key::new(
+                "cohesion_stiffness",
+                "N/m",
+                Range::NonNegative,
+                "kc, of the tensile branch",
+            ),
+            Key::new(
+                "penetration_depth",
+                "",
+                Range::Fraction,
+                "phi_f, overlap of the plastic limit over 2R*",
+            ),
+            Key::new("dissipation", "kg/s", Range::NonNegative, "gamma").or(0.0),
+        ],
+        choices: &[],
+    };
+
+    fn of_scene(pair: &mut Pair<'_>) -> Option<Self> {
+        let [k1, k2, kc, phi, gamma] = pair.numbers([
+            "loading_stiffness",
+            "unloading_stiffness",
+            "cohesion_stiffness",
+            "penetration_depth",
+            "dissipation",
+        ])?;
+        if k2 < k1 {
+            let message = format!(
+                "unloading_stiffness = {k2} of the contacts of {} lies below loading_stiffness = {k1}",
+                pair.name()
+            );
+            pair.error(message, "replace both".to_owned());
+            return None;
+        }
+        Some(Self {
+            loading_stiffness: k1,
+            unloading_stiffness: k2,
+            cohesion_stiffness: kc,
+            penetration_depth: phi,
+            dissipation: gamma,
+            clamp_tension: pair.conventions().clamp_tension,
+        })
+    }
+
+    /// With k2max, its stiffest branch.
+    fn duration(&self, effective_mass: f64, _: f64, _: f64) -> f64 {
+        spring_duration(self.unloading_stiffness, self.dissipation, effective_mass)
+    }
+
+    fn stiffest(&self, _: f64, _: f64, _: f64) -> (SpringAndDashpot, f64) {
+        let spring = SpringAndDashpot {
+            stiffness: self.unloading_stiffness,
+            dissipation: self.dissipation,
+        };
+        (spring, 0.0)
+    }
+
+    fn spring(&self) -> Option<f64> {
+        Some(self.loading_stiffness)
     }
 }
 

@@ -1,13 +1,55 @@
 //! A rolling law chosen at run time.
 
+use mercury_common::scene::LawKeys;
+
 use super::{Contact, Luding, NoRolling, RollingLaw};
 use crate::contact::HistoryNumber;
 use crate::contact::any::{Holds, any_law};
+use crate::contact::mixing::Pair;
+use crate::contact::{AnyTangential, PlannedRolling, SpringAndDashpot};
 use crate::lanes::{Real, Vector};
 
 macro_rules! rolling_laws {
     ($($variant:ident($law:ident)),*) => {
         any_law!(RollingLaw: AnyRolling remembers AnyRollingHistory { [None = NoRolling] $($variant($law)),* });
+
+        impl AnyRolling {
+            /// What scenes say of each of them.
+            pub const KEYS: &'static [&'static LawKeys] = &[$($law::KEYS),*];
+
+            /// Whether the law of two materials takes its stiffness from the tangential one.
+            pub(in crate::contact) fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
+                $(if pair.asks($law::KEYS) {
+                    return $law::needs_tangential_stiffness(pair);
+                })*
+                false
+            }
+
+            /// The law of two materials by the table of keys that they are asked for.
+            pub(in crate::contact) fn of_scene(
+                pair: &mut Pair<'_>,
+                tangential: &AnyTangential,
+            ) -> Option<Self> {
+                $(if pair.asks($law::KEYS) {
+                    let law = $law::of_scene(pair, tangential)?;
+                    return Some(law.map_or(Self::None, Self::$variant));
+                })*
+                None
+            }
+
+            /// Its springs for R* (m) and k_t (N/m): lever (m), spring and dashpot, and its name.
+            #[must_use]
+            pub fn stiffest(
+                &self,
+                effective_radius: f64,
+                tangential_stiffness: f64,
+            ) -> Vec<(f64, SpringAndDashpot, &'static str)> {
+                match self {
+                    Self::None => Vec::new(),
+                    $(Self::$variant(law) => law.stiffest(effective_radius, tangential_stiffness),)*
+                }
+            }
+        }
 
         impl RollingLaw for AnyRolling {
             type History<L: Real> = AnyRollingHistory<L>;

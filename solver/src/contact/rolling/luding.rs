@@ -1,7 +1,13 @@
 //! Luding's virtual springs against rolling and torsion.
 
+use mercury_common::scene::{Key, LawKeys, Part, Range};
+
 use super::super::{Contact, History, HistoryNumber, SpringRotation, follow};
 use super::RollingLaw;
+use crate::contact::mixing::Pair;
+use crate::contact::parameter::Origin;
+use crate::contact::tangential::{FRICTION, STATIC_FRICTION};
+use crate::contact::{AnyTangential, PlannedRolling, SpringAndDashpot};
 use crate::lanes::{Mask, Real, Vector};
 
 /// One spring of the law.
@@ -170,4 +176,135 @@ impl RollingLaw for Luding {
         };
         part(&self.rolling, history.rolling) + part(&self.torsion, history.torsion)
     }
+}
+
+impl PlannedRolling for Luding {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Rolling, Part::Torsion],
+        name: "luding",
+        text: "spring, dashpot and limit as for sliding: Luding (2008)",
+        keys: &[
+            FRICTION,
+            STATIC_FRICTION,
+            Key::new("stiffness", "N/m", Range::NonNegative, "k")
+                .or_word("default", "k_t of the contact"),
+            Key::new("dissipation", "kg/s", Range::NonNegative, "gamma").or(0.0),
+        ],
+        choices: &[],
+    };
+
+    fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool {
+        [Part::Rolling, Part::Torsion].into_iter().any(|part| {
+            pair.ask(part, Self::KEYS);
+            friction(pair).0 > 0.0 && stiffness(pair).is_none()
+        })
+    }
+
+    fn of_scene(pair: &mut Pair<'_>, tangential: &AnyTangential) -> Option<Option<Self>> {
+        let rolling = spring(pair, Part::Rolling, tangential);
+        let torsion = spring(pair, Part::Torsion, tangential);
+        let (rolling, torsion) = (rolling?, torsion?);
+        if rolling.friction == 0.0 && torsion.friction == 0.0 {
+            return Some(None);
+        }
+        let is_mindlin = matches!(
+            tangential,
+            AnyTangential::Mindlin(_) | AnyTangential::MindlinRescaled(_)
+        );
+        let lever = pair.lever();
+        pair.ask(Part::Rolling, Self::KEYS);
+        let origin = Origin::Derived("contact.rolling_lever");
+        pair.record_derived("lever", "R*", lever, origin);
+        Some(Some(Self {
+            rolling,
+            torsion,
+            lever,
+            // Beside Mindlin's law, whose springs are always projected, these are too.
+            rotation: if is_mindlin {
+                SpringRotation::Project
+            } else {
+                pair.rotation()
+            },
+        }))
+    }
+
+    fn stiffest(
+        &self,
+        effective_radius: f64,
+        tangential_stiffness: f64,
+    ) -> Vec<(f64, SpringAndDashpot, &'static str)> {
+        let lever = self.lever * effective_radius;
+        let springs = [(&self.rolling, "rolling"), (&self.torsion, "torsion")];
+        let active = springs
+            .into_iter()
+            .filter(|(spring, _)| spring.friction > 0.0);
+        active
+            .map(|(spring, name)| {
+                let stiffest = SpringAndDashpot {
+                    stiffness: spring.stiffness.unwrap_or(tangential_stiffness),
+                    dissipation: spring.dissipation,
+                };
+                (lever, stiffest, name)
+            })
+            .collect()
+    }
+}
+
+/// The coefficient of the part that is asked for: a material without the law has none.
+fn friction(pair: &Pair<'_>) -> (f64, Origin) {
+    let sides = pair.sides("friction").map(|side| Some(side.unwrap_or(0.0)));
+    pair.mix(pair.over("friction"), sides)
+        .unwrap_or((0.0, Origin::Default))
+}
+
+/// The stiffness of the part that is asked for; `None`: k_t of the contact. A side that leaves it open leaves it to the other one.
+fn stiffness(pair: &Pair<'_>) -> Option<(f64, Origin)> {
+    let replaced = pair.replaced(pair.part());
+    if replaced.is_some_and(|values| values.word("stiffness").is_some()) {
+        return None;
+    }
+    pair.mix(pair.over("stiffness"), pair.sides("stiffness"))
+}
+
+fn spring(pair: &mut Pair<'_>, part: Part, tangential: &AnyTangential) -> Option<FrictionSpring> {
+    pair.ask(part, Luding::KEYS);
+    let (friction, origin) = friction(pair);
+    if friction == 0.0 {
+        return Some(FrictionSpring {
+            stiffness: None,
+            dissipation: 0.0,
+            friction: 0.0,
+            static_friction: 0.0,
+        });
+    }
+    pair.record("friction", friction, origin);
+    let static_friction = pair.static_friction(friction)?;
+    let stiffness = stiffness(pair);
+    let is_absent = match (&stiffness, tangential) {
+        (Some((k, _)), _) => *k == 0.0,
+        (None, AnyTangential::None) => true,
+        (None, AnyTangential::Linear(law)) => law.stiffness == 0.0,
+        (None, _) => false,
+    };
+    if is_absent {
+        let table = part.word();
+        let message = format!(
+            "{table}.stiffness of the contacts of {} is missing: the pair has no tangential stiffness to take it from",
+            pair.name()
+        );
+        let help = format!("give {table} = {{ stiffness = ... }} in N/m, or a tangential law");
+        pair.error(message, help);
+        return None;
+    }
+    match &stiffness {
+        Some((k, origin)) => pair.record("stiffness", *k, origin.clone()),
+        None => pair.record_word("stiffness", "k_t of the contact", Origin::Default),
+    }
+    let dissipation = pair.number("dissipation")?;
+    Some(FrictionSpring {
+        stiffness: stiffness.map(|(k, _)| k),
+        dissipation,
+        friction,
+        static_friction,
+    })
 }

@@ -1,13 +1,43 @@
 //! A tangential law chosen at run time.
 
+use mercury_common::scene::LawKeys;
+
 use super::{Contact, LinearFriction, Mindlin, MindlinRescaled, NoFriction, TangentialLaw};
 use crate::contact::HistoryNumber;
 use crate::contact::any::{Holds, any_law};
+use crate::contact::mixing::{Friction, Pair};
+use crate::contact::{AnyNormal, PlannedTangential, StiffestTangential};
 use crate::lanes::{Real, Vector};
 
 macro_rules! tangential_laws {
-    ($($variant:ident($law:ident)),*) => {
+    ($($variant:ident($law:ident)),*; named: $($named:ident),*) => {
         any_law!(TangentialLaw: AnyTangential remembers AnyTangentialHistory { [None = NoFriction] $($variant($law)),* });
+
+        impl AnyTangential {
+            /// What scenes say of each of them.
+            pub const KEYS: &'static [&'static LawKeys] = &[$($named::KEYS),*];
+
+            /// The law of two materials by the table of keys that they are asked for.
+            pub(in crate::contact) fn of_scene(
+                pair: &mut Pair<'_>,
+                normal: &AnyNormal,
+                friction: Friction,
+            ) -> Option<Self> {
+                $(if pair.asks($named::KEYS) {
+                    return $named::of_scene(pair, normal, friction);
+                })*
+                None
+            }
+
+            /// Where it is stiffest, at a contact radius (m), for m* (kg).
+            #[must_use]
+            pub fn stiffest(&self, effective_mass: f64, radius: f64) -> Option<StiffestTangential> {
+                match self {
+                    Self::None => None,
+                    $(Self::$variant(law) => Some(law.stiffest(effective_mass, radius)),)*
+                }
+            }
+        }
 
         impl TangentialLaw for AnyTangential {
             type History<L: Real> = AnyTangentialHistory<L>;
@@ -75,9 +105,10 @@ macro_rules! tangential_laws {
     };
 }
 
-// The laws that a scene can name, beside none.
+// The laws beside none, and those of them that a scene can name; Mindlin's keys choose between its two.
 tangential_laws!(
     Linear(LinearFriction),
     Mindlin(Mindlin),
-    MindlinRescaled(MindlinRescaled)
+    MindlinRescaled(MindlinRescaled);
+    named: LinearFriction, Mindlin
 );

@@ -1,8 +1,14 @@
 //! The linear tangential spring and dashpot with Coulomb's limit.
 
+use mercury_common::scene::{Key, LawKeys, Part, Range};
+
 use super::super::history::TangentialSpring;
 use super::super::{Contact, SpringRotation, follow};
-use super::{TangentialLaw, coulomb};
+use super::{AnyTangential, FRICTION, STATIC_FRICTION, TangentialLaw, coulomb};
+use crate::contact::mixing::{Friction, Pair};
+use crate::contact::{
+    AnyNormal, PlannedNormal, PlannedTangential, SpringAndDashpot, StiffestTangential,
+};
 use crate::lanes::{Mask, Real, Vector};
 
 /// f = -k_t xi - gamma_t u_t, the whole of it cut at mu N (Cundall & Strack 1979; Luding 2008, eqs. 22-24).
@@ -83,5 +89,83 @@ impl TangentialLaw for LinearFriction {
 
     fn energy<L: Real>(&self, _: &Contact<L>, history: &TangentialSpring<L>) -> L {
         history.0.length_squared() * (0.5 * self.stiffness)
+    }
+}
+
+impl PlannedTangential for LinearFriction {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Tangential],
+        name: "linear",
+        text: "linear spring and dashpot with Coulomb's limit",
+        keys: &[
+            FRICTION,
+            STATIC_FRICTION,
+            Key::new("stiffness", "N/m", Range::NonNegative, "k_t"),
+            Key::new(
+                "stiffness_ratio",
+                "",
+                Range::NonNegative,
+                "k_t/k_n, beside a normal law of constant stiffness",
+            ),
+            Key::new("dissipation", "kg/s", Range::NonNegative, "gamma_t").or(0.0),
+        ],
+        choices: &[&[&["stiffness"], &["stiffness_ratio"]]],
+    };
+
+    fn of_scene(
+        pair: &mut Pair<'_>,
+        normal: &AnyNormal,
+        friction: Friction,
+    ) -> Option<AnyTangential> {
+        let (constants, ratios) = (pair.sides("stiffness"), pair.sides("stiffness_ratio"));
+        let (over_k, over_ratio) = (pair.over("stiffness"), pair.over("stiffness_ratio"));
+        let has = pair.typed().map(|typed| typed.is_some());
+        let all_ratios = [0, 1].iter().all(|&i| !has[i] || ratios[i].is_some());
+        let (stiffness, origin) = if over_k.is_none() && (over_ratio.is_some() || all_ratios) {
+            let (ratio, origin) = match pair.mix(over_ratio, ratios) {
+                Some(mixed) => mixed,
+                None => pair.need("stiffness", None, ratios)?,
+            };
+            let Some(normal_stiffness) = normal.spring() else {
+                let message = format!(
+                    "stiffness_ratio has no meaning for the contacts of {}: the stiffness of a {} contact grows with the overlap",
+                    pair.name(),
+                    crate::contact::NormalLaw::name(normal)
+                );
+                let help = "give tangential.stiffness in N/m, or use tangential = { law = \"mindlin\", ... }";
+                pair.error(message, help.to_owned());
+                return None;
+            };
+            pair.record("stiffness_ratio", ratio, origin.clone());
+            (ratio * normal_stiffness, origin)
+        } else {
+            let own = pair.own_stiffnesses();
+            let of_ratio = |i: usize| ratios[i].and_then(|ratio| own[i].map(|k| ratio * k));
+            let constants = [0, 1].map(|i| constants[i].or_else(|| of_ratio(i)));
+            pair.need("stiffness", over_k, constants)?
+        };
+        pair.record("stiffness", stiffness, origin);
+        let dissipation = pair.number("dissipation")?;
+        Some(AnyTangential::Linear(Self {
+            stiffness,
+            dissipation,
+            friction: friction.dynamic,
+            static_friction: friction.holding,
+            rotation: pair.rotation(),
+        }))
+    }
+}
+
+impl LinearFriction {
+    /// Where it is stiffest: everywhere.
+    pub(super) fn stiffest(&self, _: f64, _: f64) -> StiffestTangential {
+        StiffestTangential {
+            spring: SpringAndDashpot {
+                stiffness: self.stiffness,
+                dissipation: self.dissipation,
+            },
+            full: self.stiffness,
+            is_bounded: false,
+        }
     }
 }

@@ -1,8 +1,16 @@
 //! Mindlin's tangential stiffness with a spring that forgets the load at which it was stretched.
 
+use mercury_common::scene::{CoulombLimits, Key, LawKeys, Mixing, Part, Range};
+
 use super::super::history::TangentialSpring;
 use super::super::{Contact, project};
-use super::{TangentialLaw, coulomb};
+use super::{AnyTangential, FRICTION, MindlinRescaled, STATIC_FRICTION, TangentialLaw, coulomb};
+use crate::contact::mixing::{Friction, Pair};
+use crate::contact::normal::{effective_shear_modulus, elastic_pair};
+use crate::contact::parameter::Origin;
+use crate::contact::{
+    AnyNormal, PlannedNormal, PlannedTangential, SpringAndDashpot, StiffestTangential,
+};
 use crate::lanes::{Mask, Real, Vector};
 
 /// f = -s k_t xi with k_t = 8 G* a, a = sqrt(R* overlap), taken at the present overlap, cut at mu N; while it sticks a
@@ -121,5 +129,146 @@ impl TangentialLaw for Mindlin {
 
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &TangentialSpring<L>) -> L {
         self.stiffness(contact) * (0.5 * self.stiffness_factor) * history.0.length_squared()
+    }
+}
+
+impl PlannedTangential for Mindlin {
+    const KEYS: &'static LawKeys = &LawKeys {
+        parts: &[Part::Tangential],
+        name: "mindlin",
+        text: "Mindlin (1949), with Hertz contacts",
+        keys: &[
+            FRICTION,
+            STATIC_FRICTION,
+            Key::new(
+                "damping",
+                "",
+                Range::NonNegative,
+                "beta_t in beta_t sqrt(m* k_t)",
+            )
+            .or_word("default", "sqrt(2/3) of the normal one"),
+            Key::new(
+                "stiffness_factor",
+                "",
+                Range::Positive,
+                "factor on k_t = 8 G* a",
+            )
+            .or(2.0 / 3.0),
+            Key::new(
+                "effective_shear_modulus",
+                "Pa",
+                Range::Positive,
+                "G* of the material with itself",
+            )
+            .or_open("from E and Poisson's ratio")
+            .mixes(Mixing::Derived("by the elasticity of the two bodies")),
+            Key::new(
+                "load_history",
+                "",
+                Range::Words(&["secant", "rescale"]),
+                "secant: the displacement is stored; rescale: the force, which shrinks with the contact radius when unloading",
+            )
+            .or_word("secant", "")
+            .mixes(Mixing::Same),
+        ],
+        choices: &[],
+    };
+
+    fn of_scene(
+        pair: &mut Pair<'_>,
+        normal: &AnyNormal,
+        friction: Friction,
+    ) -> Option<AnyTangential> {
+        let (shear, shear_origin) = shear_modulus(pair)?;
+        let factors = (
+            pair.over("stiffness_factor"),
+            pair.sides("stiffness_factor"),
+        );
+        let (damping, damping_origin) = damping(pair, normal)?;
+        let (load_history, history_origin) = pair.word("load_history")?;
+        pair.record("effective_shear_modulus", shear, shear_origin);
+        let (factor, factor_origin) = pair
+            .mix(factors.0, factors.1)
+            .unwrap_or((2.0 / 3.0, Origin::Default));
+        pair.record("stiffness_factor", factor, factor_origin);
+        pair.record("damping", damping, damping_origin);
+        pair.record_word("load_history", load_history, history_origin);
+        let mut law = Self::new(shear, factor, damping, friction.dynamic, friction.holding);
+        law.cap_total = pair.conventions().coulomb_limits == CoulombLimits::Total;
+        Some(match load_history {
+            "rescale" => AnyTangential::MindlinRescaled(MindlinRescaled { plain: law }),
+            _ => AnyTangential::Mindlin(law),
+        })
+    }
+}
+
+/// beta_t: by default sqrt(2/3) beta_n (Thornton et al. 2023, eq. 4.8).
+fn damping(pair: &mut Pair<'_>, normal: &AnyNormal) -> Option<(f64, Origin)> {
+    let default = normal.beta().map(|beta| (2.0f64 / 3.0).sqrt() * beta);
+    let follows = Origin::Derived("sqrt(2/3) of normal.damping");
+    let replaced = pair.replaced(Part::Tangential);
+    let over_default = replaced.is_some_and(|values| values.word("damping").is_some());
+    let typed = pair.sides("damping");
+    let damping = match pair.over("damping") {
+        Some(beta) => Some((beta, pair.contact_origin())),
+        None if !over_default && typed != [None, None] => {
+            // A side that leaves its damping open counts with the pair's default.
+            let has = pair.typed().map(|typed| typed.is_some());
+            let complete = [0, 1].map(|i| typed[i].or(if has[i] { default } else { None }));
+            match (default, typed, has) {
+                (None, [Some(_), None], [_, true]) | (None, [None, Some(_)], [true, _]) => None,
+                _ => pair.mix(None, complete),
+            }
+        }
+        None => default.map(|beta| (beta, follows)),
+    };
+    if damping.is_none() {
+        let message = format!(
+            "tangential.damping of the contacts of {} has no default: it follows from the damping of a hertz law, and their normal law is another",
+            pair.name()
+        );
+        pair.error(
+            message,
+            "give tangential = { damping = ... } (0 for none)".to_owned(),
+        );
+    }
+    damping
+}
+
+/// G*: given for the pair, else exact from E and nu of both, else the mean of the like-like G*.
+fn shear_modulus(pair: &mut Pair<'_>) -> Option<(f64, Origin)> {
+    let over = pair.over("effective_shear_modulus");
+    let typed = pair.sides("effective_shear_modulus");
+    let normal = |key: &str| pair.replaced(Part::Normal)?.number(key);
+    let (over_e, over_nu) = (normal("youngs_modulus"), normal("poisson_ratio"));
+    let constants = pair.elastic_constants();
+    if over.is_none() && (typed == [None, None] || over_e.is_some()) {
+        let origin = if over_e.is_some() || over_nu.is_some() {
+            pair.contact_origin()
+        } else {
+            pair.mixed_origin(constants.map(|c| c.is_some()))
+        };
+        if let Some([a, b]) = elastic_pair(constants, over_e, over_nu) {
+            return Some((effective_shear_modulus(a, b), origin));
+        }
+    }
+    let like_like = [0, 1]
+        .map(|i| typed[i].or_else(|| constants[i].map(|one| effective_shear_modulus(one, one))));
+    pair.need("effective_shear_modulus", over, like_like)
+}
+
+impl Mindlin {
+    /// Spring and dashpot at the contact radius `radius` (m), for m* (kg). Their force stays below the friction that an
+    /// estimated overlap allows, so beyond its critical step it rattles between the two directions of sliding and does not grow.
+    pub(super) fn stiffest(&self, effective_mass: f64, radius: f64) -> StiffestTangential {
+        let full = 8.0 * self.effective_shear_modulus * radius;
+        StiffestTangential {
+            spring: SpringAndDashpot {
+                stiffness: self.stiffness_factor * full,
+                dissipation: self.damping * (effective_mass * full).sqrt(),
+            },
+            full,
+            is_bounded: true,
+        }
     }
 }

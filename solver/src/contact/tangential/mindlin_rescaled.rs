@@ -2,6 +2,7 @@
 
 use super::super::{Contact, History, HistoryNumber, project};
 use super::{TangentialLaw, coulomb};
+use crate::contact::StiffestTangential;
 use crate::lanes::{Mask, Real, Vector};
 
 /// The stored force grows by -s k_t u_t dt, k_t = 8 G* a, and shrinks in proportion to the contact radius a while that
@@ -137,5 +138,12 @@ impl TangentialLaw for MindlinRescaled {
         let stiffness = self.plain.stiffness(contact) * self.plain.stiffness_factor;
         let stored = history.force.length_squared() * 0.5 / stiffness;
         L::select(L::ZERO.below(stiffness), stored, L::ZERO)
+    }
+}
+
+impl MindlinRescaled {
+    /// As of the plain law.
+    pub(super) fn stiffest(&self, effective_mass: f64, radius: f64) -> StiffestTangential {
+        self.plain.stiffest(effective_mass, radius)
     }
 }

@@ -10,8 +10,25 @@ pub use linear::LinearFriction;
 pub use mindlin::Mindlin;
 pub use mindlin_rescaled::{MindlinRescaled, StoredForce};
 
+use mercury_common::scene::{Key, Mixing, Range};
+
 use super::{Contact, History, HistoryNumber};
 use crate::lanes::{Mask, Real, Vector};
+
+/// The coefficient that every law of sliding, rolling and torsion has.
+pub(crate) const FRICTION: Key = Key::new("friction", "", Range::NonNegative, "mu while it slides");
+
+/// The coefficient at which sliding, rolling and torsion start.
+pub(crate) const STATIC_FRICTION: Key = Key::new(
+    "static_friction",
+    "",
+    Range::NonNegative,
+    "mu while it holds; not below `friction`",
+)
+.or_open("= `friction`")
+.mixes(Mixing::Derived(
+    "harmonic mean; a side without one counts with its `friction`",
+));
 
 /// A tangential law; its fields are its parameters for one pair of materials.
 pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {

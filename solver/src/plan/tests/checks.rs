@@ -1,6 +1,7 @@
 //! What is refused before a run, word for word.
 
-use mercury_common::scene::{Files, parse_scene};
+use crate::plan::parse_scene;
+use mercury_common::scene::Files;
 
 use super::*;
 

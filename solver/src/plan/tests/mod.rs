@@ -1,6 +1,7 @@
 //! Tests of the plan, by subject.
 
 mod checks;
+mod laws;
 mod meshes;
 mod mixing;
 mod reports;
@@ -9,7 +10,8 @@ mod time_step;
 
 use std::path::Path;
 
-use mercury_common::scene::{Files, SceneErrors, parse_scene};
+use crate::plan::parse_scene;
+use mercury_common::scene::{Files, SceneErrors};
 
 use super::{Parameter, Plan, Value, plan};
 

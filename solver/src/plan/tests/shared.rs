@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::read_scene;
+use crate::plan::read_scene;
 
 use super::super::{Plan, plan};
 

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use mercury_common::scene::{Files, parse_scene};
+use crate::plan::parse_scene;
+use mercury_common::scene::Files;
 
 use super::super::{Engine, Snapshot};
 use crate::contact::registry::{contact_loop, dispatching_loop};

@@ -51,7 +51,7 @@ impl fmt::Display for Value {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Key of the scene format with the part it belongs to: `normal.restitution`.
-    pub name: &'static str,
+    pub name: String,
     /// What it is.
     pub value: Value,
     /// SI unit; empty for pure numbers.
@@ -62,7 +62,7 @@ pub struct Parameter {
 
 /// A number for human eyes: six significant digits, an exponent where the number is very large or small.
 #[must_use]
-pub(super) fn short(number: f64) -> String {
+pub(crate) fn short(number: f64) -> String {
     if number == 0.0 || !number.is_finite() {
         return format!("{number}");
     }

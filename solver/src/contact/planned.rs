@@ -1,0 +1,89 @@
+//! What the plan asks of a law: its keys in a scene, how it comes from two materials, and how stiff it is at most.
+
+use mercury_common::scene::LawKeys;
+
+use super::mixing::{Friction, Pair};
+use super::{AnyNormal, AnyTangential, NormalLaw, RollingLaw, TangentialLaw};
+
+/// A spring with a dashpot beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SpringAndDashpot {
+    /// N/m.
+    pub stiffness: f64,
+    /// kg/s.
+    pub dissipation: f64,
+}
+
+/// A normal law that scenes can name.
+pub trait PlannedNormal: NormalLaw {
+    /// What scenes say to name it and to give its parameters.
+    const KEYS: &'static LawKeys;
+
+    /// The law of two materials; what is wrong is told to the pair.
+    fn of_scene(pair: &mut Pair<'_>) -> Option<Self>;
+
+    /// Duration (s) of a head-on collision at `speed` (m/s), for m* (kg) and R* (m); of an overdamped one, that without damping.
+    fn duration(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64;
+
+    /// Spring and dashpot where they are stiffest in an impact at `speed` (m/s), for m* (kg) and R* (m); and the contact radius
+    /// there, m (0: the law has none).
+    fn stiffest(
+        &self,
+        effective_mass: f64,
+        effective_radius: f64,
+        speed: f64,
+    ) -> (SpringAndDashpot, f64);
+
+    /// Its stiffness (N/m), if that is constant: what `stiffness_ratio` refers to.
+    fn spring(&self) -> Option<f64> {
+        None
+    }
+
+    /// beta of a dashpot beta sqrt(m* k_n), if it has one: what the default of Mindlin's `damping` refers to.
+    fn beta(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// A tangential law where it is stiffest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StiffestTangential {
+    /// Spring and dashpot.
+    pub spring: SpringAndDashpot,
+    /// k_t that rolling and torsion springs take, N/m.
+    pub full: f64,
+    /// Whether friction bounds what an unstable spring does, because it never passes an overlap that is an estimate.
+    pub is_bounded: bool,
+}
+
+/// A tangential law that scenes can name.
+pub trait PlannedTangential: TangentialLaw {
+    /// What scenes say to name it and to give its parameters.
+    const KEYS: &'static LawKeys;
+
+    /// The law of two materials beside their normal law; what is wrong is told to the pair.
+    fn of_scene(
+        pair: &mut Pair<'_>,
+        normal: &AnyNormal,
+        friction: Friction,
+    ) -> Option<AnyTangential>;
+}
+
+/// A rolling law that scenes can name.
+pub trait PlannedRolling: RollingLaw {
+    /// What scenes say to name it and to give its parameters.
+    const KEYS: &'static LawKeys;
+
+    /// Whether the law of two materials takes its stiffness from the tangential one, which then stays even without friction.
+    fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool;
+
+    /// The law of two materials beside their tangential law: `Some(None)` if they have none; what is wrong is told to the pair.
+    fn of_scene(pair: &mut Pair<'_>, tangential: &AnyTangential) -> Option<Option<Self>>;
+
+    /// Its springs for R* (m) and k_t (N/m): lever (m), spring and dashpot, and its name.
+    fn stiffest(
+        &self,
+        effective_radius: f64,
+        tangential_stiffness: f64,
+    ) -> Vec<(f64, SpringAndDashpot, &'static str)>;
+}
