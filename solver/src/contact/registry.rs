@@ -6,9 +6,12 @@ use super::{
 };
 use crate::forces::{ContactForces, ContactLoop};
 
+/// Makes a loop for a table of laws, if it knows all of them.
+type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
+
 /// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
 /// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
-const COMPILED: [fn(&LawTable) -> Option<Box<dyn ContactForces>>; 5] = [
+const COMPILED: [Make; 5] = [
     loop_of::<Linear, NoFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, Luding>,

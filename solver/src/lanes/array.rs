@@ -218,8 +218,8 @@ mod tests {
                 check(x / 2.5, |a, _| a / 2.5);
                 check(x.sqrt(), |a, _| Real::sqrt(a));
                 check(x.abs(), |a, _| Real::abs(a));
-                check(x.min(y), |a, b| Real::min(a, b));
-                check(x.max(y), |a, b| Real::max(a, b));
+                check(x.min(y), Real::min);
+                check(x.max(y), Real::max);
                 let masks = [x.below(y), x.at_most(y), x.equals(y), !x.below(y)];
                 let alone: [fn(f64, f64) -> bool; 4] = [
                     |a, b| a < b,
