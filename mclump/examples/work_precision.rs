@@ -18,11 +18,8 @@ use mclump::fidelity::{Fidelity, compare};
 use mclump::generate::{Euclidean, Favier, Method, Request, Stop, Tangent, generate};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::register_font;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Hue, Series};
 
-const FONT: &[u8] = include_bytes!("../../pictures/assets/DejaVuSans-subset.ttf");
 const NUMBERS: [usize; 9] = [1, 2, 5, 10, 20, 50, 100, 200, 500];
 
 type Failure = Box<dyn Error>;
@@ -62,12 +59,12 @@ const QUANTITIES: [Quantity; 4] = [
 ];
 
 /// Colours that colour-blind readers tell apart (Okabe and Ito 2008).
-const METHODS: [(&str, RGBColor); 5] = [
-    ("Euclidean", RGBColor(213, 94, 0)),
-    ("tangent", RGBColor(0, 114, 178)),
-    ("Favier", RGBColor(0, 158, 115)),
-    ("tangent, 0.15 mm out", RGBColor(204, 121, 167)),
-    ("shipped, 0.44 mm out", RGBColor(0, 0, 0)),
+const METHODS: [(&str, Hue); 5] = [
+    ("Euclidean", Hue::Vermillion),
+    ("tangent", Hue::Blue),
+    ("Favier", Hue::Green),
+    ("tangent, 0.15 mm out", Hue::Purple),
+    ("shipped, 0.44 mm out", Hue::Ink),
 ];
 
 fn main() -> Result<(), Failure> {
@@ -219,76 +216,32 @@ fn rattleback(folder: &Path, rows: &mut Vec<Row>) -> Result<(), Failure> {
 
 /// A row of charts per body, a column per quantity, both axes logarithmic.
 fn draw(rows: &[Row], path: &Path) -> Result<(), Failure> {
-    register_font("sans-serif", FontStyle::Normal, FONT).map_err(|_| "the font cannot be read")?;
     let mut bodies: Vec<&str> = rows.iter().map(|row| row.body).collect();
     bodies.dedup();
-    let height = 40 + 230 * bodies.len() as u32;
-    let area = SVGBackend::new(path, (1160, height)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let (legend, charts) = area.split_vertically(40);
-    for (k, (name, colour)) in METHODS.iter().enumerate() {
-        let x = 70 + 215 * k as i32;
-        legend.draw(&Circle::new((x, 22), 4, colour.filled()))?;
-        legend.draw(&Text::new(*name, (x + 10, 15), ("sans-serif", 14)))?;
-    }
-    for (k, panel) in charts
-        .split_evenly((bodies.len(), QUANTITIES.len()))
-        .iter()
-        .enumerate()
-    {
-        let body = bodies[k / QUANTITIES.len()];
-        let (name, quantity) = QUANTITIES[k % QUANTITIES.len()];
-        let of_body: Vec<&Row> = rows.iter().filter(|row| row.body == body).collect();
-        chart(panel, &format!("{body}: {name}"), &of_body, quantity)?;
-    }
-    area.present()?;
-    Ok(())
+    let of_body = |body: &str| {
+        let rows: Vec<&Row> = rows.iter().filter(|row| row.body == body).collect();
+        QUANTITIES.map(|(name, quantity)| chart(&format!("{body}: {name}"), &rows, quantity))
+    };
+    let charts: Vec<Chart> = bodies.iter().flat_map(|body| of_body(body)).collect();
+    let page = ChartPage {
+        shared_legend: true,
+        ..ChartPage::new("", QUANTITIES.len(), charts)
+    };
+    let height = 40.0 + 230.0 * bodies.len() as f64;
+    Ok(page.size(1160.0, height).write_svg(path)?)
 }
 
-fn chart(
-    panel: &DrawingArea<SVGBackend<'_>, Shift>,
-    title: &str,
-    rows: &[&Row],
-    quantity: fn(&Row) -> Option<f64>,
-) -> Result<(), Failure> {
-    let values = || {
-        rows.iter()
-            .filter_map(|row| quantity(row))
-            .filter(|v| *v > 0.0)
-    };
-    let low = values().fold(f64::INFINITY, f64::min);
-    let high = values().fold(0.0, f64::max);
-    let mut chart = ChartBuilder::on(panel)
-        .caption(title, ("sans-serif", 13))
-        .margin(6)
-        .x_label_area_size(26)
-        .y_label_area_size(46)
-        .build_cartesian_2d(
-            (0.8..700f64).log_scale(),
-            (low / 1.4..high * 1.4).log_scale(),
-        )?;
-    chart
-        .configure_mesh()
-        .x_labels(4)
-        .y_labels(5)
-        .x_desc("pebbles")
-        .x_label_formatter(&|v| format!("{v:.0}"))
-        .y_label_formatter(&|v| format!("{v:.0e}"))
-        .label_style(("sans-serif", 11))
-        .axis_desc_style(("sans-serif", 11))
-        .light_line_style(WHITE)
-        .draw()?;
-    for (method, colour) in METHODS {
-        let points: Vec<(f64, f64)> = rows
-            .iter()
+fn chart(title: &str, rows: &[&Row], quantity: fn(&Row) -> Option<f64>) -> Chart {
+    let pebbles = Axis::log("pebbles", "").within(0.8, 700.0);
+    let mut chart = Chart::new(title, pebbles, Axis::log("", ""));
+    for (method, hue) in METHODS {
+        let points = (rows.iter())
             .filter(|row| row.method == method)
             .filter_map(|row| Some((row.fidelity.pebbles as f64, quantity(row)?)))
-            .filter(|point| point.1 > 0.0)
-            .collect();
-        chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?;
-        chart.draw_series(points.iter().map(|&p| Circle::new(p, 3, colour.filled())))?;
+            .filter(|point| point.1 > 0.0);
+        chart = chart.with(Series::marked_line(method, points.collect()).hue(hue));
     }
-    Ok(())
+    chart
 }
 
 fn cube() -> TriangleMesh {

@@ -73,6 +73,10 @@ pub(crate) trait Canvas {
     fn rectangle(&mut self, upper_left: Spot, lower_right: Spot, fill: Colour);
     /// A filled disc.
     fn disc(&mut self, centre: Spot, radius: f64, fill: Colour);
+    /// A filled polygon that lets light through unless `opacity` is 1.
+    fn area(&mut self, corners: &[Spot], fill: Colour, opacity: f64);
+    /// Rectangles from corner to corner that meet without a seam.
+    fn cells(&mut self, cells: &[(Spot, Spot, Colour)]);
     /// One line of text whose base line starts, is centred or ends at `at`.
     fn text(&mut self, text: &str, at: Spot, lettering: Lettering);
 }

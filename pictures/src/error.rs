@@ -27,6 +27,9 @@ pub enum PictureError {
         /// What is wrong, and what is expected.
         problem: String,
     },
+    /// A chart has data that cannot be drawn.
+    #[error("the chart cannot be drawn: {0}")]
+    Chart(String),
     /// A film needs pictures of one size.
     #[error(
         "picture {number} of the film has {width} x {height} pixels, the first {first_width} x {first_height}"

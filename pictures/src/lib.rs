@@ -1,5 +1,5 @@
 //! Pictures of particles without any other program: shaded spheres with exact outlines, mesh walls that let light through,
-//! contacts, films. PNG, APNG, GIF and SVG.
+//! contacts, films, and charts. PNG, APNG, GIF and SVG.
 //!
 //! A [`Frame`] holds plain values in SI units and knows no solver. [`Options`] say how it looks; an [`Overview`] of all
 //! frames of a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with
@@ -7,14 +7,16 @@
 //!
 //! The rooms: `frame` and `options` are what comes in; `camera` decides what is seen and where it falls; `render` makes
 //! pixels of a scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three
-//! views of a body; `run` draws the two pictures that a run leaves behind. `image` and `svg` are what is drawn on, a
+//! views of a body; `run` draws the final state of a run; `charts` draws charts, `energies` that of a run's energies. `image` and `svg` are what is drawn on, a
 //! `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font`, `scale` and `file` serve them.
 
 mod camera;
 mod canvas;
+pub mod charts;
 mod clump;
 mod colour;
 mod colour_map;
+mod energies;
 mod error;
 mod file;
 mod film;
@@ -36,6 +38,7 @@ pub use camera::Overview;
 pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
 pub use colour::Colour;
 pub use colour_map::{ColourMap, category_colour};
+pub use energies::{EnergyRow, energy_page};
 pub use error::PictureError;
 pub use file::write_whole;
 pub use film::{Apng, Gif, delays};
@@ -43,7 +46,7 @@ pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
-pub use run::{EnergyRow, PictureScene, PictureSphere, PictureWall, draw_energies, draw_final};
+pub use run::{PictureScene, PictureSphere, PictureWall, draw_final};
 
 /// The examples of the documentation, compiled and run as tests.
 #[cfg(doctest)]

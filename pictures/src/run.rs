@@ -1,16 +1,14 @@
-//! The pictures that a run leaves behind without being asked: its final state and its energies.
+//! The picture that a run leaves behind without being asked: its final state.
 //!
-//! Each is drawn once and written twice, as PNG (1200 x 900 pixels) and as SVG.
+//! It is drawn once and written twice, as PNG (1200 x 900 pixels) and as SVG.
 //!
 //! The rooms: `framing` and `camera` decide what is seen and where, `shade` which sphere each pixel shows,
-//! `colouring` what colours mean; `final_state` (with `annotation` and `svg_spheres`) and `energies` lay a
+//! `colouring` what colours mean; `final_state` (with `annotation` and `svg_spheres`) lays a
 //! page out; `raster` is the page of pixels.
 
 mod annotation;
 mod camera;
 mod colouring;
-mod curve;
-mod energies;
 mod final_state;
 mod framing;
 mod raster;
@@ -21,7 +19,6 @@ mod tests;
 
 use crate::PictureError;
 use crate::file;
-use crate::svg::Svg;
 use final_state::FinalState;
 use glam::DVec3;
 use raster::Raster;
@@ -69,39 +66,6 @@ pub struct PictureScene<'a> {
     pub walls: &'a [PictureWall],
 }
 
-/// The energies of the system at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnergyRow {
-    /// Time (s).
-    pub time: f64,
-    /// Kinetic energy of translation (J).
-    pub kinetic: f64,
-    /// Kinetic energy of rotation (J).
-    pub rotational: f64,
-    /// Potential energy in gravity (J), from any level.
-    pub gravitational: f64,
-    /// Elastic energy stored in contacts (J).
-    pub elastic: f64,
-    /// Energy dissipated since the start (J), where the run keeps account of it.
-    pub dissipated: Option<f64>,
-}
-
-impl EnergyRow {
-    /// Whether every number in the row is finite; other rows are not drawn.
-    fn is_finite(&self) -> bool {
-        [
-            self.time,
-            self.kinetic,
-            self.rotational,
-            self.gravitational,
-            self.elastic,
-            self.dissipated.unwrap_or(0.0),
-        ]
-        .iter()
-        .all(|value| value.is_finite())
-    }
-}
-
 /// Draws the final state of a run to the files `png` and `svg`.
 ///
 /// Colours show speed, or height where everything is at rest. Above 5000 spheres the SVG holds only those in
@@ -118,24 +82,4 @@ pub fn draw_final(png: &Path, svg: &Path, scene: &PictureScene) -> Result<(), Pi
     picture.annotate(&mut page);
     file::write_whole(png, &page.png()?)?;
     file::write_whole(svg, picture.svg().as_bytes())
-}
-
-/// Draws the energies of a run over time to the files `png` and `svg`: every kind that the run has on linear axes,
-/// gravitational energy counted from its minimum in the run, and below the whole kinetic energy on a logarithmic
-/// axis. `rows` are in the order of time.
-///
-/// # Errors
-/// If a file cannot be written; each file is then either the old or the new one, never a part.
-pub fn draw_energies(
-    png: &Path,
-    svg: &Path,
-    title: &str,
-    rows: &[EnergyRow],
-) -> Result<(), PictureError> {
-    let mut page = Raster::new();
-    energies::draw(&mut page, title, rows);
-    file::write_whole(png, &page.png()?)?;
-    let mut document = Svg::new(title, "Energies over time");
-    energies::draw(&mut document, title, rows);
-    file::write_whole(svg, document.finish().as_bytes())
 }

@@ -48,6 +48,13 @@ impl Svg {
         self.text.push_str(markup);
     }
 
+    fn points(&mut self, points: &[Spot]) {
+        for (place, (x, y)) in points.iter().enumerate() {
+            let gap = if place == 0 { "" } else { " " };
+            let _ = write!(self.text, "{gap}{},{}", short(*x), short(*y));
+        }
+    }
+
     /// The finished document.
     pub(crate) fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
@@ -99,10 +106,7 @@ impl Canvas for Svg {
             let _ = write!(self.text, " stroke-dasharray=\"{}\"", dashes.join(" "));
         }
         self.text.push_str(" points=\"");
-        for (place, (x, y)) in points.iter().enumerate() {
-            let gap = if place == 0 { "" } else { " " };
-            let _ = write!(self.text, "{gap}{},{}", short(*x), short(*y));
-        }
+        self.points(points);
         self.text.push_str("\"/>\n");
     }
 
@@ -127,6 +131,24 @@ impl Canvas for Svg {
             short(radius),
             fill.hex()
         );
+    }
+
+    fn area(&mut self, corners: &[Spot], fill: Colour, opacity: f64) {
+        let _ = write!(self.text, "<polygon fill=\"{}\"", fill.hex());
+        if opacity < 1.0 {
+            let _ = write!(self.text, " fill-opacity=\"{}\"", short(opacity));
+        }
+        self.text.push_str(" points=\"");
+        self.points(corners);
+        self.text.push_str("\"/>\n");
+    }
+
+    fn cells(&mut self, cells: &[(Spot, Spot, Colour)]) {
+        self.text.push_str("<g shape-rendering=\"crispEdges\">\n");
+        for (upper_left, lower_right, fill) in cells {
+            self.rectangle(*upper_left, *lower_right, *fill);
+        }
+        self.text.push_str("</g>\n");
     }
 
     fn text(&mut self, text: &str, (x, y): Spot, lettering: Lettering) {

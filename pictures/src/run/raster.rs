@@ -173,6 +173,10 @@ impl Canvas for Raster {
         self.segment(centre, centre, radius, fill);
     }
 
+    fn area(&mut self, _: &[Spot], _: Colour, _: f64) {}
+
+    fn cells(&mut self, _: &[(Spot, Spot, Colour)]) {}
+
     fn text(&mut self, text: &str, (x, y): Spot, lettering: Lettering) {
         let scale = SAMPLES as f64;
         let size = lettering.size * scale;

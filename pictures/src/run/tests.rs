@@ -84,14 +84,6 @@ fn final_of(name: &str, scene: &PictureScene) -> Drawn {
     drawn
 }
 
-fn energies_of(name: &str, rows: &[EnergyRow]) -> Drawn {
-    let (_guard, png, svg) = folder(name);
-    draw_energies(&png, &svg, name, rows).unwrap();
-    let drawn = Drawn::read(&png, &svg);
-    assert!(drawn.says(name));
-    drawn
-}
-
 fn scene<'a>(title: &'a str, spheres: &'a [PictureSphere], size: DVec3) -> PictureScene<'a> {
     PictureScene {
         title,
@@ -333,114 +325,8 @@ fn strange_scenes_draw_something() {
     }
 }
 
-fn settling(number: usize) -> Vec<EnergyRow> {
-    (0..number)
-        .map(|n| {
-            let time = 2.0 * n as f64 / number as f64;
-            let fallen = (time * 3.0).min(1.0);
-            let decay = (-((time - 0.33).max(0.0)) * 9.0).exp();
-            let kinetic = 0.0123 * fallen * fallen * decay * (1.0 + 0.2 * (time * 120.0).sin());
-            let gravitational = 0.5 - 0.0123 * fallen * fallen;
-            let elastic = 0.0004 * fallen;
-            let rotational = 0.13 * kinetic * (1.0 - decay + 0.1);
-            let sum = kinetic + rotational + gravitational + elastic;
-            EnergyRow {
-                time,
-                kinetic,
-                rotational,
-                gravitational,
-                elastic,
-                dissipated: Some(0.5 - sum),
-            }
-        })
-        .collect()
-}
-
-#[test]
-fn energies_of_a_settling_bed() {
-    let drawn = energies_of("energies", &settling(2_000));
-    for words in [
-        "energy (mJ)",
-        "gravitational",
-        "above its minimum",
-        "dissipated",
-        "rotational",
-        "time (s)",
-        "10⁻⁵",
-    ] {
-        assert!(drawn.says(words), "{words}");
-    }
-}
-
-#[test]
-fn energies_without_rows_or_motion() {
-    assert!(energies_of("energies-none", &[]).says("no energies"));
-    let zero = EnergyRow {
-        time: 0.0,
-        kinetic: 0.0,
-        rotational: 0.0,
-        gravitational: 0.0,
-        elastic: 0.0,
-        dissipated: None,
-    };
-    assert!(energies_of("energies-zero", &[zero; 3]).says("zero throughout"));
-    let one = EnergyRow {
-        time: 1.0,
-        kinetic: 2.0,
-        ..zero
-    };
-    assert!(
-        energies_of("energies-one", &[one]).circles() >= 2,
-        "one row is a dot in each panel"
-    );
-    let rising: Vec<_> = (0..50)
-        .map(|n| EnergyRow {
-            time: f64::from(n),
-            kinetic: f64::from(n),
-            ..zero
-        })
-        .collect();
-    energies_of("energies-from-zero", &rising);
-}
-
-#[test]
-fn a_long_run_makes_a_small_svg() {
-    let rows: Vec<_> = (0..200_000)
-        .map(|n| EnergyRow {
-            time: f64::from(n),
-            kinetic: weyl(n as usize, 0),
-            rotational: weyl(n as usize, 1),
-            gravitational: 0.0,
-            elastic: 0.0,
-            dissipated: None,
-        })
-        .collect();
-    assert!(energies_of("energies-long", &rows).svg.len() < 500_000);
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-
-    #[test]
-    fn no_finite_energies_break_the_picture(bits in prop::collection::vec(any::<[u64; 6]>(), 1..6)) {
-        let finite = |bits: u64| {
-            let value = f64::from_bits(bits);
-            if value.is_finite() { value } else { f64::MAX }
-        };
-        let rows: Vec<_> = bits
-            .iter()
-            .map(|b| EnergyRow {
-                time: finite(b[0]),
-                kinetic: finite(b[1]),
-                rotational: finite(b[2]),
-                gravitational: finite(b[3]),
-                elastic: finite(b[4]),
-                dissipated: (b[5] % 2 == 0).then(|| finite(b[5])),
-            })
-            .collect();
-        let drawn = energies_of("energies-any", &rows);
-        prop_assert!(!drawn.svg.contains("NaN") && !drawn.svg.contains("inf"));
-    }
 
     #[test]
     fn no_scene_breaks_the_picture(bits in prop::collection::vec(any::<[u64; 5]>(), 0..5), gravity in any::<[f64; 3]>()) {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use mercury_pictures::{PictureScene, PictureSphere, draw_energies, draw_final};
+use mercury_pictures::{PictureScene, PictureSphere, draw_final, energy_page};
 
 pub use budget::Budget;
 pub use report::Report;
@@ -437,12 +437,7 @@ fn draw_pictures(folder: &Path, engine: &Engine, written: &Written) -> Result<()
         };
         draw_final(&path("final.png"), &path("final.svg"), &scene)?;
     }
-    draw_energies(
-        &path("energy.png"),
-        &path("energy.svg"),
-        &plan.title,
-        &written.energies,
-    )?;
+    energy_page(&plan.title, &written.energies).write(&path("energy"))?;
     Ok(())
 }
 

@@ -4,12 +4,11 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Result;
-use plotters::prelude::SeriesLabelPosition;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 
 use super::Results;
 use super::drum::QUARTERS;
 use super::penetration::{END, Flight, SHIFTS, SHOT, at, spread};
-use crate::validation::charts::{BLUE, Curve, GREEN, ORANGE, PINK, chart, load_font};
 use crate::validation::page::outcomes;
 
 const HEAD: &str = "# Validation: long scenes
@@ -184,52 +183,30 @@ impl Results {
     /// If a file cannot be written.
     pub fn draw(&self, folder: &Path) -> Result<()> {
         std::fs::create_dir_all(folder)?;
-        load_font()?;
-        let heights = |name, colour, rows: &[[f64; 2]], dots: bool| Curve {
-            name,
-            colour,
-            points: rows
-                .iter()
-                .map(|row| (1e3 * row[0], 1e3 * row[1]))
-                .collect(),
-            line: !dots,
-            dots,
-        };
-        chart(
-            &folder.join("penetration.svg"),
+        let heights = |rows: &[[f64; 2]]| rows.iter().map(|row| (row[0], row[1])).collect();
+        let penetration = Chart::new(
             "Height of the centre of the intruder",
-            ("time (ms)", "height (mm)"),
-            &[
-                heights("Mercury", BLUE, &self.penetration.ours, false),
-                heights("LIGGGHTS", ORANGE, &self.penetration.theirs, true),
-            ],
-            false,
-            SeriesLabelPosition::UpperRight,
-        )?;
-        let colours = [ORANGE, BLUE, GREEN, PINK];
-        let curves: Vec<Curve> = (0..QUARTERS.len())
-            .map(|k| Curve {
-                name: QUARTERS[k],
-                colour: colours[k],
-                points: self
-                    .drum
-                    .counts
-                    .iter()
-                    // A few spheres that fly through make no share.
-                    .filter(|row| row.number[k][0] + row.number[k][1] >= 200)
-                    .filter_map(|row| Some((row.time, row.share(k)?)))
-                    .collect(),
-                line: true,
-                dots: false,
-            })
-            .collect();
-        chart(
-            &folder.join("drum-quarters.svg"),
-            "Large spheres over all spheres of a quarter (from 200 spheres on)",
-            ("time (s)", "share"),
-            &curves,
-            false,
-            SeriesLabelPosition::UpperRight,
+            Axis::linear("time", "s"),
+            Axis::linear("height", "m"),
         )
+        .with(Series::line("Mercury", heights(&self.penetration.ours)))
+        .with(Series::points(
+            "LIGGGHTS",
+            heights(&self.penetration.theirs),
+        ));
+        ChartPage::of(penetration).write_svg(&folder.join("penetration.svg"))?;
+        let mut drum = Chart::new(
+            "Large spheres over all spheres of a quarter (from 200 spheres on)",
+            Axis::linear("time", "s"),
+            Axis::linear("share", ""),
+        );
+        for (k, name) in QUARTERS.iter().enumerate() {
+            let shares = (self.drum.counts.iter())
+                // A few spheres that fly through make no share.
+                .filter(|row| row.number[k][0] + row.number[k][1] >= 200)
+                .filter_map(|row| Some((row.time, row.share(k)?)));
+            drum = drum.with(Series::line(name, shares.collect()));
+        }
+        Ok(ChartPage::of(drum).write_svg(&folder.join("drum-quarters.svg"))?)
     }
 }
