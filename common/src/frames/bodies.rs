@@ -212,6 +212,11 @@ impl BodyWriter {
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
+
+    /// The file itself, to be cut back.
+    pub fn frames_mut(&mut self) -> &mut FrameWriter {
+        &mut self.frames
+    }
 }
 
 /// Reads `<prefix>.bodies.arrow`, and `<prefix>.clumps.arrow` if a kind of clump has a surface of its own.

@@ -259,6 +259,11 @@ impl ContactWriter {
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
+
+    /// The file itself, to be cut back.
+    pub fn frames_mut(&mut self) -> &mut FrameWriter {
+        &mut self.frames
+    }
 }
 
 /// Reads `<prefix>.contacts.arrow`, see [`FrameReader`].

@@ -277,6 +277,11 @@ impl ParticleWriter {
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
+
+    /// The file itself, to be cut back.
+    pub fn frames_mut(&mut self) -> &mut FrameWriter {
+        &mut self.frames
+    }
 }
 
 /// Reads `<prefix>.particles.arrow`, see [`FrameReader`].

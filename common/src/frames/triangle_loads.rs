@@ -115,6 +115,11 @@ impl TriangleLoadWriter {
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
+
+    /// The file itself, to be cut back.
+    pub fn frames_mut(&mut self) -> &mut FrameWriter {
+        &mut self.frames
+    }
 }
 
 fn schema(header: &FramesHeader) -> Result<FrameSchema, super::SchemaError> {

@@ -126,6 +126,11 @@ impl WallWriter {
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
+
+    /// The file itself, to be cut back.
+    pub fn frames_mut(&mut self) -> &mut FrameWriter {
+        &mut self.frames
+    }
 }
 
 fn schema(header: &FramesHeader, surfaces: &[Surface]) -> Result<FrameSchema, super::SchemaError> {

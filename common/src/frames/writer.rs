@@ -160,6 +160,15 @@ impl FrameWriter {
         })
     }
 
+    /// Forgets all frames behind the first `frames`, as [`resume`](Self::resume) does.
+    ///
+    /// # Errors
+    /// As [`resume`](Self::resume).
+    pub fn cut_back(&mut self, frames: usize) -> Result<(), FrameWriteError> {
+        *self = Self::resume(self.path.clone(), self.schema.clone(), frames)?;
+        Ok(())
+    }
+
     /// The schema of the file.
     pub fn schema(&self) -> &FrameSchema {
         &self.schema

@@ -1,5 +1,6 @@
 //! A series of `.vtu` files and the `.pvd` that lists them with their times.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::formats::vtu::{PvdEntry, PvdWriter, VtuError, VtuGrid, VtuOptions, write_vtu};
@@ -21,11 +22,7 @@ impl Series {
     /// When the list cannot be written or an old frame cannot be removed.
     pub fn create(folder: &Path, stem: &str, options: VtuOptions) -> Result<Self, VtuError> {
         for old in Self::frames_in(folder, stem) {
-            std::fs::remove_file(&old).map_err(|source| VtuError::File {
-                path: old,
-                action: "the file cannot be removed",
-                source,
-            })?;
+            remove(old)?;
         }
         Ok(Self {
             folder: folder.to_owned(),
@@ -51,6 +48,28 @@ impl Series {
             list: PvdWriter::resume(folder.join(format!("{stem}.pvd")), frames)?,
             options,
         })
+    }
+
+    /// Forgets all frames behind the first `frames`: takes them off the list, then removes their files.
+    ///
+    /// # Errors
+    /// When the list cannot be read or written, or has fewer frames, or a file cannot be removed.
+    pub fn cut_back(&mut self, frames: usize) -> Result<(), VtuError> {
+        let list = self.folder.join(format!("{}.pvd", self.stem));
+        self.list = PvdWriter::resume(list, frames)?;
+        let kept: HashSet<PathBuf> = (0..frames)
+            .map(|number| self.folder.join(self.file_name(number)))
+            .collect();
+        for file in Self::frames_in(&self.folder, &self.stem) {
+            if !kept.contains(&file) {
+                remove(file)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn file_name(&self, number: usize) -> String {
+        format!("{}.{number:04}.vtu", self.stem)
     }
 
     /// The frames of a series of this name that are in a folder.
@@ -81,11 +100,19 @@ impl Series {
     /// # Errors
     /// When a file cannot be written or the grid does not fit together.
     pub fn write(&mut self, number: usize, grid: &VtuGrid) -> Result<(), VtuError> {
-        let file = format!("{}.{number:04}.vtu", self.stem);
+        let file = self.file_name(number);
         write_vtu(&self.folder.join(&file), grid, self.options)?;
         self.list.append(&PvdEntry {
             time: grid.time.unwrap_or(number as f64),
             file,
         })
     }
+}
+
+fn remove(path: PathBuf) -> Result<(), VtuError> {
+    std::fs::remove_file(&path).map_err(|source| VtuError::File {
+        path,
+        action: "the file cannot be removed",
+        source,
+    })
 }

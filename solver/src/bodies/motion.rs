@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::rotation::{angular_velocity, free_rotation};
 use crate::forces::Fastest;
 use crate::state::{
-    Bodies, Body, BodyPebble, FIXED, Load, NO_PEBBLE, PRESCRIBED, Particle, PrescribedBody,
+    Bodies, Body, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex, PrescribedBody,
 };
 
 /// Half kicks and a drift of bodies.
@@ -36,7 +36,7 @@ impl Bodies {
             let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
             let rotation = DMat3::from_quat(body.orientation);
             for pebble in &pebbles[body.pebbles()] {
-                let load = &loads[pebble.row as usize];
+                let load = &loads[pebble.row.index()];
                 force += load.force;
                 torque += load.torque + (rotation * pebble.offset).cross(load.force);
             }
@@ -67,19 +67,20 @@ impl Bodies {
             _ => self.all.iter_mut().for_each(|body| step.advance(body)),
         }
         for prescribed in &self.prescribed {
-            step.advance_prescribed(&mut self.all[prescribed.body as usize], prescribed);
+            step.advance_prescribed(&mut self.all[prescribed.body.index()], prescribed);
         }
         let (all, pebbles) = (&self.all[..], &self.pebbles[..]);
         match pool {
             Some(pool) if records.len() > CHUNK => pool.install(|| {
                 let chunks = records.par_chunks_mut(CHUNK);
                 let chunks = chunks.zip(self.of_row.par_chunks(CHUNK));
-                let put_chunk = |(records, of_row): (&mut [Particle], &[u32])| {
+                let put_chunk = |(records, of_row): (&mut [Particle], &[Option<PebbleIndex>])| {
                     let places = records.iter_mut().zip(of_row);
-                    let pebbles_only = places.filter(|&(_, &place)| place != NO_PEBBLE);
-                    pebbles_only.fold(Fastest::default(), |fastest, (record, &place)| {
-                        let pebble = &pebbles[place as usize];
-                        let body = &all[pebble.body as usize];
+                    let pebbles_only =
+                        places.filter_map(|(record, pebble)| Some((record, (*pebble)?)));
+                    pebbles_only.fold(Fastest::default(), |fastest, (record, pebble)| {
+                        let pebble = &pebbles[pebble.index()];
+                        let body = &all[pebble.body.index()];
                         fastest.merge(put(record, pebble, body, step.drift))
                     })
                 };
@@ -88,8 +89,8 @@ impl Bodies {
                     .reduce(Fastest::default, Fastest::merge)
             }),
             _ => pebbles.iter().fold(Fastest::default(), |fastest, pebble| {
-                let record = &mut records[pebble.row as usize];
-                let body = &all[pebble.body as usize];
+                let record = &mut records[pebble.row.index()];
+                let body = &all[pebble.body.index()];
                 fastest.merge(put(record, pebble, body, step.drift))
             }),
         }

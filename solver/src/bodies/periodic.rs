@@ -16,7 +16,7 @@ impl Bodies {
         for body in &self.all {
             for pebble in &mut self.pebbles[body.pebbles()] {
                 let placed = body.position + body.orientation * pebble.offset;
-                let off = (records[pebble.row as usize].position - placed) / images.size;
+                let off = (records[pebble.row.index()].position - placed) / images.size;
                 for axis in 0..3 {
                     pebble.shift[axis] = if images.periodic[axis] {
                         off[axis].round() * images.size[axis]

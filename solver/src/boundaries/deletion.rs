@@ -154,7 +154,7 @@ pub(super) fn remove(particles: &mut Particles, gone: &[(Leaver, Exit)]) -> Vec<
             (Leaver::Row(row), _) => leaves[row as usize] = true,
             (Leaver::Body(index), Some(bodies)) => {
                 for pebble in &bodies.pebbles[bodies.all[index as usize].pebbles()] {
-                    leaves[pebble.row as usize] = true;
+                    leaves[pebble.row.index()] = true;
                 }
             }
             (Leaver::Body(_), None) => {}

@@ -38,7 +38,7 @@ use row_map::RowMap;
 
 use crate::neighbours::Images;
 use crate::plan::Plan;
-use crate::state::Particles;
+use crate::state::{Particles, Row};
 use crate::walls::WallNow;
 
 /// All of the boundaries that must be kept to go on later with the same numbers.
@@ -154,9 +154,9 @@ impl Boundaries {
         true
     }
 
-    /// For each row of the last list its present row, `u32::MAX` if it was removed. The list must be built anew at once, from
+    /// For each row of the last list its present row, `None` if it was removed. The list must be built anew at once, from
     /// all `rows` present ones.
-    pub fn take_row_map(&mut self, rows: usize) -> Vec<u32> {
+    pub fn take_row_map(&mut self, rows: usize) -> Vec<Option<Row>> {
         self.rows.take(rows)
     }
 

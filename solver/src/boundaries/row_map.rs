@@ -1,12 +1,14 @@
 //! Where the rows of the last candidate list went.
 
+use crate::state::Row;
+
 /// Follows removals of rows from one list build to the next, so that contact histories find their particles.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RowMap {
     /// Rows of the last list.
     listed: usize,
-    /// Present row of each, `u32::MAX` if removed; `None`: all where they were.
-    present: Option<Vec<u32>>,
+    /// Present row of each, `None` if removed; no list at all: all where they were.
+    present: Option<Vec<Option<Row>>>,
 }
 
 impl RowMap {
@@ -20,24 +22,26 @@ impl RowMap {
 
     /// The rows `stay` of `rows` remain, in this order.
     pub(super) fn keep(&mut self, stay: &[u32], rows: usize) {
-        let mut moved = vec![u32::MAX; rows];
+        let mut moved = vec![None; rows];
         for (new, &old) in stay.iter().enumerate() {
-            moved[old as usize] = new as u32;
+            moved[old as usize] = Some(Row::new(new));
         }
-        let present = self
-            .present
-            .get_or_insert_with(|| (0..self.listed as u32).collect());
-        for row in present.iter_mut().filter(|row| **row != u32::MAX) {
-            *row = moved[*row as usize];
+        let present = self.present.get_or_insert_with(|| in_place(self.listed));
+        for row in present {
+            *row = row.and_then(|row| moved[row.index()]);
         }
     }
 
     /// The present row of each row of the last list; the next list will have `rows`.
-    pub(super) fn take(&mut self, rows: usize) -> Vec<u32> {
+    pub(super) fn take(&mut self, rows: usize) -> Vec<Option<Row>> {
         let last = std::mem::replace(self, Self::of_list(rows));
-        last.present
-            .unwrap_or_else(|| (0..last.listed as u32).collect())
+        last.present.unwrap_or_else(|| in_place(last.listed))
     }
+}
+
+/// Every row where it is.
+fn in_place(rows: usize) -> Vec<Option<Row>> {
+    (0..rows).map(|row| Some(Row::new(row))).collect()
 }
 
 #[cfg(test)]
@@ -55,8 +59,9 @@ mod tests {
         map.keep(&[0, 2, 3, 4], 6);
         // Left: 0 2 3 4, two more come (4, 5): then 0 and the first new one go.
         map.keep(&[1, 2, 3, 5], 6);
-        assert_eq!(map.take(4), [u32::MAX, u32::MAX, 0, 1, 2]);
-        assert_eq!(map.take(7), [0, 1, 2, 3], "nothing moved since");
+        let row = |row| Some(Row::new(row));
+        assert_eq!(map.take(4), [None, None, row(0), row(1), row(2)]);
+        assert_eq!(map.take(7), [0, 1, 2, 3].map(row), "nothing moved since");
         assert_eq!(map.take(0).len(), 7);
     }
 }

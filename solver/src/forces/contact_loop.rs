@@ -21,7 +21,7 @@ use crate::contact::{
     Histories, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Bodies, Load, Particle, Particles};
+use crate::state::{Bodies, Load, Particle, Particles, Row};
 use crate::walls::NearMeshes;
 use memory::Memory;
 
@@ -192,7 +192,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         &mut self,
         list: &CandidateList,
         near_walls: &[NearWall],
-        new_row: &[u32],
+        new_row: &[Option<Row>],
         parallel: bool,
     ) {
         let rows = list.start.len() - 1;

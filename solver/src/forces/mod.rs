@@ -21,7 +21,7 @@ pub use passes::{ForcePass, Forces, Needs, NewList};
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
-use crate::state::{Load, Particle, Particles};
+use crate::state::{Load, Particle, Particles, Row};
 use crate::walls::WallNow;
 
 /// What the force evaluation of one step is told.
@@ -93,12 +93,12 @@ pub trait ContactForces: Send {
     }
 
     /// Takes a new candidate list. Histories of touching pairs go along: `new_row[old]` says where each row of the last list
-    /// went, `u32::MAX` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
+    /// went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
     fn adopt(
         &mut self,
         list: &CandidateList,
         near_walls: &[NearWall],
-        new_row: &[u32],
+        new_row: &[Option<Row>],
         parallel: bool,
     );
 

@@ -4,7 +4,7 @@
 
 use super::{ContactForces, Fastest, Finish, NearWall, Observation, StepContext};
 use crate::neighbours::CandidateList;
-use crate::state::Particles;
+use crate::state::{Particles, Row};
 
 /// What a force pass needs of the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -38,8 +38,8 @@ pub struct NewList<'a> {
     pub pairs: &'a CandidateList,
     /// All particles that near to a wall.
     pub near_walls: &'a [NearWall],
-    /// Where each row of the last list went, `u32::MAX` for rows that were removed.
-    pub new_row: &'a [u32],
+    /// Where each row of the last list went, `None` for rows that were removed.
+    pub new_row: &'a [Option<Row>],
     /// Made with the threads of the pool from within which it is called.
     pub parallel: bool,
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
-use crate::state::{Bodies, Particle, Particles};
+use crate::state::{Bodies, Particle, Particles, Row};
 
 /// A listed partner of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +50,7 @@ pub struct Built {
     /// The pairs.
     pub list: CandidateList,
     /// Where each old row went: `new_row[old]`.
-    pub new_row: Vec<u32>,
+    pub new_row: Vec<Row>,
     /// The cells by which the rows are sorted now.
     pub grid: Grid,
 }
@@ -76,9 +76,9 @@ pub fn build(
     let positions = particles.records.iter().map(|record| record.position);
     let (grid, order) = Grid::sort(positions, cell, images);
     particles.reorder(&order, parallel);
-    let mut new_row = vec![0; order.len()];
+    let mut new_row = vec![Row::new(0); order.len()];
     for (new, &old) in order.iter().enumerate() {
-        new_row[old as usize] = new as u32;
+        new_row[old as usize] = Row::new(new);
     }
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
@@ -508,13 +508,13 @@ mod tests {
             let given = leeway.clone();
             let Built { list, new_row, .. } = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
             for (old, leeway_then) in given.iter().enumerate() {
-                prop_assert_eq!(leeway[new_row[old] as usize], *leeway_then);
+                prop_assert_eq!(leeway[new_row[old].index()], *leeway_then);
             }
             let leeway = |row: usize| leeway.get(row).copied().unwrap_or_default();
 
             let mut moved = new_row.clone();
             moved.sort_unstable();
-            prop_assert!(moved.iter().enumerate().all(|(k, &row)| k as u32 == row));
+            prop_assert!(moved.iter().enumerate().all(|(k, row)| k == row.index()));
 
             let mut expected = Vec::new();
             for i in 0..count {

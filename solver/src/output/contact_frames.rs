@@ -54,6 +54,14 @@ impl Stream for ContactFrames {
         self.writer.append(contact_frame(state, &self.columns))?;
         Ok(())
     }
+
+    fn position(&self) -> u64 {
+        self.writer.frames().len() as u64
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    }
 }
 
 /// The contacts sorted by the lower id, then pairs by the higher one, then walls.

@@ -76,4 +76,12 @@ impl Stream for DataFile {
         write_frame(&frame, self.style, &mut self.file.buffer);
         self.file.flush()
     }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.file.cut_back(position)
+    }
 }

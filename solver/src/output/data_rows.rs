@@ -1,6 +1,7 @@
 //! The rows of `.data`, to which `.fstat` refers: spheres, and either bodies or their pebbles, in the order of ids.
 
 use super::State;
+use crate::state::BodyIndex;
 
 /// What a row of `.data` shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,8 +28,8 @@ impl DataRows {
             match body {
                 // The pebbles of a body follow one another, the first with the body's own id.
                 Some(body) if body.id == state.ids[rank] => {
-                    let place = state.body_of_rank[rank].unwrap_or_default();
-                    rows.push(Row::Body(place as usize));
+                    let place = state.body_of_rank[rank].map_or(0, BodyIndex::index);
+                    rows.push(Row::Body(place));
                 }
                 Some(_) => {}
                 None => rows.push(Row::Particle(rank)),

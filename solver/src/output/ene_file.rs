@@ -41,4 +41,12 @@ impl Stream for EneFile {
         write_row(&row, self.style, &mut self.file.buffer);
         self.file.flush()
     }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.file.cut_back(position)
+    }
 }

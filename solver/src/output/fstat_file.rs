@@ -48,6 +48,14 @@ impl Stream for FstatFile {
         write_frame(&frame, self.style, &mut self.file.buffer);
         self.file.flush()
     }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.file.cut_back(position)
+    }
 }
 
 /// The lines of all contacts, sorted by the two indices: two for a pair, one for a wall, none for the side of a fixed particle.

@@ -37,4 +37,4 @@ pub use state::State;
 pub use stream::OutputError;
 pub use wall_outlines::wall_outlines;
 pub use whole_file::write_whole;
-pub use writer::{Writer, Written};
+pub use writer::{Positions, Writer, Written};

@@ -71,6 +71,14 @@ impl Stream for ParticleFrames {
         }
         Ok(())
     }
+
+    fn position(&self) -> u64 {
+        self.writer.frames().len() as u64
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    }
 }
 
 /// The flags that files of frames have.

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::{Due, Moment};
 use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
-use crate::state::{Bodies, Body, FIXED, Load, PEBBLE, Particle};
+use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use crate::walls::Pose;
 
 /// A [`Moment`] in the order of ids.
@@ -30,7 +30,7 @@ pub struct State {
     /// Rigid bodies by their ids, centres wrapped into the periodic domain; empty without clumps.
     pub bodies: Vec<Body>,
     /// For each rank the place of its body in `bodies`; `None` for spheres of their own. Empty without clumps.
-    pub body_of_rank: Vec<Option<u32>>,
+    pub body_of_rank: Vec<Option<BodyIndex>>,
     /// Place in this order of each of the engine's rows, which the observation speaks of.
     pub rank_of_row: Vec<u32>,
     /// Whether each wall is there, and where it stands.
@@ -65,7 +65,7 @@ impl State {
         if let Some(orientations) = &mut orientations {
             for (orientation, body) in orientations.iter_mut().zip(&body_of_rank) {
                 if let Some(body) = body {
-                    *orientation = bodies[*body as usize].orientation;
+                    *orientation = bodies[body.index()].orientation;
                 }
             }
         }
@@ -104,7 +104,7 @@ impl State {
     #[must_use]
     pub fn body(&self, rank: usize) -> Option<&Body> {
         let place = self.body_of_rank.get(rank)?.as_ref()?;
-        Some(&self.bodies[*place as usize])
+        Some(&self.bodies[place.index()])
     }
 
     /// The rank of a row of the engine.
@@ -141,7 +141,7 @@ impl State {
 }
 
 /// Bodies with wrapped centres, and the place of each rank's body among them.
-fn by_rank(bodies: &Bodies, order: &[u32], images: &Images) -> (Vec<Body>, Vec<Option<u32>>) {
+fn by_rank(bodies: &Bodies, order: &[u32], images: &Images) -> (Vec<Body>, Vec<Option<BodyIndex>>) {
     let wrapped = bodies.all.iter().map(|body| Body {
         position: images.wrap(body.position),
         ..*body

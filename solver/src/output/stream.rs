@@ -1,7 +1,7 @@
 //! Files that grow frame by frame.
 
 use std::fs::File;
-use std::io::{self, Write as _};
+use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::vtu::VtuError;
@@ -44,6 +44,12 @@ pub enum OutputError {
 pub(super) trait Stream: Send {
     /// Writes what is due of this state.
     fn write(&mut self, state: &State) -> Result<(), OutputError>;
+
+    /// How far it has come: bytes of a text file, frames of any other.
+    fn position(&self) -> u64;
+
+    /// Goes back to a position that it had before, as if nothing had been written since.
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError>;
 }
 
 /// A text file to which whole frames are appended.
@@ -51,6 +57,8 @@ pub(super) trait Stream: Send {
 pub(super) struct TextFile {
     path: PathBuf,
     file: File,
+    /// Bytes in the file.
+    length: u64,
     /// The frame in the making; kept, so that its memory is.
     pub(super) buffer: Vec<u8>,
 }
@@ -63,6 +71,7 @@ impl TextFile {
             Ok(file) => Ok(Self {
                 path,
                 file,
+                length: 0,
                 buffer: Vec::new(),
             }),
             Err(source) => Err(OutputError::File {
@@ -76,12 +85,35 @@ impl TextFile {
     /// Appends the buffer to the file in one call, and empties it.
     pub(super) fn flush(&mut self) -> Result<(), OutputError> {
         let written = self.file.write_all(&self.buffer);
+        if written.is_ok() {
+            self.length += self.buffer.len() as u64;
+        }
         self.buffer.clear();
         written.map_err(|source| OutputError::File {
             path: self.path.clone(),
             action: "the file cannot be written",
             source,
         })
+    }
+}
+
+impl TextFile {
+    /// Bytes in the file.
+    pub(super) fn position(&self) -> u64 {
+        self.length
+    }
+
+    /// Cuts off all bytes behind the first `position`.
+    pub(super) fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        let cut = self.file.set_len(position);
+        let cut = cut.and_then(|()| self.file.seek(SeekFrom::Start(position)));
+        cut.map_err(|source| OutputError::File {
+            path: self.path.clone(),
+            action: "the file cannot be cut back",
+            source,
+        })?;
+        self.length = position;
+        Ok(())
     }
 }
 

@@ -1,16 +1,23 @@
 //! Conventions of the files, on states made by hand.
 
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Due, Moment, State, energies, folder};
+use super::{Due, Moment, Schedule, State, Writer, energies, folder};
 use crate::boundaries::{CountedRegion, Region};
-use crate::forces::{ContactRecord, Observation, Partner};
+use crate::forces::{ContactRecord, Observation, Partner, Watch};
 use crate::neighbours::{Images, NO_SHIFT};
+use crate::plan::Plan;
 use crate::state::{FIXED, Load, Particle};
+use crate::step::Engine;
 use mercury_common::frames::ContactColumns;
+use mercury_common::scene::{Files, parse_scene};
 
 fn particle(x: f64, radius: f64, flags: u32) -> Particle {
     Particle {
@@ -280,4 +287,105 @@ fn fixed_particles_are_not_counted() {
     };
     let found = contents(&state, &everywhere, &[(0, "stone".to_owned())], 3);
     assert_eq!(found[0].number, 2);
+}
+
+/// Every file of a folder with its bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else {
+            let bytes = std::fs::read(&path).unwrap();
+            found.insert(path, bytes);
+        }
+    }
+    found
+}
+
+/// A bouncing clump and sphere on a mesh, with every output that there is.
+fn everything_written() -> Arc<Plan> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let text = r#"
+        gravity = [0, 0, -9.81]
+        time = { end = 0.05, step = 1e-4 }
+        domain = { min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }
+        [output]
+        interval = 0.002
+        fstat_interval = 0.003
+        vtk_interval = 0.005
+        data = true
+        ene = true
+        fstat = true
+        vtk = true
+        frames = true
+        walls = true
+        triangle_loads = true
+        track = ["ball"]
+        [materials.m]
+        density = 2000.0
+        normal = { law = "linear", stiffness = 1e4, restitution = 0.7 }
+        tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }
+        [[walls]]
+        name = "plate"
+        shape = "mesh"
+        file = "plate.stl"
+        material = "m"
+        [[regions]]
+        name = "all"
+        region = { shape = "box", min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }
+        [[particles]]
+        name = "ball"
+        material = "m"
+        radius = 0.01
+        position = [0, 0, 0.011]
+        velocity = [0, 0, -1]
+        [clumps.rod]
+        file = "rod.clump.toml"
+        [[particles]]
+        clump = "rod"
+        material = "m"
+        position = [0.1, 0, 0.1]
+    "#;
+    let scene = parse_scene(&folder.join("all.toml"), text, &[], Files::MustExist).unwrap();
+    Arc::new(crate::plan::plan(&scene).unwrap())
+}
+
+#[test]
+fn outputs_cut_back_and_written_again_are_the_same_bytes() {
+    let plan = everything_written();
+    let place = tempfile::tempdir().unwrap();
+    let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
+    let writer = Writer::start(place.path(), &plan, &engine.history_columns()).unwrap();
+    let mut schedule = Schedule::new(&plan.output, plan.time_step);
+    assert!(writer.send(Moment::take(&mut engine, schedule.everything())));
+    let mut moments = Vec::new();
+    for step in 1..=plan.steps {
+        let due = schedule.due(step);
+        let watch = due.any().then_some(Watch {
+            records: due.needs_records(),
+            audit: None,
+        });
+        engine.step(watch).unwrap();
+        if due.any() {
+            engine.complete_step().unwrap();
+            moments.push(Moment::take(&mut engine, due));
+        }
+    }
+    let (first, second) = moments.split_at(moments.len() / 2);
+    assert!(first.iter().all(|moment| writer.send(moment.clone())));
+    let positions = writer.positions().unwrap();
+    let amid = files(place.path());
+    assert!(second.iter().all(|moment| writer.send(moment.clone())));
+    let at_end = (writer.positions().unwrap(), files(place.path()));
+    assert!(at_end.1.len() > 20, "{:?}", at_end.1.keys());
+    assert!(writer.cut_back(positions.clone()));
+    assert_eq!(writer.positions().unwrap(), positions);
+    assert_eq!(files(place.path()), amid);
+    assert!(second.iter().all(|moment| writer.send(moment.clone())));
+    assert_eq!(writer.positions().unwrap(), at_end.0);
+    assert_eq!(files(place.path()), at_end.1);
+    let written = writer.finish().unwrap();
+    assert_eq!(written.energies.len(), 26);
 }

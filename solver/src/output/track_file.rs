@@ -69,4 +69,12 @@ impl Stream for TrackFile {
         }
         self.file.flush()
     }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.file.cut_back(position)
+    }
 }

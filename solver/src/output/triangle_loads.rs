@@ -35,6 +35,14 @@ impl Stream for TriangleLoads {
         }
         Ok(())
     }
+
+    fn position(&self) -> u64 {
+        self.writer.frames().len() as u64
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    }
 }
 
 /// The meshes among the walls with the areas of their triangles.

@@ -158,4 +158,19 @@ impl Stream for VtkFiles {
         self.particles.write(number, &grid)?;
         Ok(())
     }
+
+    fn position(&self) -> u64 {
+        self.frames as u64
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.frames = position as usize;
+        let walls = self.walls.iter_mut().map(|walls| &mut walls.series);
+        let bodies = self.bodies.iter_mut().map(|bodies| &mut bodies.series);
+        let all = [&mut self.particles, &mut self.contacts].into_iter();
+        for series in all.chain(walls).chain(bodies) {
+            series.cut_back(self.frames)?;
+        }
+        Ok(())
+    }
 }

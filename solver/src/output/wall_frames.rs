@@ -31,6 +31,14 @@ impl Stream for WallFrames {
         }
         Ok(())
     }
+
+    fn position(&self) -> u64 {
+        self.writer.frames().len() as u64
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    }
 }
 
 /// What the walls look like, each in the frame in which the scene describes it.

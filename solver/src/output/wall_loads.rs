@@ -45,4 +45,12 @@ impl Stream for WallLoads {
         }
         self.file.flush()
     }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
+        self.file.cut_back(position)
+    }
 }

@@ -31,8 +31,36 @@ const QUEUE: usize = 4;
 /// A thread that writes what it is sent.
 #[derive(Debug)]
 pub struct Writer {
-    sender: SyncSender<Moment>,
+    sender: SyncSender<Message>,
     thread: JoinHandle<Result<Written, OutputError>>,
+}
+
+/// What the thread is told.
+#[derive(Debug)]
+enum Message {
+    /// Write what is due of this state.
+    Write(Box<Moment>),
+    /// Say how far everything has come.
+    Tell(SyncSender<Positions>),
+    /// Go back there.
+    CutBack(Positions),
+}
+
+/// How far the outputs of a run have come: all that must be kept to cut them back later.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Positions {
+    /// Of each stream, in the order in which the plan asks for them.
+    streams: Vec<u64>,
+    seen: Seen,
+}
+
+/// The sums over all states that were handed over.
+#[derive(Debug, Clone, PartialEq)]
+struct Seen {
+    energies: Vec<EnergyRow>,
+    initial: Option<DVec3>,
+    deep_frames: u64,
+    deepest: f64,
 }
 
 /// What the writer saw pass by.
@@ -78,7 +106,22 @@ impl Writer {
     /// Hands over a state; waits only while the queue is full. False if the writer has given up: [`Writer::finish`] says why.
     #[must_use]
     pub fn send(&self, moment: Moment) -> bool {
-        self.sender.send(moment).is_ok()
+        self.sender.send(Message::Write(Box::new(moment))).is_ok()
+    }
+
+    /// How far the files have come once all that was handed over is written; `None` if the writer has given up:
+    /// [`Writer::finish`] says why.
+    #[must_use]
+    pub fn positions(&self) -> Option<Positions> {
+        let (answer, told) = sync_channel(1);
+        self.sender.send(Message::Tell(answer)).ok()?;
+        told.recv().ok()
+    }
+
+    /// Cuts all files back to where they were, as if nothing had been written since. False if the writer has given up.
+    #[must_use]
+    pub fn cut_back(&self, positions: Positions) -> bool {
+        self.sender.send(Message::CutBack(positions)).is_ok()
     }
 
     /// Waits until everything is written.
@@ -140,30 +183,62 @@ fn streams(
 
 /// The writer's thread: ends when the sender is gone, or with the first error.
 fn write_all(
-    receiver: Receiver<Moment>,
+    receiver: Receiver<Message>,
     mut streams: Vec<Box<dyn Stream>>,
     images: &Images,
     gravity: DVec3,
     dimensions: u8,
 ) -> Result<Written, OutputError> {
-    let mut written = Written {
+    let mut seen = Seen {
         energies: Vec::new(),
-        initial: DVec3::ZERO,
+        initial: None,
         deep_frames: 0,
         deepest: 0.0,
-        last: None,
     };
-    for moment in receiver {
-        let state = State::new(moment, images);
-        for stream in &mut streams {
-            stream.write(&state)?;
+    let mut last = None;
+    for message in receiver {
+        match message {
+            Message::Write(moment) => {
+                let state = State::new(*moment, images);
+                for stream in &mut streams {
+                    stream.write(&state)?;
+                }
+                seen.take_in(&state, gravity, dimensions);
+                last = Some(state);
+            }
+            Message::Tell(answer) => {
+                let positions = Positions {
+                    streams: streams.iter().map(|stream| stream.position()).collect(),
+                    seen: seen.clone(),
+                };
+                // Whoever asked may not want to know any more.
+                let _ = answer.send(positions);
+            }
+            Message::CutBack(positions) => {
+                for (stream, position) in streams.iter_mut().zip(positions.streams) {
+                    stream.cut_back(position)?;
+                }
+                seen = positions.seen;
+                last = None;
+            }
         }
-        if written.last.is_none() {
-            written.initial = state.mass_and_momentum().1;
-        }
+    }
+    Ok(Written {
+        energies: seen.energies,
+        initial: seen.initial.unwrap_or_default(),
+        deep_frames: seen.deep_frames,
+        deepest: seen.deepest,
+        last,
+    })
+}
+
+impl Seen {
+    fn take_in(&mut self, state: &State, gravity: DVec3, dimensions: u8) {
+        self.initial
+            .get_or_insert_with(|| state.mass_and_momentum().1);
         if state.due.frame {
-            let row = energies(&state, gravity, dimensions);
-            written.energies.push(EnergyRow {
+            let row = energies(state, gravity, dimensions);
+            self.energies.push(EnergyRow {
                 time: row.time,
                 kinetic: row.translational_kinetic,
                 rotational: row.rotational_kinetic,
@@ -173,9 +248,7 @@ fn write_all(
             });
         }
         let depth = state.observation.largest_overlap;
-        written.deep_frames += u64::from(depth > 0.1);
-        written.deepest = written.deepest.max(depth);
-        written.last = Some(state);
+        self.deep_frames += u64::from(depth > 0.1);
+        self.deepest = self.deepest.max(depth);
     }
-    Ok(written)
 }

@@ -40,7 +40,7 @@ use mercury_common::formats::number::NumberStyle;
 use crate::bodies::Clump;
 use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
-use crate::state::{FIXED, PRESCRIBED, Particle, Prescribed, volume};
+use crate::state::{FIXED, PRESCRIBED, Particle, Prescribed, Row, volume};
 use crate::walls::Wall;
 
 /// A run, resolved and checked.
@@ -277,7 +277,7 @@ impl NewParticle {
             flags: if self.fixed { FIXED } else { 0 } | if is_prescribed { PRESCRIBED } else { 0 },
         };
         let prescribed = is_prescribed.then_some(Prescribed {
-            row: 0,
+            row: Row::new(0),
             velocity: self.prescribed_velocity,
             angular_velocity: self.prescribed_angular_velocity,
         });

@@ -4,7 +4,9 @@ use glam::{DQuat, DVec3};
 
 use super::Plan;
 use crate::bodies::{Clump, angular_velocity};
-use crate::state::{Body, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody};
+use crate::state::{
+    Body, BodyIndex, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody,
+};
 
 /// A body to be made of one of the plan's clumps.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,7 +132,7 @@ impl NewBody {
             (record, share * body.mass, pebble.position * self.scale)
         });
         let prescribed = self.is_prescribed().then_some(PrescribedBody {
-            body: 0,
+            body: BodyIndex::new(0),
             velocity: self.prescribed_velocity,
             angular_velocity: self.prescribed_angular_velocity,
         });

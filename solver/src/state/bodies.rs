@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{FIXED, Load};
+use super::{BodyIndex, FIXED, Load, PebbleIndex, Row};
 
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,10 +70,10 @@ impl Body {
 /// A pebble of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyPebble {
-    /// Index of the body.
-    pub body: u32,
-    /// Row of the pebble among the particles, kept up to date by [`Bodies::follow`].
-    pub row: u32,
+    /// Its body.
+    pub body: BodyIndex,
+    /// Its row among the particles, kept up to date by [`Bodies::follow`].
+    pub row: Row,
     /// From the centre of mass, in the principal frame, m.
     pub offset: DVec3,
     /// Whole periods from where the body puts the pebble to where its row stands, m.
@@ -83,16 +83,13 @@ pub struct BodyPebble {
 /// Components of motion that a scene prescribes for one body; `None` is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrescribedBody {
-    /// Index of the body.
-    pub body: u32,
+    /// The body.
+    pub body: BodyIndex,
     /// Velocity components, m/s.
     pub velocity: [Option<f64>; 3],
     /// Angular velocity components, global frame, rad/s.
     pub angular_velocity: [Option<f64>; 3],
 }
-
-/// In [`Bodies::of_row`]: the row is a sphere of its own.
-pub const NO_PEBBLE: u32 = u32::MAX;
 
 /// All bodies of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -101,8 +98,8 @@ pub struct Bodies {
     pub all: Vec<Body>,
     /// Pebbles of all bodies, body by body, in the order of their clump.
     pub pebbles: Vec<BodyPebble>,
-    /// For each row of the particles its place in `pebbles`, or [`NO_PEBBLE`].
-    pub of_row: Vec<u32>,
+    /// For each row of the particles the pebble that it is; `None`: a sphere of its own.
+    pub of_row: Vec<Option<PebbleIndex>>,
     /// Bodies with prescribed components; few.
     pub prescribed: Vec<PrescribedBody>,
     /// Ids that pebbles have taken beyond one for each body, of all bodies that ever were.
@@ -110,30 +107,26 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// The body (by index) that the pebble in `row` belongs to.
+    /// The body that the pebble in `row` belongs to.
     #[must_use]
-    pub fn body_of_row(&self, row: usize) -> Option<u32> {
-        match self.of_row[row] {
-            NO_PEBBLE => None,
-            place => Some(self.pebbles[place as usize].body),
-        }
+    pub fn body_of_row(&self, row: usize) -> Option<BodyIndex> {
+        let pebble = self.of_row[row]?;
+        Some(self.pebbles[pebble.index()].body)
     }
 
     /// Whether bodies, pebbles and `rows` rows name each other rightly.
     pub(super) fn is_consistent(&self, rows: usize) -> bool {
-        let is_body = |index: u32| (index as usize) < self.all.len();
-        let of_row = self.of_row.len() == rows
-            && (self.of_row.iter())
-                .all(|&place| place == NO_PEBBLE || (place as usize) < self.pebbles.len());
-        let pebbles = self
-            .pebbles
-            .iter()
-            .all(|pebble| is_body(pebble.body) && self.of_row.get(pebble.row as usize).is_some());
+        let is_body = |body: BodyIndex| body.index() < self.all.len();
+        let is_pebble = |pebble: &PebbleIndex| pebble.index() < self.pebbles.len();
         let bodies = self.all.iter().all(|body| {
             let end = u64::from(body.first) + u64::from(body.count);
             body.count > 0 && end <= self.pebbles.len() as u64
         });
-        of_row && pebbles && bodies && self.prescribed.iter().all(|body| is_body(body.body))
+        self.of_row.len() == rows
+            && self.of_row.iter().flatten().all(is_pebble)
+            && (self.pebbles.iter()).all(|pebble| is_body(pebble.body) && pebble.row.index() < rows)
+            && bodies
+            && self.prescribed.iter().all(|body| is_body(body.body))
     }
 
     /// Whether two rows are pebbles of one body.
@@ -143,40 +136,47 @@ impl Bodies {
         body.is_some() && body == self.body_of_row(other)
     }
 
-    /// Rows of the particles were put into another order: `new_row[old]`, `u32::MAX` for rows that were removed. A body
+    /// Rows of the particles were put into another order: `new_row[old]`, `None` for rows that were removed. A body
     /// leaves with its pebbles, all of which must have been removed. `rows` is the present number.
-    pub fn follow(&mut self, new_row: &[u32], rows: usize) {
-        for pebble in &mut self.pebbles {
-            pebble.row = new_row[pebble.row as usize];
-        }
-        if self.pebbles.iter().any(|pebble| pebble.row == u32::MAX) {
-            self.drop_removed();
+    pub fn follow(&mut self, new_row: &[Option<Row>], rows: usize) {
+        let now = |pebble: &BodyPebble| new_row[pebble.row.index()];
+        if self.pebbles.iter().any(|pebble| now(pebble).is_none()) {
+            self.drop_bodies(|first| now(first).is_none());
         }
         self.of_row.clear();
-        self.of_row.resize(rows, NO_PEBBLE);
-        for (place, pebble) in self.pebbles.iter().enumerate() {
-            self.of_row[pebble.row as usize] = place as u32;
+        self.of_row.resize(rows, None);
+        for (place, pebble) in self.pebbles.iter_mut().enumerate() {
+            if let Some(row) = new_row[pebble.row.index()] {
+                pebble.row = row;
+                self.of_row[row.index()] = Some(PebbleIndex::new(place));
+            }
         }
     }
 
-    fn drop_removed(&mut self) {
-        let mut present = vec![u32::MAX; self.all.len()];
+    /// Drops the bodies whose first pebble `leaves`.
+    fn drop_bodies(&mut self, leaves: impl Fn(&BodyPebble) -> bool) {
+        let mut present = vec![None; self.all.len()];
         let (mut all, mut pebbles) = (Vec::new(), Vec::new());
         for (index, body) in self.all.iter().enumerate() {
-            if self.pebbles[body.first as usize].row == u32::MAX {
+            if leaves(&self.pebbles[body.first as usize]) {
                 continue;
             }
-            let (first, now) = (pebbles.len() as u32, all.len() as u32);
-            present[index] = now;
+            let (first, now) = (pebbles.len() as u32, BodyIndex::new(all.len()));
+            present[index] = Some(now);
             let of_body = &self.pebbles[body.pebbles()];
             pebbles.extend(of_body.iter().map(|p| BodyPebble { body: now, ..*p }));
             all.push(Body { first, ..*body });
         }
         (self.all, self.pebbles) = (all, pebbles);
-        self.prescribed.retain_mut(|prescribed| {
-            prescribed.body = present[prescribed.body as usize];
-            prescribed.body != u32::MAX
-        });
+        self.prescribed = (self.prescribed.iter())
+            .filter_map(|prescribed| {
+                let body = present[prescribed.body.index()]?;
+                Some(PrescribedBody {
+                    body,
+                    ..*prescribed
+                })
+            })
+            .collect();
     }
 }
 

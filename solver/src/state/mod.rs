@@ -6,11 +6,13 @@
 
 mod bodies;
 mod codec;
+mod index;
 mod particles;
 mod record;
 
-pub use bodies::{Bodies, Body, BodyPebble, NO_PEBBLE, PrescribedBody};
+pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Plain, VERSION};
+pub use index::{BodyIndex, PebbleIndex, Row};
 pub use particles::{Particles, Prescribed};
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};

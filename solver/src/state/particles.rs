@@ -4,14 +4,15 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    Bodies, Body, BodyPebble, FIXED, Load, NO_PEBBLE, PEBBLE, PRESCRIBED, Particle, PrescribedBody,
+    Bodies, Body, BodyIndex, BodyPebble, FIXED, Load, PEBBLE, PRESCRIBED, Particle, PebbleIndex,
+    PrescribedBody, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prescribed {
     /// Row of the particle, kept up to date by [`Particles::keep`].
-    pub row: u32,
+    pub row: Row,
     /// Velocity components, m/s.
     pub velocity: [Option<f64>; 3],
     /// Angular velocity components, rad/s.
@@ -70,7 +71,7 @@ impl Particles {
         self.next_id += 1;
         if let Some(prescribed) = prescribed {
             self.prescribed.push(Prescribed {
-                row: self.records.len() as u32,
+                row: Row::new(self.records.len()),
                 ..prescribed
             });
         }
@@ -80,7 +81,7 @@ impl Particles {
         self.masses.push(mass);
         self.listed_at.push(record.position);
         if let Some(bodies) = &mut self.bodies {
-            bodies.of_row.push(NO_PEBBLE);
+            bodies.of_row.push(None);
         }
         if let Some(orientations) = &mut self.orientations {
             orientations.push(DQuat::IDENTITY);
@@ -97,14 +98,18 @@ impl Particles {
         prescribed: Option<PrescribedBody>,
     ) -> u32 {
         let mut bodies = self.bodies.take().unwrap_or_default();
-        bodies.of_row.resize(self.len(), NO_PEBBLE);
-        let (index, first) = (bodies.all.len() as u32, bodies.pebbles.len() as u32);
+        bodies.of_row.resize(self.len(), None);
+        let (index, first) = (
+            BodyIndex::new(bodies.all.len()),
+            bodies.pebbles.len() as u32,
+        );
         let id = self.next_id;
         for (record, mass, offset) in pebbles {
-            bodies.of_row.push(bodies.pebbles.len() as u32);
+            let pebble = PebbleIndex::new(bodies.pebbles.len());
+            bodies.of_row.push(Some(pebble));
             bodies.pebbles.push(BodyPebble {
                 body: index,
-                row: self.len() as u32,
+                row: Row::new(self.len()),
                 offset,
                 // Until the first list every pebble stands where its body has it.
                 shift: DVec3::ZERO,
@@ -140,18 +145,19 @@ impl Particles {
     /// brings new ones. `parallel`: with the threads of the pool from within which it is called.
     pub(crate) fn reorder(&mut self, order: &[u32], parallel: bool) {
         if !self.prescribed.is_empty() || self.bodies.is_some() {
-            let mut new_row = vec![u32::MAX; self.len()];
+            let mut new_row = vec![None; self.len()];
             for (new, &old) in order.iter().enumerate() {
-                new_row[old as usize] = new as u32;
+                new_row[old as usize] = Some(Row::new(new));
             }
             if let Some(bodies) = &mut self.bodies {
                 bodies.follow(&new_row, order.len());
             }
-            for prescribed in &mut self.prescribed {
-                prescribed.row = new_row[prescribed.row as usize];
-            }
-            self.prescribed
-                .retain(|prescribed| prescribed.row != u32::MAX);
+            self.prescribed = (self.prescribed.iter())
+                .filter_map(|prescribed| {
+                    let row = new_row[prescribed.row.index()]?;
+                    Some(Prescribed { row, ..*prescribed })
+                })
+                .collect();
         }
         gather(&mut self.records, order, parallel);
         gather(&mut self.ids, order, parallel);
@@ -216,7 +222,7 @@ impl Particles {
         ];
         let mut prescribed = self.prescribed.iter();
         columns == [rows; 5]
-            && prescribed.all(|prescribed| (prescribed.row as usize) < rows)
+            && prescribed.all(|prescribed| prescribed.row.index() < rows)
             && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
     }
 

@@ -88,7 +88,7 @@ impl Engine {
     /// Remembers where prescribed particles stand before a pass that ignores what is prescribed.
     fn hold_prescribed(&self) -> Vec<Particle> {
         let rows = self.particles.prescribed.iter();
-        rows.map(|prescribed| self.particles.records[prescribed.row as usize])
+        rows.map(|prescribed| self.particles.records[prescribed.row.index()])
             .collect()
     }
 
@@ -97,7 +97,7 @@ impl Engine {
     fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
         let mut largest = 0.0f64;
         for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
-            let record = &mut self.particles.records[prescribed.row as usize];
+            let record = &mut self.particles.records[prescribed.row.index()];
             for axis in 0..3 {
                 if let Some(velocity) = prescribed.velocity[axis] {
                     record.velocity[axis] = velocity;

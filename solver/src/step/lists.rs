@@ -3,7 +3,7 @@
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
 use crate::neighbours::{Built, Skin, Validity, build, leeways};
-use crate::state::{Particle, Particles};
+use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
 /// What is known of the present lists.
@@ -116,15 +116,8 @@ impl Engine {
             margin,
             parallel,
         );
-        let new_row: Vec<u32> = removed
-            .into_iter()
-            .map(|row| {
-                if row == u32::MAX {
-                    row
-                } else {
-                    sorted[row as usize]
-                }
-            })
+        let new_row: Vec<Option<Row>> = (removed.into_iter())
+            .map(|row| row.map(|row| sorted[row.index()]))
             .collect();
         self.forces.adopt(&NewList {
             particles: &self.particles,

@@ -36,7 +36,7 @@ fn after_a_second(periodic: bool, velocity: DVec3) -> Body {
     let body = bodies.all[0];
     for pebble in &bodies.pebbles {
         // Rows stand whole periods off where the body has them, and none is farther out than the skin lets it.
-        let record = &engine.particles.records[pebble.row as usize];
+        let record = &engine.particles.records[pebble.row.index()];
         let placed = body.position + body.orientation * pebble.offset;
         let apart = (record.position - placed - pebble.shift).length();
         assert!(apart < 1e-12, "{apart:e}");

@@ -8,7 +8,7 @@ use super::{insertion, plan, uniform, unit_box};
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, Region, Total};
 use crate::plan::Plan;
-use crate::state::PEBBLE;
+use crate::state::{PEBBLE, PebbleIndex};
 use crate::walls::{Cylinder, Shape, Side, Touches};
 
 /// Two spheres that lie half in one another, of volume 1 m^3 by decree.
@@ -152,11 +152,14 @@ fn bodies_leave_as_wholes_by_their_centres() {
     assert_eq!(bodies.pebbles.len(), 2 * bodies.all.len());
     for (place, pebble) in bodies.pebbles.iter().enumerate() {
         // Rows, places and bodies still know one another, and ids have not changed.
-        assert_eq!(bodies.of_row[pebble.row as usize], place as u32);
-        let body = &bodies.all[pebble.body as usize];
-        let id = again.particles.ids[pebble.row as usize];
+        assert_eq!(
+            bodies.of_row[pebble.row.index()],
+            Some(PebbleIndex::new(place))
+        );
+        let body = &bodies.all[pebble.body.index()];
+        let id = again.particles.ids[pebble.row.index()];
         assert_eq!(id, body.id + (place as u32 - body.first));
-        let record = &again.particles.records[pebble.row as usize];
+        let record = &again.particles.records[pebble.row.index()];
         let placed = body.position + body.orientation * pebble.offset;
         assert_eq!(record.position, placed);
     }

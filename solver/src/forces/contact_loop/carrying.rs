@@ -6,6 +6,7 @@ use super::{Block, ContactLoop, FREE, OWNER_SHIFT, Slot, TOUCHING, WallSlot};
 use crate::contact::{Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
 use crate::neighbours::CandidateList;
+use crate::state::Row;
 use crate::walls::NearMeshes;
 
 impl<H: History> Block<H> {
@@ -104,22 +105,20 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     /// Histories of touching pairs by their new rows.
     pub(super) fn carried(
         &self,
-        new_row: &[u32],
+        new_row: &[Option<Row>],
         rows: usize,
         parallel: bool,
     ) -> Carried<Histories<N, T, R>> {
         let of_block = |block: &Block<Histories<N, T, R>>| {
             let touching = |slot: &&Slot<_>| slot.state & TOUCHING != 0;
             let pair = |slot: &Slot<Histories<N, T, R>>| {
-                let row = new_row[block.rows.start + slot.owner()];
-                let partner = new_row[slot.partner as usize];
-                if row == u32::MAX || partner == u32::MAX {
-                    None
-                } else if row < partner {
-                    Some((row, partner, slot.history))
+                let row = new_row[block.rows.start + slot.owner()]?.number();
+                let partner = new_row[slot.partner as usize]?.number();
+                Some(if row < partner {
+                    (row, partner, slot.history)
                 } else {
-                    Some((partner, row, slot.history.swapped()))
-                }
+                    (partner, row, slot.history.swapped())
+                })
             };
             block
                 .slots
@@ -141,7 +140,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     /// Wall histories by new row, wall and image.
     pub(super) fn carried_from_walls(
         &self,
-        new_row: &[u32],
+        new_row: &[Option<Row>],
     ) -> Vec<CarriedFromWall<Histories<N, T, R>>> {
         let mut carried = Vec::new();
         for block in &self.blocks {
@@ -149,8 +148,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             for near in &block.near_walls {
                 let row = new_row[near.row as usize];
                 for slot in &block.wall_slots[first..first + near.features as usize] {
-                    if slot.feature != FREE && row != u32::MAX {
-                        carried.push(((row, near.wall, near.image), *slot));
+                    if let (true, Some(row)) = (slot.feature != FREE, row) {
+                        carried.push(((row.number(), near.wall, near.image), *slot));
                     }
                 }
                 first += near.features as usize;
@@ -161,15 +160,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     }
 
     /// Takes the lists of facets out of the blocks.
-    pub(super) fn carried_near_meshes(&mut self, new_row: &[u32]) -> CarriedNearMeshes {
+    pub(super) fn carried_near_meshes(&mut self, new_row: &[Option<Row>]) -> CarriedNearMeshes {
         let (mut of_block, mut places) = (Vec::new(), Vec::new());
         for (number, block) in self.blocks.iter_mut().enumerate() {
             let lists = std::mem::take(&mut block.near_meshes);
             let listed = block.near_walls.iter().take(lists.len()).enumerate();
             for (index, near) in listed.filter(|&(index, _)| lists.holds(index)) {
-                let row = new_row[near.row as usize];
-                if row != u32::MAX {
-                    places.push(((row, near.wall, near.image), (number, index)));
+                if let Some(row) = new_row[near.row as usize] {
+                    places.push(((row.number(), near.wall, near.image), (number, index)));
                 }
             }
             of_block.push(lists);
