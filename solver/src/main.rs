@@ -10,7 +10,7 @@ use mercury_common::scene::SceneErrors;
 use mercury_solver::output::folder;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, document, plan, read_scene, refusal, report};
-use mercury_solver::run::{Progress, Report, RunOptions, run, useful_threads};
+use mercury_solver::run::{Progress, Report, RunOptions, memory, run, useful_threads};
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -81,7 +81,7 @@ fn execute(arguments: &Arguments) -> Outcome {
         return say(&if arguments.json {
             plan_as_json(&plan)?
         } else {
-            report(&plan)
+            report(&plan, &memory(&plan))
         });
     }
     let report = run_plan(arguments, plan)?;
@@ -106,7 +106,8 @@ fn planned(path: &Path, overrides: &[String]) -> Result<Plan, SceneErrors> {
 
 /// The content of `plan.toml`.
 fn plan_as_toml(plan: &Plan) -> Result<String, Failure> {
-    document(plan).map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
+    document(plan, &memory(plan))
+        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
 /// The content of `plan.toml` as JSON.

@@ -1,7 +1,10 @@
-//! For what looks things up all over a large array, and would wait for memory above all: hints to the processor and the system.
+//! Memory. For what looks things up all over a large array, and would wait for memory above all: hints to the processor and the system.
 //!
 //! The only `unsafe` of the solver. Measured on a mesh of a million triangles (decision 0016): 5 to 10 % of the time of a
 //! whole run each, for which there is no safe way.
+
+/// Room of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
+pub(crate) const GROWTH: f64 = std::f64::consts::LOG2_E;
 
 /// Size of a large page, bytes, on x86-64 and most of ARM.
 #[cfg(all(target_os = "linux", not(miri)))]

@@ -139,8 +139,8 @@ fn reference_particle(new: &NewParticle, plan: &Plan) -> Particle {
 /// The bodies of a plan, whose pebbles follow its particles in the order of their ids.
 fn add_bodies(simulation: &mut Simulation, plan: &Plan) {
     for new in &plan.bodies {
-        let clump = new.clump(plan);
-        let mass = new.mass(plan);
+        let clump = new.clump(&plan.clumps);
+        let mass = new.mass(&plan.clumps);
         let rotation = DMat3::from_quat(new.orientation);
         let moments = clump.moments * new.scale.powi(5);
         let index = simulation.bodies.len();

@@ -17,6 +17,7 @@
 
 mod clump;
 mod motion;
+mod new_body;
 mod periodic;
 mod rotation;
 #[cfg(test)]
@@ -24,4 +25,5 @@ mod tests;
 
 pub use clump::{Clump, ClumpError};
 pub use motion::BodyStep;
+pub use new_body::NewBody;
 pub use rotation::{angular_velocity, free_rotation};

@@ -2,9 +2,8 @@
 
 use glam::DVec3;
 
-use super::{DeletionPlan, Region};
+use super::{DeletionPlan, Region, Setting};
 use crate::neighbours::{Images, NO_SHIFT};
-use crate::plan::Plan;
 use crate::state::{FIXED, PEBBLE, Particles};
 
 /// Where a particle went.
@@ -40,17 +39,16 @@ pub(super) struct Deletion {
 }
 
 impl Deletion {
-    pub(super) fn new(plan: &Plan) -> Self {
-        let open = |axis: usize| !plan.periodic[axis] && (axis < 2 || plan.dimensions == 3);
+    pub(super) fn new(deletions: &[DeletionPlan], setting: &Setting<'_>) -> Self {
+        let open = |axis: usize| !setting.periodic[axis] && (axis < 2 || setting.dimensions == 3);
         Self {
-            regions: plan
-                .deletions
+            regions: deletions
                 .iter()
                 .map(|DeletionPlan { region, .. }| region.clone())
                 .collect(),
             open: [open(0), open(1), open(2)],
-            low: plan.domain_min.to_array(),
-            high: plan.domain_max.to_array(),
+            low: setting.domain.0.to_array(),
+            high: setting.domain.1.to_array(),
             near: None,
         }
     }

@@ -4,12 +4,11 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::crowd::Crowd;
-use super::placement::{Extent, Room, Space, of_sphere, overlaps_wall};
-use super::{Ingredient, InsertionPlan, Tally, Total};
-use crate::bodies::Clump;
+use super::placement::{Extent, Room, of_sphere, overlaps_wall};
+use super::{Ingredient, InsertionPlan, Setting, Tally, Total};
+use crate::bodies::{Clump, NewBody};
 use crate::neighbours::Images;
-use crate::plan::{NewBody, NewParticle, Plan};
-use crate::state::{Particles, Plain};
+use crate::state::{NewParticle, Particles, Plain};
 use crate::walls::WallNow;
 
 /// Why an insertion did not insert more in the last step.
@@ -90,7 +89,7 @@ pub(super) struct Insertion {
 
 /// What an insertion may look at beside the particles.
 pub(super) struct Surroundings<'a> {
-    pub(super) plan: &'a Plan,
+    pub(super) setting: &'a Setting<'a>,
     pub(super) images: &'a Images,
     pub(super) walls: &'a [WallNow],
     /// How far particles may be from where they were listed, m.
@@ -100,7 +99,7 @@ pub(super) struct Surroundings<'a> {
 }
 
 impl Insertion {
-    pub(super) fn new(insertion: &InsertionPlan, plan: &Plan) -> Self {
+    pub(super) fn new(insertion: &InsertionPlan, setting: &Setting<'_>) -> Self {
         let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
         let shares = used().map(|part| part.share).sum::<f64>();
         // Radii of the spheres, and of the pebbles, that come.
@@ -114,7 +113,7 @@ impl Insertion {
                 (0.5 * least, 0.5 * mean, 0.5 * most, 0.0)
             }
             Some(index) => {
-                let clump = &plan.clumps[index as usize];
+                let clump = &setting.clumps[index as usize];
                 let scale = |diameter: f64| diameter / clump.equal_volume_diameter();
                 let (least, most) = clump.pebble_radii();
                 (
@@ -127,21 +126,14 @@ impl Insertion {
         };
         let stream = |what: &str| {
             Stream::new(
-                plan.seed,
+                setting.seed,
                 &format!("insertion {} {what}", insertion.name),
                 0,
             )
         };
         Self {
             state: InsertionState::default(),
-            room: Room::new(
-                &insertion.region,
-                Space {
-                    domain: (plan.domain_min, plan.domain_max),
-                    periodic: plan.periodic,
-                    dimensions: plan.dimensions,
-                },
-            ),
+            room: Room::new(&insertion.region, setting.space()),
             shares,
             smallest_radius: used()
                 .map(|part| radii(part).0)
@@ -194,7 +186,7 @@ impl Insertion {
         around: &Surroundings<'_>,
     ) -> bool {
         // Times are whole numbers of steps up to round-off; a millionth of a step is far above it.
-        let slack = 1e-6 * around.plan.time_step;
+        let slack = 1e-6 * around.setting.time_step;
         if self.state.is_finished() || around.time < insertion.from - slack {
             return false;
         }
@@ -222,7 +214,7 @@ impl Insertion {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
                 failed += 1;
-                if failed >= insertion.attempts || !self.may_fit(pending, around.plan) {
+                if failed >= insertion.attempts || !self.may_fit(pending, around.setting) {
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
                         _ => Limit::Space,
@@ -253,11 +245,11 @@ impl Insertion {
     }
 
     /// Whether there is room at all between the bounds of the region: of a body, for its largest pebble.
-    fn may_fit(&self, pending: Pending, plan: &Plan) -> bool {
+    fn may_fit(&self, pending: Pending, setting: &Setting<'_>) -> bool {
         let radius = match pending.clump {
             None => pending.radius,
             Some(index) => {
-                let clump = &plan.clumps[index as usize];
+                let clump = &setting.clumps[index as usize];
                 clump.pebble_radii().1 * scale(&pending, clump)
             }
         };
@@ -272,7 +264,7 @@ impl Insertion {
         particles: &mut Particles,
         around: &Surroundings<'_>,
     ) -> bool {
-        let plan = around.plan;
+        let setting = around.setting;
         let Some(new) = self.find_place(pending, particles, around) else {
             return false;
         };
@@ -282,21 +274,21 @@ impl Insertion {
             self.velocities.uniform_in(-1.0, 1.0),
         );
         let mut velocity = insertion.velocity_mean + deviation * insertion.velocity_spread;
-        if plan.dimensions == 2 {
+        if setting.dimensions == 2 {
             velocity.z = 0.0;
         }
         let inserted = &mut self.state.inserted;
         match new {
             New::Particle(new) => {
                 let new = NewParticle { velocity, ..new };
-                let (record, mass, prescribed) = new.build(plan);
+                let (record, mass, prescribed) = new.build(setting.materials, setting.dimensions);
                 particles.push(record, mass, prescribed);
-                inserted.count(&record, mass, plan.dimensions);
+                inserted.count(&record, mass, setting.dimensions);
             }
             New::Body(new) => {
                 let new = NewBody { velocity, ..new };
-                new.add_to(particles, plan);
-                inserted.count_body(&new.body(plan));
+                new.add_to(particles, setting.clumps);
+                inserted.count_body(&new.body(setting.clumps));
             }
         }
         true
@@ -309,7 +301,7 @@ impl Insertion {
         particles: &Particles,
         around: &Surroundings<'_>,
     ) -> Option<New> {
-        let plan = around.plan;
+        let setting = around.setting;
         let sphere = [(DVec3::ZERO, pending.radius)];
         let Some(index) = pending.clump else {
             let extent = of_sphere(pending.radius);
@@ -317,7 +309,7 @@ impl Insertion {
             let new = NewParticle::at(position, pending.radius, pending.material);
             return Some(New::Particle(new));
         };
-        let clump = &plan.clumps[index as usize];
+        let clump = &setting.clumps[index as usize];
         let mut body = NewBody {
             scale: scale(&pending, clump),
             orientation: self.orientations.unit_quaternion(),

@@ -19,6 +19,7 @@ mod plans;
 mod region;
 mod row_map;
 mod schedule;
+mod setting;
 mod tally;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ pub use insertion::{InsertionState, Limit, Pending};
 pub(crate) use placement::{Space, may_hold};
 pub use plans::{CountedRegion, DeletionPlan, Ingredient, InsertionPlan, Rate};
 pub use region::Region;
+pub use setting::Setting;
 pub use tally::Tally;
 
 pub use mercury_common::scene::{Quantity, Total};
@@ -37,7 +39,6 @@ use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
 use crate::neighbours::Images;
-use crate::plan::Plan;
 use crate::state::{Particles, Row};
 use crate::walls::WallNow;
 
@@ -76,44 +77,49 @@ pub struct Boundaries {
 }
 
 impl Boundaries {
-    /// Of a plan, before anything has come or gone.
+    /// Before anything has come or gone.
     #[must_use]
-    pub fn new(plan: &Plan) -> Self {
-        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+    pub fn new(
+        insertions: &[InsertionPlan],
+        deletions: &[DeletionPlan],
+        setting: &Setting<'_>,
+    ) -> Self {
+        let images = Images::new(setting.domain.0, setting.domain.1, setting.periodic);
         Self {
-            insertions: plan
-                .insertions
+            insertions: insertions
                 .iter()
-                .map(|insertion| Insertion::new(insertion, plan))
+                .map(|insertion| Insertion::new(insertion, setting))
                 .collect(),
-            deletion: Deletion::new(plan),
-            deleted: vec![Tally::default(); plan.deletions.len()],
+            deletion: Deletion::new(deletions, setting),
+            deleted: vec![Tally::default(); deletions.len()],
             faces: [Tally::default(); 6],
             rows: RowMap::default(),
             margin: 0.0,
-            time_step: plan.time_step,
+            time_step: setting.time_step,
             images,
         }
     }
 
-    /// Removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended.
+    /// Removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
+    /// `setting` are those of [`Boundaries::new`].
     pub fn exchange(
         &mut self,
         particles: &mut Particles,
-        plan: &Plan,
+        insertions: &[InsertionPlan],
+        setting: &Setting<'_>,
         images: &Images,
         walls: &[WallNow],
         time: f64,
     ) -> bool {
-        let mut changed = self.delete(particles, plan, images);
+        let mut changed = self.delete(particles, setting.dimensions, images);
         let around = Surroundings {
-            plan,
+            setting,
             images,
             walls,
             margin: self.margin,
             time,
         };
-        for (insertion, of_plan) in self.insertions.iter_mut().zip(&plan.insertions) {
+        for (insertion, of_plan) in self.insertions.iter_mut().zip(insertions) {
             changed |= insertion.insert(of_plan, particles, &around);
         }
         if changed {
@@ -123,7 +129,7 @@ impl Boundaries {
     }
 
     /// Removes what has left; returns whether anything had.
-    fn delete(&mut self, particles: &mut Particles, plan: &Plan, images: &Images) -> bool {
+    fn delete(&mut self, particles: &mut Particles, dimensions: u8, images: &Images) -> bool {
         let gone = self.deletion.find(particles, images);
         if gone.is_empty() {
             return false;
@@ -136,11 +142,7 @@ impl Boundaries {
             match leaver {
                 Leaver::Row(row) => {
                     let row = row as usize;
-                    tally.count(
-                        &particles.records[row],
-                        particles.masses[row],
-                        plan.dimensions,
-                    );
+                    tally.count(&particles.records[row], particles.masses[row], dimensions);
                 }
                 Leaver::Body(index) => tally.count_body(&particles.bodies()[index as usize]),
             }

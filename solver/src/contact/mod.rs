@@ -2,7 +2,7 @@
 //!
 //! One law per file. A pair's interaction is a [`PairLaw`] put together from a [`NormalLaw`], a
 //! [`TangentialLaw`] and a [`RollingLaw`]; a part that a scene does not need is a type of size zero
-//! ([`NoFriction`], [`NoRolling`]), so that it costs neither time nor memory. `registry` picks the
+//! ([`NoFriction`], [`NoRolling`]), so that it costs neither time nor memory. `forces` picks the
 //! instance.
 //!
 //! Laws are written over [`Real`] numbers: as `f64` for one contact, in lanes for several, of which each gets the bits that it

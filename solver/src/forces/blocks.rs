@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::memory::GROWTH;
 use crate::state::Load;
 
 /// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
@@ -17,6 +18,16 @@ pub fn block_size(count: usize) -> usize {
         more => more.next_multiple_of(2),
     };
     count.div_ceil(blocks).max(1)
+}
+
+/// Bytes of what the blocks of so many rows park for one another when so many pairs touch, for estimates of memory.
+#[must_use]
+pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
+    // Rows are sorted by cells that are about a diameter wide, layer by layer, and a contact is half a diameter long along any axis: half
+    // of all reach into the next layer. A block is about as long as a layer, or shorter.
+    let layer = rows.powf(2.0 / 3.0);
+    let crossing = 0.5 * (layer / block_size(rows as usize) as f64).min(1.0);
+    GROWTH * crossing * touching * size_of::<Parked>() as f64
 }
 
 /// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first. Mostly
@@ -38,11 +49,15 @@ pub(super) struct Outbox {
     lists: Vec<Vec<Parked>>,
 }
 
+/// Packed, unlike [`Load`]: it is written once and read once, and there are about as many as particles.
 #[derive(Debug, Clone, Copy)]
 struct Parked {
     /// Row within the receiving block.
     row: u32,
-    load: Load,
+    /// N
+    force: DVec3,
+    /// N m
+    torque: DVec3,
 }
 
 impl Outbox {
@@ -71,7 +86,8 @@ impl Outbox {
         let (block, row) = place(ahead, block_size);
         self.lists[block].push(Parked {
             row: row as u32,
-            load: Load::new(force, torque),
+            force,
+            torque,
         });
     }
 
@@ -79,7 +95,7 @@ impl Outbox {
     pub(super) fn deliver(&self, ahead: usize, loads: &mut [Load]) {
         if let Some(list) = self.lists.get(ahead) {
             for parked in list {
-                loads[parked.row as usize].add(parked.load.force, parked.load.torque);
+                loads[parked.row as usize].add(parked.force, parked.torque);
             }
         }
     }

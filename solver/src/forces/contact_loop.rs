@@ -256,6 +256,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         sum
     }
 
+    fn take_observation(&mut self, walls: usize) -> Observation {
+        let blocks = &mut self.blocks;
+        let records = blocks.iter().map(|block| block.observation.records.len());
+        let mut sum = Observation::empty(walls);
+        sum.records.reserve_exact(records.sum());
+        for block in blocks {
+            sum.merge(&block.observation);
+            block.observation.records = Vec::new();
+        }
+        sum
+    }
+
     fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)> {
         let mut all = std::mem::take(&mut self.feature_loads);
         for block in &mut self.blocks {
@@ -379,8 +391,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
         self.memory.columns.clone()
     }
 
-    fn slot_bytes(&self) -> usize {
-        size_of::<Slot<Histories<N, T, R>>>()
+    fn pair_bytes(&self) -> [usize; 2] {
+        let slot = size_of::<Slot<Histories<N, T, R>>>();
+        match <Histories<N, T, R>>::LENGTH {
+            0 => [slot, 0],
+            _ => [slot, size_of::<(u32, u32, Histories<N, T, R>)>()],
+        }
     }
 }
 

@@ -6,13 +6,15 @@
 //! particle has one order, whatever the number of threads.
 
 mod blocks;
+mod compiled;
 mod contact_loop;
 mod feature_loads;
 mod near_walls;
 mod observation;
 mod passes;
 
-pub use blocks::block_size;
+pub use blocks::{block_size, parked_bytes};
+pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
@@ -115,6 +117,9 @@ pub trait ContactForces: Send {
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;
 
+    /// The same, with the records of contacts taken out of here: there are more of them than particles.
+    fn take_observation(&mut self, walls: usize) -> Observation;
+
     /// The loads on features of mesh walls since they were taken last, in order; empties them.
     fn take_feature_loads(&mut self) -> Vec<(FeatureKey, FeatureLoad)>;
 
@@ -139,8 +144,8 @@ pub trait ContactForces: Send {
     /// Unit and meaning of the numbers in [`ContactRecord::history`].
     fn history_columns(&self) -> Vec<HistoryNumber>;
 
-    /// Bytes of one slot, for the memory estimate.
-    fn slot_bytes(&self) -> usize;
+    /// Bytes of the slot of a listed pair, and of its history while it is carried over to a new list: for estimates of memory.
+    fn pair_bytes(&self) -> [usize; 2];
 }
 
 crate::state::plain!(SavedSlot {

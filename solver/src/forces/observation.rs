@@ -61,6 +61,21 @@ pub struct ContactRecord {
     pub history: Vec<f64>,
 }
 
+impl ContactRecord {
+    /// Bytes of a record with so many numbers of history, for estimates of memory.
+    #[must_use]
+    pub fn bytes(history: usize) -> usize {
+        // What the system's allocator keeps for itself beside the numbers.
+        const HEADER: usize = 16;
+        size_of::<Self>()
+            + if history == 0 {
+                0
+            } else {
+                history * 8 + HEADER
+            }
+    }
+}
+
 /// Sums and records over the contacts of one force evaluation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observation {

@@ -170,4 +170,13 @@ impl Forces {
         }
         seen
     }
+
+    /// The same, with the records of contacts taken out of the contact loop.
+    pub fn take_observation(&mut self, walls: usize) -> Observation {
+        let mut seen = self.contacts.take_observation(walls);
+        for pass in &self.others {
+            pass.observe(&mut seen);
+        }
+        seen
+    }
 }

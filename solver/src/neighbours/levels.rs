@@ -27,18 +27,41 @@ impl Levels {
     /// The levels for particles that are listed when closer than `skin` (m), by the least expected number of tests.
     #[must_use]
     pub fn choose(records: &[Particle], skin: f64) -> Self {
+        let extent = || {
+            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            for record in records {
+                low = low.min(record.position);
+                high = high.max(record.position);
+            }
+            high - low
+        };
+        Self::for_sizes(
+            records.iter().map(|record| (record.radius, 1.0)),
+            extent,
+            skin,
+        )
+    }
+
+    /// The same for particles that are not there yet: `sizes` says how many are expected of each radius (m), `extent` how far
+    /// their centres are spread along x, y, z (m).
+    #[must_use]
+    pub fn for_sizes(
+        sizes: impl Iterator<Item = (f64, f64)> + Clone,
+        extent: impl FnOnce() -> DVec3,
+        skin: f64,
+    ) -> Self {
         let (mut least, mut most) = (f64::INFINITY, 0.0f64);
-        for record in records {
-            least = least.min(record.radius);
-            most = most.max(record.radius);
+        for (radius, _) in sizes.clone() {
+            least = least.min(radius);
+            most = most.max(radius);
         }
         // Below a ratio of 2 a second level can never pay.
-        if records.is_empty() || most <= 2.0 * least {
+        if most <= 2.0 * least {
             return Self {
                 largest: vec![most],
             };
         }
-        let classes = Classes::new(records, least, most);
+        let classes = Classes::new(sizes, extent(), least, most);
         let (mut best, mut cost) = (0u32, classes.cost(0, skin));
         for cuts in 1..1u32 << (classes.classes.len() - 1) {
             let candidate = classes.cost(cuts, skin);
@@ -77,25 +100,19 @@ struct Classes {
 }
 
 impl Classes {
-    fn new(records: &[Particle], least: f64, most: f64) -> Self {
+    fn new(sizes: impl Iterator<Item = (f64, f64)>, extent: DVec3, least: f64, most: f64) -> Self {
         // Classes of a factor of two, wider for a very wide distribution.
         let count = ((most / least).log2().ceil() as usize).clamp(1, CLASSES);
         let per_class = count as f64 / (most / least).log2();
         let mut classes = vec![Class::default(); count];
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for record in records {
-            low = low.min(record.position);
-            high = high.max(record.position);
-            let index = ((record.radius / least).log2() * per_class) as usize;
+        for (radius, expected) in sizes {
+            let index = ((radius / least).log2() * per_class) as usize;
             let class = &mut classes[index.min(count - 1)];
-            class.count += 1.0;
-            class.largest = class.largest.max(record.radius);
+            class.count += expected;
+            class.largest = class.largest.max(radius);
         }
         classes.retain(|class| class.count > 0.0);
-        Self {
-            classes,
-            extent: high - low,
-        }
+        Self { classes, extent }
     }
 
     /// The levels when there is a cut behind class `k` for each bit `k` of `cuts`.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
+use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
 /// A listed partner of a row.
@@ -96,6 +97,21 @@ pub fn build(
         new_row,
         grid,
     }
+}
+
+/// Bytes of a candidate list of so many pairs, for estimates of memory.
+#[must_use]
+pub fn list_bytes(rows: f64, pairs: f64) -> f64 {
+    rows * size_of::<u32>() as f64 + pairs * size_of::<Candidate>() as f64
+}
+
+/// Bytes that [`build`] needs at most beside the particles, its result among them.
+#[must_use]
+pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
+    // The search: members and their level, those of the lowest level alone, old and new rows, about one cell for each row.
+    let search = 2 * size_of::<Spot>() + size_of::<u8>() + 3 * size_of::<u32>();
+    // The layers grow apart, each to its own length, and are put together.
+    rows * search as f64 + (1.0 + GROWTH) * list_bytes(rows, pairs)
 }
 
 /// The particles as the search sees them.

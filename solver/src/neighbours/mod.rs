@@ -17,6 +17,6 @@ pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use leeway::leeways;
 pub use levels::Levels;
-pub use list::{Built, Candidate, CandidateList, build};
+pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};
 pub use skin::Skin;
 pub use validity::Validity;

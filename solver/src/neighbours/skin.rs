@@ -1,5 +1,7 @@
 //! The thickness of the skin, adapted from counts.
 
+use super::Images;
+
 /// Time of building a list, per particle, over the time of testing one listed pair that does not touch
 /// (measured; see `docs/performance.md`). Only the ratio matters, and only to speed.
 const REBUILD_OVER_TEST: f64 = 50.0;
@@ -31,6 +33,21 @@ impl Skin {
         }
     }
 
+    /// The skin of a run's first list, no thicker than periodic axes leave room for. Radii (m): the smallest and the largest that
+    /// can occur, and the mean one; `range`: how far beyond contact forces reach, m.
+    #[must_use]
+    pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
+        let mut skin = Self::new(smallest, mean);
+        let mut room = f64::INFINITY;
+        for axis in 0..3 {
+            if images.periodic[axis] {
+                room = room.min(0.5 * images.size[axis] - 2.0 * largest - range);
+            }
+        }
+        skin.limit(0.99 * room);
+        skin
+    }
+
     /// Sets the thickness for the next list: `steps` is how long the last one lasted, `idle_pairs` how many of its pairs per
     /// particle did not touch in the end.
     pub fn adapt(&mut self, steps: u64, idle_pairs: f64) {
@@ -46,7 +63,7 @@ impl Skin {
     }
 
     /// Keeps the skin below the room that a periodic domain leaves (m).
-    pub fn limit(&mut self, largest: f64) {
+    fn limit(&mut self, largest: f64) {
         self.largest = self.largest.min(largest);
         self.least = self.least.min(self.largest);
         self.thickness = self.thickness.min(self.largest);

@@ -12,6 +12,7 @@ mod ene_file;
 mod energies;
 pub mod folder;
 mod fstat_file;
+mod memory;
 mod moment;
 mod particle_frames;
 mod region_counts;
@@ -31,6 +32,7 @@ mod whole_file;
 mod writer;
 
 pub use energies::energies;
+pub use memory::{OutputBytes, output_bytes};
 pub use moment::Moment;
 pub use schedule::{Due, Schedule};
 pub use state::State;

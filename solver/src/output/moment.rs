@@ -44,6 +44,7 @@ impl Moment {
     #[must_use]
     pub fn take(engine: &mut Engine, due: Due) -> Self {
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
+        let observation = engine.take_observation();
         let particles = &engine.particles;
         let audit = engine.audit();
         Self {
@@ -59,7 +60,7 @@ impl Moment {
             walls: (engine.walls().iter())
                 .map(|wall| (wall.state.present, wall.state.pose))
                 .collect(),
-            observation: engine.observation(),
+            observation,
             dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
             load_sums,
         }

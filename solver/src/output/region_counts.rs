@@ -37,7 +37,10 @@ impl RegionCounts {
 /// The materials of particles and bodies of the start and of insertions.
 fn materials(plan: &Plan) -> Vec<(u32, String)> {
     let particles = plan.particles.iter().map(|particle| particle.material);
-    let bodies = plan.bodies.iter().map(|body| body.clump(plan).material);
+    let bodies = plan
+        .bodies
+        .iter()
+        .map(|body| body.clump(&plan.clumps).material);
     let mixtures = plan
         .insertions
         .iter()

@@ -53,11 +53,12 @@ impl State {
         for (rank, &row) in order.iter().enumerate() {
             rank_of_row[row as usize] = rank as u32;
         }
-        let mut particles = gather(&moment.records, &order);
+        // Column by column, so that memory never holds the whole state twice.
+        let mut particles = gather(moment.records, &order);
         for particle in &mut particles {
             particle.position = images.wrap(particle.position);
         }
-        let mut orientations = moment.orientations.map(|all| gather(&all, &order));
+        let mut orientations = moment.orientations.map(|all| gather(all, &order));
         let (bodies, body_of_rank) = match &moment.bodies {
             None => (Vec::new(), Vec::new()),
             Some(bodies) => by_rank(bodies, &order, images),
@@ -74,9 +75,9 @@ impl State {
             step: moment.step,
             due: moment.due,
             particles,
-            loads: gather(&moment.loads, &order),
-            ids: gather(&moment.ids, &order),
-            masses: gather(&moment.masses, &order),
+            loads: gather(moment.loads, &order),
+            ids: gather(moment.ids, &order),
+            masses: gather(moment.masses, &order),
             orientations,
             bodies,
             body_of_rank,
@@ -150,6 +151,6 @@ fn by_rank(bodies: &Bodies, order: &[u32], images: &Images) -> (Vec<Body>, Vec<O
     (wrapped.collect(), of_rank.collect())
 }
 
-fn gather<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
+fn gather<T: Copy>(column: Vec<T>, order: &[u32]) -> Vec<T> {
     order.iter().map(|&row| column[row as usize]).collect()
 }

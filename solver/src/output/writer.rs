@@ -199,11 +199,15 @@ fn write_all(
     for message in receiver {
         match message {
             Message::Write(moment) => {
-                let state = State::new(*moment, images);
+                // Memory holds one state, not the last one beside the next.
+                drop(last.take());
+                let mut state = State::new(*moment, images);
                 for stream in &mut streams {
                     stream.write(&state)?;
                 }
                 seen.take_in(&state, gravity, dimensions);
+                // They are written, and as large as all particles together.
+                state.observation.records = Vec::new();
                 last = Some(state);
             }
             Message::Tell(answer) => {

@@ -6,11 +6,12 @@ use mercury_common::scene::{
 };
 
 use super::checks;
-use super::insertions::{deletions, expected_number, insertions};
+use super::insertions::{deletions, insertions};
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
 use super::regions::regions;
+use super::sizes::Sizes;
 use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
@@ -28,9 +29,6 @@ use crate::walls::Wall;
 const MOST_STEPS: f64 = 9e15;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;
-/// What an insertion that fills its region counts in the mean radius: it is large beside single particles.
-const FULL_COUNTS_AS: f64 = 1e4;
-
 /// Resolves a scene: what each pair of materials does, the time step, what is there and what comes, what is skipped.
 ///
 /// # Errors
@@ -64,8 +62,18 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     }
     meshes::go_on(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
+    let mut counted = start.table;
     if errors.len() == found {
-        checks::overlaps(scene, &start, &clumps, &walls, &mut errors, &mut warnings);
+        let radii = [sizes.smallest, sizes.mean, sizes.largest];
+        [counted.touching, counted.listed] = checks::overlaps(
+            scene,
+            &start,
+            &clumps,
+            &walls,
+            radii,
+            &mut errors,
+            &mut warnings,
+        );
     }
 
     // A pair that could not be resolved could change the step.
@@ -171,6 +179,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             track,
             digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
         },
+        counted,
         pairs,
         step: step_plan,
         warnings,
@@ -197,80 +206,6 @@ fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
             warnings.push(format!(
                 "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
             ));
-        }
-    }
-}
-
-/// Radii that can occur, m.
-struct Sizes {
-    smallest: f64,
-    mean: f64,
-    largest: f64,
-    /// Circumscribed, of bodies; 0 without any.
-    largest_body: f64,
-}
-
-impl Sizes {
-    fn of(
-        scene: &Scene,
-        start: &StartingParticles,
-        clumps: &[Clump],
-        insertions: &[InsertionPlan],
-        dimensions: u8,
-    ) -> Self {
-        let densities = densities(scene);
-        let (mut smallest, mut largest, mut sum, mut count) = (f64::INFINITY, 0.0f64, 0.0, 0.0);
-        let mut largest_body = 0.0f64;
-        for sphere in start.spheres(clumps) {
-            smallest = smallest.min(sphere.radius);
-            largest = largest.max(sphere.radius);
-            sum += sphere.radius;
-            count += 1.0;
-        }
-        for body in &start.bodies {
-            largest_body = largest_body.max(clumps[body.clump as usize].radius * body.scale);
-        }
-        for insertion in insertions {
-            let expected = expected_number(insertion, &densities, dimensions);
-            let expected = expected.unwrap_or(FULL_COUNTS_AS);
-            for part in &insertion.mixture {
-                // Radii over half the diameter that is drawn, and spheres for each.
-                let (least, mean, most, number) = match part.clump {
-                    None => (1.0, 1.0, 1.0, 1.0),
-                    Some(index) => {
-                        let clump = &clumps[index as usize];
-                        let unit = 2.0 / clump.equal_volume_diameter();
-                        let body = 0.5 * part.sizes.largest() * clump.radius * unit;
-                        largest_body = largest_body.max(body);
-                        let (least, most) = clump.pebble_radii();
-                        (
-                            least * unit,
-                            clump.mean_pebble_radius() * unit,
-                            most * unit,
-                            clump.pebbles.len() as f64,
-                        )
-                    }
-                };
-                smallest = smallest.min(0.5 * part.sizes.smallest() * least);
-                largest = largest.max(0.5 * part.sizes.largest() * most);
-                let spheres = expected * part.share * number;
-                sum += spheres * 0.5 * part.sizes.mean_diameter() * mean;
-                count += spheres;
-            }
-        }
-        if count == 0.0 {
-            return Self {
-                smallest: 0.0,
-                mean: 0.0,
-                largest: 0.0,
-                largest_body,
-            };
-        }
-        Self {
-            smallest,
-            mean: sum / count,
-            largest,
-            largest_body,
         }
     }
 }

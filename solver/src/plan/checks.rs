@@ -7,7 +7,7 @@ use super::particles::{StartingParticles, StartingSphere, Typed};
 use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
-use crate::neighbours::{Images, NO_SHIFT, build};
+use crate::neighbours::{Images, NO_SHIFT, Skin, build};
 use crate::state::{Particle, Particles};
 use crate::walls::{Touches, Wall, WallNow};
 
@@ -219,7 +219,8 @@ impl<T> Worst<T> {
 }
 
 /// Overlaps of the start between particles, bodies and walls: errors above `contact.overlap_error`, warnings above
-/// `contact.overlap_warning`, both parts of the smaller radius. Pairs of fixed particles are exempt.
+/// `contact.overlap_warning`, both parts of the smaller radius. Pairs of fixed particles are exempt. Returns the numbers of pairs that
+/// touch and of those that the first candidate list will hold, for spheres of these radii (smallest, mean, largest, m).
 ///
 /// Requires finite positions and periodic edges that [`periodic_axes`] accepts.
 pub(super) fn overlaps(
@@ -227,19 +228,22 @@ pub(super) fn overlaps(
     start: &StartingParticles,
     clumps: &[Clump],
     walls: &[Wall],
+    radii: [f64; 3],
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
-) {
+) -> [u64; 2] {
     let (error_limit, warning_limit) =
         (*scene.contact.overlap_error, *scene.contact.overlap_warning);
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
     let spheres: Vec<StartingSphere> = start.spheres(clumps).collect();
-    for_each_touching_pair(scene, &spheres, |a, b, overlap| {
+    let mut touching = 0;
+    let listed = for_each_touching_pair(scene, &spheres, radii, |a, b, overlap| {
         let smaller = spheres[a].radius.min(spheres[b].radius);
         let (a, b) = (spheres[a].grain, spheres[b].grain);
         if a == b {
             return;
         }
+        touching += 1;
         let part = overlap / smaller;
         if part > error_limit {
             bad.add(part, (a, b, overlap));
@@ -328,15 +332,17 @@ pub(super) fn overlaps(
             dubious.others("contact")
         ));
     }
+    [touching, listed]
 }
 
 /// Calls `found` with the places (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of
-/// fixed particles. By the engine's own list, so that many particles cost little.
+/// fixed particles. By the engine's own list, so that many particles cost little; returns its length.
 fn for_each_touching_pair(
     scene: &Scene,
     spheres: &[StartingSphere],
+    radii: [f64; 3],
     mut found: impl FnMut(usize, usize, f64),
-) {
+) -> u64 {
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     let mut particles = Particles::new(false);
     for new in spheres {
@@ -353,9 +359,10 @@ fn for_each_touching_pair(
         particles.push(record, 1.0, None);
     }
     if particles.is_empty() {
-        return;
+        return 0;
     }
-    let list = build(&mut particles, &mut Vec::new(), 0.0, &images, false).list;
+    let skin = Skin::first(radii, 0.0, &images).thickness;
+    let list = build(&mut particles, &mut Vec::new(), skin, &images, false).list;
     for row in 0..particles.len() {
         let one = particles.records[row];
         for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {
@@ -368,4 +375,5 @@ fn for_each_touching_pair(
             }
         }
     }
+    list.entries.len() as u64
 }

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::passes::{expected_particles, memory, passes};
-use super::{Limit, PairPlan, Plan, Value, expected_number};
+use super::passes::passes;
+use super::{Limit, Memory, PairPlan, Plan, Value, expected, expected_number};
 
-/// The plan as a TOML document.
+/// The plan as a TOML document, with the memory that its run is expected to take.
 ///
 /// # Errors
 /// If the document cannot be written as TOML, which no plan of a scene causes.
-pub fn document(plan: &Plan) -> Result<String, toml::ser::Error> {
-    toml::to_string(&Document::of(plan))
+pub fn document(plan: &Plan, memory: &Memory) -> Result<String, toml::ser::Error> {
+    toml::to_string(&Document::of(plan, memory))
 }
 
 #[derive(Serialize)]
@@ -25,6 +25,7 @@ struct Document<'a> {
     warnings: &'a [String],
     notes: &'a [String],
     memory_bytes: f64,
+    memory: MemoryBytes,
     domain: Domain,
     time: Time<'a>,
     particles: Particles,
@@ -35,6 +36,14 @@ struct Document<'a> {
     insertions: Vec<Insertion<'a>>,
     contacts: Vec<Contact<'a>>,
     passes: Vec<Pass>,
+}
+
+/// Bytes; see [`Memory`].
+#[derive(Serialize)]
+struct MemoryBytes {
+    time_loop: f64,
+    at_most: f64,
+    at_start: f64,
 }
 
 #[derive(Serialize)]
@@ -162,10 +171,11 @@ fn is_zero(count: &usize) -> bool {
 }
 
 impl<'a> Document<'a> {
-    fn of(plan: &'a Plan) -> Self {
+    fn of(plan: &'a Plan, memory: &Memory) -> Self {
         let finite = |number: f64| number.is_finite().then_some(number);
         let material = |index: u32| plan.materials[index as usize].name.as_str();
         let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+        let expected = expected(plan);
         let bound = |limit: &'a Option<Limit>| {
             limit.as_ref().map(|limit| Bound {
                 time: limit.time,
@@ -180,7 +190,12 @@ impl<'a> Document<'a> {
             gravity: plan.gravity.to_array(),
             warnings: &plan.warnings,
             notes: &plan.notes,
-            memory_bytes: memory(plan),
+            memory_bytes: memory.peak().round(),
+            memory: MemoryBytes {
+                time_loop: memory.steps.round(),
+                at_most: memory.most.round(),
+                at_start: memory.start.round(),
+            },
             domain: Domain {
                 min: plan.domain_min.to_array(),
                 max: plan.domain_max.to_array(),
@@ -205,7 +220,7 @@ impl<'a> Document<'a> {
                 at_start: plan.particles.len(),
                 bodies_at_start: plan.bodies.len(),
                 fixed: plan.particles.iter().filter(|p| p.fixed).count(),
-                expected: expected_particles(plan),
+                expected: expected.particles + expected.bodies,
                 smallest_radius: plan.smallest_radius,
                 mean_radius: plan.mean_radius,
                 largest_radius: plan.largest_radius,

@@ -2,14 +2,18 @@
 
 use std::path::Path;
 
+use glam::{DVec2, DVec3};
 use mercury_common::formats::number::parse_number;
 use mercury_common::scene::{
     Body, Insertion, Quantity, Rate as SceneRate, Region as SceneRegion, Scene, SceneError, Total,
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
+use super::Plan;
 use crate::bodies::Clump;
-use crate::boundaries::{DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold};
+use crate::boundaries::{
+    DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold, volume_within,
+};
 use crate::contact::parameter::short;
 use crate::state::volume;
 
@@ -205,6 +209,55 @@ pub(super) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
         volume(0.5 * sizes.sample_diameter(u), 2)
     };
     (0..AREA_POINTS).map(area).sum::<f64>() / f64::from(AREA_POINTS)
+}
+
+/// Solid fraction, in three and two dimensions, of spheres and discs that are placed at random until no more fit (Torquato 2002, Random
+/// Heterogeneous Materials, table 3.1), and of those that are packed at random.
+const PLACED: [f64; 2] = [0.38, 0.55];
+const PACKED: [f64; 2] = [0.64, 0.84];
+
+/// The particles that an insertion brings at most: as many as its total and its rate say, and as have room.
+#[must_use]
+pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
+    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+    let of_total = |total| {
+        let only = InsertionPlan {
+            total: Some(total),
+            ..insertion.clone()
+        };
+        expected_number(&only, &densities, plan.dimensions).unwrap_or(f64::INFINITY)
+    };
+    let [placed, packed] = [PLACED, PACKED].map(|part| part[usize::from(plan.dimensions == 2)]);
+    let (min, max) = (plan.domain_min, plan.domain_max);
+    let space = |low: DVec3, high: DVec3| match plan.dimensions {
+        2 => (high - low).truncate().max(DVec2::ZERO).element_product(),
+        _ => (high - low).max(DVec3::ZERO).element_product(),
+    };
+    let by_total = match insertion.total {
+        Some(Total::Full) => {
+            let (low, high) = insertion.region.bounds();
+            let space = match plan.dimensions {
+                2 => space(low.max(min), high.min(max)),
+                _ => volume_within(&insertion.region, min, max),
+            };
+            of_total(Total::Volume(placed * space))
+        }
+        Some(total) => of_total(total),
+        None => f64::INFINITY,
+    };
+    let end = insertion.until.min(plan.steps as f64 * plan.time_step);
+    let by_rate = match &insertion.rate {
+        _ if end < insertion.from => 0.0,
+        None => f64::INFINITY,
+        Some(rate) => match rate.allowed(insertion.from, end) {
+            // The last one may exceed what is allowed.
+            (Quantity::Number, number) => number.ceil(),
+            (Quantity::Mass, mass) => of_total(Total::Mass(mass)) + 1.0,
+            (Quantity::Volume, volume) => of_total(Total::Volume(volume)) + 1.0,
+        },
+    };
+    let by_space = of_total(Total::Volume(packed * space(min, max)));
+    by_total.min(by_rate).min(by_space)
 }
 
 /// The particles that an insertion is expected to bring, where its total says so.

@@ -4,9 +4,10 @@ mod build;
 mod checks;
 mod clumps;
 mod document;
+mod expected;
 mod insertions;
+mod memory;
 mod meshes;
-mod new_body;
 mod pair;
 mod particles;
 mod passes;
@@ -14,6 +15,7 @@ mod reading;
 mod refusal;
 mod regions;
 mod report;
+mod sizes;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -25,22 +27,25 @@ pub use crate::contact::mixing::harmonic_mean;
 pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::plan;
 pub use document::document;
+pub use expected::{Counted, Expected, expected};
 pub use insertions::expected_number;
-pub use new_body::NewBody;
+pub use memory::{Memory, StartBytes};
 pub use pair::PairPlan;
-pub use passes::{Pass, memory, passes};
+pub use passes::{Pass, passes};
 pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 
+pub use crate::bodies::NewBody;
+pub use crate::state::{Material, NewParticle};
+
 use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 
 use crate::bodies::Clump;
-use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
+use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan, Setting};
 use crate::contact::registry::{AnyPairLaw, LawTable};
-use crate::state::{FIXED, PRESCRIBED, Particle, Prescribed, Row, volume};
 use crate::walls::Wall;
 
 /// A run, resolved and checked.
@@ -104,6 +109,8 @@ pub struct Plan {
     pub energy_budget: bool,
     /// What is written, and when.
     pub output: OutputPlan,
+    /// What was counted while the start was read and looked over.
+    pub counted: Counted,
     /// Every pair of materials that can meet, with all its numbers and where they came from.
     pub pairs: Vec<PairPlan>,
     /// Why the time step is what it is.
@@ -170,6 +177,7 @@ impl Plan {
                 track: Vec::new(),
                 digits: None,
             },
+            counted: Counted::default(),
             pairs: Vec::new(),
             step: StepPlan::default(),
             warnings: Vec::new(),
@@ -200,88 +208,30 @@ impl Plan {
         !self.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
     }
 
+    /// What its boundaries need to know beside the insertions and deletions.
+    #[must_use]
+    pub fn setting(&self) -> Setting<'_> {
+        Setting {
+            domain: (self.domain_min, self.domain_max),
+            periodic: self.periodic,
+            dimensions: self.dimensions,
+            materials: &self.materials,
+            clumps: &self.clumps,
+            time_step: self.time_step,
+            seed: self.seed,
+        }
+    }
+
     fn take_radii_in(&mut self) {
         let of_spheres = self.particles.iter().map(|particle| particle.radius);
         let of_pebbles = self.bodies.iter().flat_map(|body| {
-            let pebbles = body.clump(self).pebbles.iter();
+            let pebbles = body.clump(&self.clumps).pebbles.iter();
             pebbles.map(|pebble| pebble.radius * body.scale)
         });
         let radii: Vec<f64> = of_spheres.chain(of_pebbles).collect();
         self.smallest_radius = radii.iter().copied().fold(f64::INFINITY, f64::min);
         self.largest_radius = radii.iter().copied().fold(0.0, f64::max);
         self.mean_radius = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
-    }
-}
-
-/// A material as the engine needs it; its laws are in the [`LawTable`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Material {
-    /// Name in the scene.
-    pub name: String,
-    /// Density, kg/m^3.
-    pub density: f64,
-}
-
-/// A particle to be made.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewParticle {
-    /// Centre, m.
-    pub position: DVec3,
-    /// Radius, m.
-    pub radius: f64,
-    /// Velocity, m/s.
-    pub velocity: DVec3,
-    /// Angular velocity, rad/s.
-    pub angular_velocity: DVec3,
-    /// Index of the material.
-    pub material: u32,
-    /// Does not move.
-    pub fixed: bool,
-    /// Prescribed velocity components, m/s.
-    pub prescribed_velocity: [Option<f64>; 3],
-    /// Prescribed angular velocity components, rad/s.
-    pub prescribed_angular_velocity: [Option<f64>; 3],
-}
-
-impl NewParticle {
-    /// A free particle at rest.
-    #[must_use]
-    pub fn at(position: DVec3, radius: f64, material: u32) -> Self {
-        Self {
-            position,
-            radius,
-            velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-            material,
-            fixed: false,
-            prescribed_velocity: [None; 3],
-            prescribed_angular_velocity: [None; 3],
-        }
-    }
-
-    /// The record, the mass (kg) and the prescribed components. Fixed particles count as infinitely heavy in contacts,
-    /// prescribed ones keep their mass.
-    #[must_use]
-    pub fn build(&self, plan: &Plan) -> (Particle, f64, Option<Prescribed>) {
-        let density = plan.materials[self.material as usize].density;
-        let mass = density * volume(self.radius, plan.dimensions);
-        let is_prescribed = self.prescribed_velocity.iter().any(Option::is_some)
-            || self.prescribed_angular_velocity.iter().any(Option::is_some);
-        let record = Particle {
-            position: self.position,
-            radius: self.radius,
-            velocity: self.velocity,
-            inverse_mass: if self.fixed { 0.0 } else { 1.0 / mass },
-            angular_velocity: self.angular_velocity,
-            material: self.material,
-            flags: if self.fixed { FIXED } else { 0 } | if is_prescribed { PRESCRIBED } else { 0 },
-        };
-        let prescribed = is_prescribed.then_some(Prescribed {
-            row: Row::new(0),
-            velocity: self.prescribed_velocity,
-            angular_velocity: self.prescribed_angular_velocity,
-        });
-        (record, mass, prescribed)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The particles of the start: `[[particles]]` in the order of the file, which is the order of their ids.
 
+use std::path::Path;
+
 use glam::DVec3;
 use mercury_common::formats::particle_csv::read_particle_csv;
 use mercury_common::random::Stream;
@@ -8,7 +10,7 @@ use mercury_common::scene::{
     Place, Scene, SceneError, Start,
 };
 
-use super::{NewBody, NewParticle};
+use super::{Counted, NewBody, NewParticle};
 use crate::bodies::Clump;
 use crate::neighbours::Images;
 
@@ -32,6 +34,8 @@ pub(super) struct StartingParticles {
     pub bodies: Vec<NewBody>,
     /// Where each body was typed.
     pub typed_bodies: Vec<Typed>,
+    /// The largest of the tables.
+    pub table: Counted,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
 }
@@ -43,6 +47,17 @@ impl StartingParticles {
             ..particle
         });
         self.typed.push(typed);
+    }
+
+    /// Takes a table of so many rows into account.
+    fn note_table(&mut self, file: &Path, rows: usize) {
+        let bytes = std::fs::metadata(file).map_or(0, |data| data.len());
+        if bytes > self.table.table_bytes {
+            (self.table.table_bytes, self.table.table_rows) = (bytes, rows as u64);
+        }
+        // No more than what comes: there are a great many of them in large tables.
+        self.particles.reserve_exact(rows);
+        self.typed.reserve_exact(rows);
     }
 
     /// Spheres that can touch: particles, then the pebbles of bodies, each with the number of its grain (particles, then
@@ -166,6 +181,7 @@ pub(super) fn starting_particles(
                     });
                 }
                 Ok(rows) => {
+                    start.note_table(&file.value, rows.len());
                     for row in rows {
                         let of_row = |message: String| {
                             file.error(format!("{}:{}: {message}", file.display(), row.line))

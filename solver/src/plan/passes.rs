@@ -1,9 +1,10 @@
-//! What a run does in its steps, what it skips, and why; and the memory it needs.
+//! What a run does in its steps, what it skips, and why.
 
-use super::{Plan, expected_number};
-use crate::contact::registry::contact_loop;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential};
-use crate::state::{Body, BodyPebble, Particle};
+use super::Plan;
+use super::sizes::levels;
+use crate::contact::parameter::short;
+use crate::contact::{AnyRolling, AnyTangential};
+use crate::forces::contact_loop;
 use crate::walls::Shape;
 
 /// A part of the simulation that a scene may or may not need.
@@ -43,6 +44,7 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             _ => 0,
         })
         .sum();
+    let levels = levels(plan).largest;
     let ratio = plan.largest_radius / plan.smallest_radius;
     let meshes = plan.walls.iter();
     let meshes = meshes.filter(|wall| matches!(wall.shape, Shape::Mesh(_)));
@@ -105,11 +107,17 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         },
         Pass {
             name: "grid levels",
-            is_done: false,
-            reason: if ratio.is_finite() {
-                format!("one level, largest over smallest particle {ratio:.3}")
-            } else {
-                "no particles".to_owned()
+            is_done: levels.len() > 1,
+            reason: match levels.len() {
+                _ if !ratio.is_finite() => "no particles".to_owned(),
+                1 => format!("one level, largest over smallest particle {ratio:.3}"),
+                count => {
+                    let largest: Vec<String> = levels.iter().map(|&radius| short(radius)).collect();
+                    format!(
+                        "{count} levels, for radii up to {} m; each list chooses anew",
+                        largest.join(", ")
+                    )
+                }
             },
         },
         pass(
@@ -159,64 +167,4 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
             "nothing writes them",
         ),
     ]
-}
-
-/// The number of particles and bodies expected: those of the start, and those of insertions that say how many.
-pub(super) fn expected_particles(plan: &Plan) -> f64 {
-    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
-    let inserted: f64 = plan
-        .insertions
-        .iter()
-        .filter_map(|insertion| expected_number(insertion, &densities, plan.dimensions))
-        .sum();
-    (plan.particles.len() + plan.bodies.len()) as f64 + inserted
-}
-
-/// Spheres expected among them: particles, and pebbles of bodies.
-pub(super) fn expected_spheres(plan: &Plan) -> f64 {
-    let pebbles = |clump: u32| plan.clumps[clump as usize].pebbles.len() as f64;
-    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
-    let inserted = plan.insertions.iter().filter_map(|insertion| {
-        let number = expected_number(insertion, &densities, plan.dimensions)?;
-        let each = insertion.mixture.iter().map(|part| {
-            let spheres = part.clump.map_or(1.0, pebbles);
-            part.share * spheres
-        });
-        Some(number * each.sum::<f64>())
-    });
-    let bodies = plan.bodies.iter().map(|body| pebbles(body.clump));
-    plan.particles.len() as f64 + bodies.sum::<f64>() + inserted.sum::<f64>()
-}
-
-/// Listed pairs per particle: half of the about twelve that touch or nearly touch in a dense packing, and the skin's.
-const PAIRS_PER_PARTICLE: f64 = 10.0;
-
-/// Estimate of the memory (bytes) that the particles expected and their contacts need.
-#[must_use]
-pub fn memory(plan: &Plan) -> f64 {
-    let is_plastic = |pair: &super::PairPlan| matches!(pair.law.normal, AnyNormal::Plastic(_));
-    let any = |test: &dyn Fn(&super::PairPlan) -> bool| plan.pairs.iter().any(test);
-    let mut history = 0.0;
-    if any(&is_plastic) {
-        history += 8.0;
-    }
-    if any(&|pair| pair.law.tangential != AnyTangential::None) {
-        history += 32.0;
-    }
-    if any(&|pair| pair.law.rolling != AnyRolling::None) {
-        history += 48.0;
-    }
-    // The record; force and torque, id, mass, place in the list; the orientation.
-    let columns = 48.0 + 4.0 + 8.0 + 24.0 + if plan.orientations { 32.0 } else { 0.0 };
-    let record = size_of::<Particle>() as f64;
-    // A listed pair: candidate and slot; twice while a list is rebuilt.
-    let pair = 2.0 * (16.0 + history);
-    let mut bytes = expected_spheres(plan) * (record + columns + PAIRS_PER_PARTICLE * pair);
-    if plan.has_bodies() {
-        // Every row says whether it is a pebble.
-        let pebble = (size_of::<BodyPebble>() + size_of::<u32>()) as f64;
-        bytes += expected_spheres(plan) * pebble;
-        bytes += expected_particles(plan) * size_of::<Body>() as f64;
-    }
-    bytes
 }

@@ -2,19 +2,21 @@
 
 use std::fmt::Write;
 
+use mercury_common::readable::bytes;
+
 use super::meshes::describe;
-use super::passes::{expected_spheres, memory, passes};
-use super::{PairPlan, Plan, expected_number};
+use super::passes::passes;
+use super::{Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
 use crate::walls::Shape;
 
-/// The plan in aligned plain text.
+/// The plan in aligned plain text, with the memory that its run is expected to take.
 #[must_use]
-pub fn report(plan: &Plan) -> String {
+pub fn report(plan: &Plan, memory: &Memory) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _ = write_report(&mut text, plan);
+    let _ = write_report(&mut text, plan, memory);
     text
 }
 
@@ -32,7 +34,7 @@ fn vector(v: glam::DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-fn write_report(text: &mut String, plan: &Plan) -> std::fmt::Result {
+fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Result {
     writeln!(text, "{}", plan.title)?;
     heading(text, "Space")?;
     let corners = format!(
@@ -78,16 +80,7 @@ fn write_report(text: &mut String, plan: &Plan) -> std::fmt::Result {
     for pass in all.iter().filter(|pass| !pass.is_done) {
         line(text, pass.name, &pass.reason)?;
     }
-    heading(text, "Memory")?;
-    line(
-        text,
-        "estimate",
-        &format!(
-            "{:.1} MB for {} spheres",
-            memory(plan) / 1e6,
-            short(expected_spheres(plan).round())
-        ),
-    )?;
+    write_memory(text, memory)?;
     if !plan.notes.is_empty() {
         heading(text, "Notes")?;
         for note in &plan.notes {
@@ -103,13 +96,38 @@ fn write_report(text: &mut String, plan: &Plan) -> std::fmt::Result {
     Ok(())
 }
 
+fn write_memory(text: &mut String, memory: &Memory) -> std::fmt::Result {
+    heading(text, "Memory, estimated")?;
+    let spheres = memory.spheres.round();
+    let mut steps = bytes(memory.steps);
+    if spheres >= 1.0 {
+        let _ = write!(
+            steps,
+            " for {} spheres, {} each",
+            short(spheres),
+            bytes(memory.steps / spheres)
+        );
+    }
+    line(text, "time loop", &steps)?;
+    let most = format!(
+        "{}, while a candidate list is built or a frame is written",
+        bytes(memory.most)
+    );
+    line(text, "at most", &most)?;
+    let start = format!(
+        "{}, while tables are read and overlaps looked for; given back before the first step",
+        bytes(memory.start)
+    );
+    line(text, "at the start", &start)
+}
+
 fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Particles")?;
     let fixed = plan.particles.iter().filter(|p| p.fixed).count();
     let prescribed = plan
         .particles
         .iter()
-        .filter(|p| !p.fixed && p.build(plan).0.is_constrained())
+        .filter(|p| !p.fixed && p.is_prescribed())
         .count();
     let mut start = format!("{}", plan.particles.len());
     for (count, what) in [(fixed, "fixed"), (prescribed, "prescribed")] {

@@ -10,17 +10,17 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
     let mut found = Found(Vec::new());
     for material in &scene.materials {
         if let Some(liquid) = &material.liquid {
-            found.add(&liquid.place, "liquid bridges");
+            found.add(&liquid.place, "liquid bridges are");
         }
     }
     for contact in &scene.contacts {
         if contact.liquid.is_some() {
-            found.add(&contact.place, "liquid bridges");
+            found.add(&contact.place, "liquid bridges are");
         }
     }
     for wall in &scene.walls {
         if let Some(wear) = &wall.wear {
-            found.add(&wear.place, "wear");
+            found.add(&wear.place, "wear is");
         }
     }
     for particles in &scene.particles {
@@ -29,7 +29,7 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
                 found.film(&particle.start);
             }
             ParticleSource::Run { folder } => {
-                found.add(&folder.place, "starts from another run");
+                found.add(&folder.place, "starts from another run are");
             }
             ParticleSource::Clump { start, .. } => found.film(start),
             ParticleSource::Table { .. } => {}
@@ -45,33 +45,33 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         found.region(&deletion.region.value);
     }
     for flux in &scene.fluxes {
-        found.add(&flux.name.place, "flux planes");
+        found.add(&flux.name.place, "flux planes are");
     }
     for membrane in &scene.membranes {
-        found.add(&membrane.name.place, "membranes");
+        found.add(&membrane.name.place, "membranes are");
     }
     for spray in &scene.sprays {
-        found.add(&spray.name.place, "sprays");
+        found.add(&spray.name.place, "sprays are");
     }
     found.0
 }
 
 struct Found(Vec<SceneError>);
 
+fn missing(place: &Place, what: &str) -> SceneError {
+    place.error(format!("{what} not in this version of mercury-solve"))
+}
+
 impl Found {
+    /// `what`: the thing and its verb.
     fn add(&mut self, place: &Place, what: &str) {
-        self.0
-            .push(place.error(format!("{what} are not in this version of mercury-solve")));
-        if what == "wear" {
-            let last = self.0.len() - 1;
-            self.0[last].message = format!("{what} is not in this version of mercury-solve");
-        }
+        self.0.push(missing(place, what));
     }
 
     fn film(&mut self, start: &Start) {
         let film = &start.film_volume;
         if **film > 0.0 {
-            self.add(&film.place, "liquid films");
+            self.add(&film.place, "liquid films are");
         }
     }
 
@@ -79,14 +79,12 @@ impl Found {
         self.region(&insertion.region.value);
         for component in &insertion.mixture {
             if let SizeLaw::File { file } = &component.psd.law {
-                self.add(&file.place, "size distributions from files");
+                self.add(&file.place, "size distributions from files are");
             }
         }
         let method = &insertion.method;
         if method.value == Method::Quota {
-            let error = method
-                .place
-                .error("\"quota\" is not in this version of mercury-solve");
+            let error = missing(&method.place, "\"quota\" is");
             self.0
                 .push(error.with_help("use method = \"random\", the default"));
         }
@@ -94,7 +92,7 @@ impl Found {
 
     fn region(&mut self, region: &Region) {
         match region {
-            Region::Mesh(mesh) => self.add(&mesh.file.place, "mesh regions"),
+            Region::Mesh(mesh) => self.add(&mesh.file.place, "mesh regions are"),
             Region::Union(parts) | Region::Intersection(parts) | Region::Difference(parts) => {
                 for part in parts {
                     self.region(part);

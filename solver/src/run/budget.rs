@@ -41,9 +41,9 @@ impl Budget {
             // An empty sum of floats is -0.
             initial_mass: 0.0
                 + particles
-                    .map(|particle| particle.build(plan).1)
+                    .map(|particle| particle.build(&plan.materials, plan.dimensions).1)
                     .sum::<f64>()
-                + bodies.map(|body| body.mass(plan)).sum::<f64>(),
+                + bodies.map(|body| body.mass(&plan.clumps)).sum::<f64>(),
             inserted_mass: inserted.mass,
             deleted_mass: deleted.mass,
             final_mass,

@@ -1,6 +1,7 @@
 //! A run: from the plan to the files it leaves.
 
 mod budget;
+mod memory;
 mod report;
 mod rest;
 mod shortfall;
@@ -15,6 +16,7 @@ use std::time::{Duration, Instant};
 use mercury_pictures::{PictureScene, PictureSphere, draw_final, energy_page};
 
 pub use budget::Budget;
+pub use memory::memory;
 pub use report::Report;
 
 use budget::{energy_summary, exchanged};
@@ -97,7 +99,9 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
         return available.max(1);
     }
     let pebbles = plan.bodies.iter();
-    let pebbles: usize = pebbles.map(|body| body.clump(plan).pebbles.len()).sum();
+    let pebbles: usize = pebbles
+        .map(|body| body.clump(&plan.clumps).pebbles.len())
+        .sum();
     let particles = plan.particles.len() + pebbles;
     particles
         .div_ceil(block_size(particles))
@@ -188,10 +192,11 @@ impl Run {
         }
         let starting = (plan.particles.len() + plan.bodies.len()) as u64;
         let plan = Arc::new(plan);
-        let mut engine = Engine::new(Arc::clone(&plan), options.threads)?;
+        let schedule = Schedule::new(&plan.output, plan.time_step);
+        let records = schedule.everything().needs_records();
+        let mut engine = Engine::with_records(Arc::clone(&plan), options.threads, records)?;
         let writer = Writer::start(folder, &plan, &engine.history_columns())?;
         let at_start = exchanged(&engine);
-        let schedule = Schedule::new(&plan.output, plan.time_step);
         let rest = plan.until_at_rest.then(|| {
             let factor = inverse_inertia_factor(plan.dimensions);
             Rest::new(plan.gravity.length(), factor)

@@ -107,6 +107,14 @@ pub struct Bodies {
 }
 
 impl Bodies {
+    /// Bytes of `bodies` bodies of `pebbles` pebbles in all among `rows` rows, for estimates of memory.
+    #[must_use]
+    pub fn bytes(bodies: f64, pebbles: f64, rows: f64) -> f64 {
+        bodies * size_of::<Body>() as f64
+            + pebbles * size_of::<BodyPebble>() as f64
+            + rows * size_of::<u32>() as f64
+    }
+
     /// The body that the pebble in `row` belongs to.
     #[must_use]
     pub fn body_of_row(&self, row: usize) -> Option<BodyIndex> {

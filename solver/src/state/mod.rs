@@ -7,6 +7,7 @@
 mod bodies;
 mod codec;
 mod index;
+mod new_particle;
 mod particles;
 mod record;
 
@@ -14,5 +15,6 @@ pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Plain, VERSION};
 pub use index::{BodyIndex, PebbleIndex, Row};
+pub use new_particle::{Material, NewParticle};
 pub use particles::{Particles, Prescribed};
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};

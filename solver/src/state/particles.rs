@@ -53,6 +53,22 @@ impl Particles {
         }
     }
 
+    /// Bytes of a row in all columns, for estimates of memory.
+    #[must_use]
+    pub fn bytes_per_row(with_orientation: bool) -> usize {
+        let orientation = if with_orientation {
+            size_of::<DQuat>()
+        } else {
+            0
+        };
+        size_of::<Particle>()
+            + size_of::<Load>()
+            + size_of::<u32>()
+            + size_of::<f64>()
+            + size_of::<DVec3>()
+            + orientation
+    }
+
     /// Number of particles.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -8,7 +8,8 @@ impl Engine {
         let time = self.time();
         let changed = self.boundaries.exchange(
             &mut self.particles,
-            &self.plan,
+            &self.plan.insertions,
+            &self.plan.setting(),
             &self.images,
             &self.walls,
             time,

@@ -163,6 +163,11 @@ impl Engine {
         self.forces.observation(self.plan.walls.len())
     }
 
+    /// The same, without leaving the records of contacts behind.
+    pub(crate) fn take_observation(&mut self) -> Observation {
+        self.forces.take_observation(self.plan.walls.len())
+    }
+
     /// What became of the energy, if the plan asks for it.
     #[must_use]
     pub fn audit(&self) -> Audit {

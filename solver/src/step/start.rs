@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
-use crate::contact::registry::contact_loop;
-use crate::forces::{ForcePass, Forces, Watch};
+use crate::forces::{ForcePass, Forces, Watch, contact_loop};
 use crate::neighbours::{Images, Skin};
 use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
@@ -20,6 +19,14 @@ impl Engine {
         Self::with_forces(plan, Vec::new(), threads)
     }
 
+    /// The same, without records of the first contacts unless `records`: there are more of them than particles.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn with_records(plan: Arc<Plan>, threads: usize, records: bool) -> Result<Self, RunError> {
+        Self::unstarted(plan, Vec::new(), threads)?.started(records)
+    }
+
     /// The same with other forces beside the contacts.
     ///
     /// # Errors
@@ -29,11 +36,11 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        Self::unstarted(plan, others, threads)?.started()
+        Self::unstarted(plan, others, threads)?.started(true)
     }
 
-    /// With its first lists, its first forces evaluated.
-    pub(super) fn started(mut self) -> Result<Self, RunError> {
+    /// With its first lists, its first forces evaluated, and with `records` of their contacts.
+    pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.exchange_particles();
         self.keep_lists_valid(0.0)?;
         let spring_time = if self.plan.startup_increment {
@@ -41,14 +48,11 @@ impl Engine {
         } else {
             0.0
         };
-        self.evaluate_forces(
-            spring_time,
-            Some(Watch {
-                records: true,
-                audit: None,
-            }),
-            false,
-        );
+        let watch = Watch {
+            records,
+            audit: None,
+        };
+        self.evaluate_forces(spring_time, Some(watch), false);
         self.answer_loads();
         // The first step begins with its own half kick alone.
         self.kick_due = false;
@@ -67,11 +71,11 @@ impl Engine {
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         let mut particles = Particles::new(plan.orientations || needs.orientations);
         for new in &plan.particles {
-            let (record, mass, prescribed) = new.build(&plan);
+            let (record, mass, prescribed) = new.build(&plan.materials, plan.dimensions);
             particles.push(record, mass, prescribed);
         }
         for new in &plan.bodies {
-            new.add_to(&mut particles, &plan);
+            new.add_to(&mut particles, &plan.clumps);
         }
         let pool = match threads {
             0 | 1 => None,
@@ -87,16 +91,10 @@ impl Engine {
             .walls
             .iter()
             .any(|wall| wall.motion.servo(0.0).is_some());
-        let mut skin = Skin::new(plan.smallest_radius, plan.mean_radius);
-        let mut room = f64::INFINITY;
-        for axis in 0..3 {
-            if plan.periodic[axis] {
-                room = room.min(0.5 * images.size[axis] - 2.0 * plan.largest_radius - needs.range);
-            }
-        }
-        skin.limit(0.99 * room);
+        let radii = [plan.smallest_radius, plan.mean_radius, plan.largest_radius];
+        let skin = Skin::first(radii, needs.range, &images);
         Ok(Self {
-            boundaries: Boundaries::new(&plan),
+            boundaries: Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting()),
             inverse_inertia: inverse_inertia_factor(plan.dimensions),
             turns: plan.laws.turns(),
             plan,

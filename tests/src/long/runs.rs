@@ -6,7 +6,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use mercury_solver::output::folder;
 use mercury_solver::plan::read_scene;
 use mercury_solver::plan::{document, plan};
-use mercury_solver::run::{RunOptions, run, useful_threads};
+use mercury_solver::run::{RunOptions, memory, run, useful_threads};
 
 /// A finished run.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +78,7 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
     let plan = plan(&read_scene(&path, overrides).map_err(|e| anyhow!("{e}"))?)
         .map_err(|e| anyhow!("{e}"))?;
     let (folder, prefix) = (runs.join(name), plan.prefix.clone());
-    let document = document(&plan)?;
+    let document = document(&plan, &memory(&plan))?;
     let summary_path = folder.join("summary.json");
     let there = std::fs::read_to_string(folder.join("plan.toml")).is_ok_and(|old| old == document)
         && std::fs::read_to_string(&summary_path).is_ok_and(|text| is_finished(&text));

@@ -27,14 +27,14 @@ impl Still {
     pub(super) fn new(plan: Plan) -> Self {
         let mut particles = Particles::new(false);
         for new in &plan.particles {
-            let (record, mass, prescribed) = new.build(&plan);
+            let (record, mass, prescribed) = new.build(&plan.materials, plan.dimensions);
             particles.push(record, mass, prescribed);
         }
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
         Self {
             walls: WallNow::all(&plan.walls, plan.time_step, &images),
             images,
-            boundaries: Boundaries::new(&plan),
+            boundaries: Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting()),
             particles,
             plan,
         }
@@ -43,7 +43,8 @@ impl Still {
     pub(super) fn exchange(&mut self, time: f64) -> bool {
         self.boundaries.exchange(
             &mut self.particles,
-            &self.plan,
+            &self.plan.insertions,
+            &self.plan.setting(),
             &self.images,
             &self.walls,
             time,
@@ -385,7 +386,8 @@ fn goes_on_from_its_state_with_the_same_numbers() {
         stopped.exchange(time);
         if step % 37 == 0 {
             let state = stopped.boundaries.state();
-            stopped.boundaries = Boundaries::new(&plan);
+            stopped.boundaries =
+                Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting());
             stopped.boundaries.restore(&state, stopped.particles.len());
             assert_eq!(stopped.boundaries.state(), state);
         }

@@ -20,6 +20,8 @@ impl<H: History> Block<H> {
         from_walls: &[CarriedFromWall<H>],
     ) {
         let first = self.rows.start as u32;
+        let listed = list.start[self.rows.end] - list.start[self.rows.start];
+        self.slots.reserve_exact(listed as usize);
         for (owner, row) in self.rows.clone().enumerate() {
             let entries = &list.entries[list.start[row] as usize..list.start[row + 1] as usize];
             let kept = carried.of(row);
@@ -38,6 +40,7 @@ impl<H: History> Block<H> {
         }
         let begin = near_walls.partition_point(|near| near.row < first);
         let end = near_walls.partition_point(|near| (near.row as usize) < self.rows.end);
+        self.near_walls.reserve_exact(end - begin);
         for (near, of_wall) in with_others_of_wall(&near_walls[begin..end]) {
             let mut kept = going_on(near, of_wall, from_walls);
             // As many slots as features may be touched, and no fewer than hold a history.
@@ -102,17 +105,19 @@ fn going_on<'a, H>(
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
-    /// Histories of touching pairs by their new rows.
+    /// Histories of touching pairs by their new rows. Slots with histories are given up for them: memory holds them once.
     pub(super) fn carried(
-        &self,
+        &mut self,
         new_row: &[Option<Row>],
         rows: usize,
         parallel: bool,
     ) -> Carried<Histories<N, T, R>> {
-        let of_block = |block: &Block<Histories<N, T, R>>| {
+        let of_block = |block: &mut Block<Histories<N, T, R>>| {
+            let first = block.rows.start;
+            let slots = std::mem::take(&mut block.slots);
             let touching = |slot: &&Slot<_>| slot.state & TOUCHING != 0;
             let pair = |slot: &Slot<Histories<N, T, R>>| {
-                let row = new_row[block.rows.start + slot.owner()]?.number();
+                let row = new_row[first + slot.owner()]?.number();
                 let partner = new_row[slot.partner as usize]?.number();
                 Some(if row < partner {
                     (row, partner, slot.history)
@@ -120,19 +125,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     (partner, row, slot.history.swapped())
                 })
             };
-            block
-                .slots
-                .iter()
-                .filter(touching)
-                .filter_map(pair)
-                .collect()
+            slots.iter().filter(touching).filter_map(pair).collect()
         };
         let pairs: Vec<Vec<_>> = if <Histories<N, T, R>>::LENGTH == 0 {
             Vec::new()
         } else if parallel {
-            self.blocks.par_iter().map(of_block).collect()
+            self.blocks.par_iter_mut().map(of_block).collect()
         } else {
-            self.blocks.iter().map(of_block).collect()
+            self.blocks.iter_mut().map(of_block).collect()
         };
         Carried::new(&pairs, rows)
     }

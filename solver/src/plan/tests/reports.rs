@@ -3,6 +3,7 @@
 use super::super::{document, passes, report};
 use super::*;
 use crate::boundaries::{Rate, Total};
+use crate::run::memory;
 
 const SCENE: &str = "title = \"Rain\"\ngravity = [0, 0, -9.81]\n\
     [time]\nend = 0.1\nstep = 1e-6\n[domain]\nmin = [0, 0, 0]\nmax = [0.04, 0.04, 0.12]\n[output]\ninterval = 0.01\ndata = false\nrestart_interval = 0.05\n\
@@ -39,7 +40,7 @@ fn mixtures_by_mass_become_shares_of_number() {
 #[test]
 fn the_report_says_what_is_done_and_what_is_skipped() {
     let plan = planned_with(SCENE, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let text = report(&plan);
+    let text = report(&plan, &memory(&plan));
     for line in [
         "Rain",
         "  domain                  [0, 0, 0] to [0.04, 0.04, 0.12] m",
@@ -77,7 +78,7 @@ fn the_report_says_what_is_done_and_what_is_skipped() {
 fn the_document_reads_back() {
     let plan = planned_with(SCENE, &["seed=9223372036854775807"])
         .unwrap_or_else(|errors| panic!("{errors}"));
-    let text = document(&plan).expect("TOML");
+    let text = document(&plan, &memory(&plan)).expect("TOML");
     let read: toml::Table = text.parse().expect("TOML");
     assert_eq!(read["time"]["step"].as_float(), Some(1e-6));
     assert_eq!(read["time"]["steps"].as_integer(), Some(100_000));

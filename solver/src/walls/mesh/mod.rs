@@ -135,6 +135,17 @@ struct Search {
 }
 
 impl Mesh {
+    /// Bytes that it takes, for estimates of memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.vertices[..])
+            + size_of_val(&self.facets[..])
+            + size_of_val(&self.file_order[..])
+            + size_of_val(&self.leaves[..])
+            + self.tree.bytes()
+            + self.topology.bytes()
+    }
+
     /// The wall of `triangles`; `place` maps its coordinates into the scene (m), a similarity. `front_only`: only the side acts
     /// to which the triangles turn counter-clockwise. Triangles without area to within the precision of the coordinates are
     /// left out.

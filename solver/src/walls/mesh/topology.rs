@@ -26,6 +26,18 @@ pub(super) struct Topology {
 }
 
 impl Topology {
+    /// Bytes that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.edges[..])
+            + size_of_val(&self.edge_start[..])
+            + size_of_val(&self.around_edge[..])
+            + size_of_val(&self.corner_start[..])
+            + size_of_val(&self.around_corner[..])
+            + size_of_val(&self.on_rim[..])
+            + size_of_val(&self.edge_normals[..])
+            + size_of_val(&self.corner_normals[..])
+    }
+
     /// Of these triangles, and the edges of each.
     pub(super) fn new(
         vertices: &[DVec3],

@@ -120,6 +120,11 @@ fn outwards(x: DVec3, next: fn(f32) -> f32) -> [f32; 3] {
 type Keyed = (DVec3, (u32, [u32; 3]));
 
 impl Tree {
+    /// Bytes that it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+    }
+
     /// Sorts the triangles so that those of a leaf lie together, [`LANES`] of them but for the last leaf, and builds the tree over them.
     pub(super) fn build(vertices: &[DVec3], triangles: &mut [(u32, [u32; 3])]) -> Self {
         let mut tree = Self { nodes: Vec::new() };

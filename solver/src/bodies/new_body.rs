@@ -2,16 +2,15 @@
 
 use glam::{DQuat, DVec3};
 
-use super::Plan;
-use crate::bodies::{Clump, angular_velocity};
+use super::{Clump, angular_velocity};
 use crate::state::{
     Body, BodyIndex, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody,
 };
 
-/// A body to be made of one of the plan's clumps.
+/// A body to be made of a clump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewBody {
-    /// Index in [`Plan::clumps`].
+    /// Index of its clump.
     pub clump: u32,
     /// Factor on all lengths.
     pub scale: f64,
@@ -55,22 +54,22 @@ impl NewBody {
         both.iter().flatten().any(Option::is_some)
     }
 
-    /// Its clump.
+    /// Its clump, of all clumps.
     #[must_use]
-    pub fn clump<'a>(&self, plan: &'a Plan) -> &'a Clump {
-        &plan.clumps[self.clump as usize]
+    pub fn clump<'a>(&self, clumps: &'a [Clump]) -> &'a Clump {
+        &clumps[self.clump as usize]
     }
 
     /// Mass, kg.
     #[must_use]
-    pub fn mass(&self, plan: &Plan) -> f64 {
-        self.clump(plan).mass * self.scale.powi(3)
+    pub fn mass(&self, clumps: &[Clump]) -> f64 {
+        self.clump(clumps).mass * self.scale.powi(3)
     }
 
     /// Radius of the smallest sphere about the centre of mass that holds all pebbles, m.
     #[must_use]
-    pub fn radius(&self, plan: &Plan) -> f64 {
-        self.clump(plan).radius * self.scale
+    pub fn radius(&self, clumps: &[Clump]) -> f64 {
+        self.clump(clumps).radius * self.scale
     }
 
     /// Centres (m, not wrapped into periodic domains) and radii (m) of the pebbles.
@@ -83,8 +82,8 @@ impl NewBody {
 
     /// The body, with id, first pebble and number of pebbles still to be filled in.
     #[must_use]
-    pub fn body(&self, plan: &Plan) -> Body {
-        let clump = self.clump(plan);
+    pub fn body(&self, clumps: &[Clump]) -> Body {
+        let clump = self.clump(clumps);
         let cubed = self.scale.powi(3);
         let mut body = Body {
             id: 0,
@@ -113,9 +112,9 @@ impl NewBody {
     }
 
     /// Appends the body and its pebbles; returns its id. Pebbles of fixed bodies count as infinitely heavy in contacts.
-    pub fn add_to(&self, particles: &mut Particles, plan: &Plan) -> u32 {
-        let clump = self.clump(plan);
-        let body = self.body(plan);
+    pub fn add_to(&self, particles: &mut Particles, clumps: &[Clump]) -> u32 {
+        let clump = self.clump(clumps);
+        let body = self.body(clumps);
         let shares = clump.shares();
         let pebbles = self.spheres(clump).zip(&clump.pebbles).zip(&shares);
         let pebbles = pebbles.map(|(((position, radius), pebble), share)| {

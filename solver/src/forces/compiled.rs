@@ -1,0 +1,55 @@
+//! From the laws that a scene names to a contact loop.
+
+use super::{ContactForces, ContactLoop};
+use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::contact::{
+    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin,
+    NoFriction, NoRolling, NormalLaw, OneOf, RollingLaw, TangentialLaw,
+};
+
+/// Makes a loop for a table of laws, if it knows all of them.
+type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
+
+/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
+/// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
+const COMPILED: [Make; 5] = [
+    loop_of::<Linear, NoFriction, NoRolling>,
+    loop_of::<Linear, LinearFriction, NoRolling>,
+    loop_of::<Linear, LinearFriction, Luding>,
+    loop_of::<Hertz, Mindlin, NoRolling>,
+    loop_of::<Hertz, Mindlin, Luding>,
+];
+
+/// The contact loop for a table of laws: the one that is compiled for its combination, or else the dispatching one. Also its
+/// name, for the plan and the log.
+#[must_use]
+pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
+    if table.laws.iter().flatten().next().is_none() {
+        return (dispatching_loop(table), "no pair can meet".to_owned());
+    }
+    match COMPILED.iter().find_map(|make| make(table)) {
+        Some(compiled) => (compiled, format!("{} (compiled together)", table.names())),
+        None => (
+            dispatching_loop(table),
+            format!("{} (chosen at each contact)", table.names()),
+        ),
+    }
+}
+
+/// The loop that chooses the law at each contact: for any table.
+#[must_use]
+pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
+    let laws: Vec<AnyPairLaw> = table.narrow().unwrap_or_default();
+    Box::new(ContactLoop::new(laws, table.materials))
+}
+
+/// The loop compiled for these three laws, if the table has no others.
+fn loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
+where
+    N: NormalLaw + OneOf<AnyNormal>,
+    T: TangentialLaw + OneOf<AnyTangential>,
+    R: RollingLaw + OneOf<AnyRolling>,
+{
+    let laws = table.narrow::<N, T, R>()?;
+    Some(Box::new(ContactLoop::new(laws, table.materials)))
+}

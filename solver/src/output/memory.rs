@@ -1,0 +1,75 @@
+//! The memory that outputs take.
+
+use mercury_common::frames::ColumnKind;
+
+use super::particle_frames::ParticleTable;
+use crate::contact::HistoryNumber;
+use crate::forces::ContactRecord;
+use crate::memory::GROWTH;
+use crate::plan::{Expected, Plan};
+use crate::state::{Bodies, Particles};
+
+/// Characters of a number in a text file, its separator among them.
+const TEXT: f64 = 20.0;
+/// Numbers in a line of `.data` and of `.fstat`.
+const NUMBERS: [f64; 2] = [14.0, 16.0];
+
+/// Bytes that outputs take.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct OutputBytes {
+    /// From the first output on: the last state that was written, and texts, whose memory is used again.
+    pub kept: f64,
+    /// While files are written, beside what is kept.
+    pub writing: f64,
+}
+
+/// What the outputs of a run take that is as large as expected. `history`: the numbers that a contact remembers.
+///
+/// The writer is taken to keep up: up to four more states may wait for a slow disk. Pictures are made when the run is over, and not
+/// counted.
+#[must_use]
+pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber]) -> OutputBytes {
+    let output = &plan.output;
+    let rows = expected.spheres;
+    let touching = expected.touching;
+    let mut kept = rows * state_bytes(plan);
+    if expected.bodies > 0.0 {
+        kept += Bodies::bytes(expected.bodies, expected.pebbles, rows);
+    }
+    // A state is put in order column by column; then the frame takes its own columns, which are encoded as a whole.
+    let mut writing = 0.0f64;
+    let columns = ParticleTable::new(plan).columns.specs();
+    let columns: usize = columns.iter().map(|column| bytes(column.kind)).sum();
+    if output.frames || output.vtk {
+        writing = writing.max(2.0 * rows * columns as f64);
+    }
+    if output.data {
+        kept += GROWTH * rows * NUMBERS[0] * TEXT;
+        writing = writing.max(rows * NUMBERS[0] * 8.0);
+    }
+    if output.fstat || output.vtk {
+        let records = touching * ContactRecord::bytes(history.len()) as f64;
+        // Once in the loop's blocks, which the writer's frame follows.
+        writing += GROWTH * records + records;
+    }
+    if output.fstat {
+        kept += GROWTH * 2.0 * touching * NUMBERS[1] * TEXT;
+        writing += 2.0 * touching * NUMBERS[1] * 8.0;
+    }
+    OutputBytes { kept, writing }
+}
+
+/// Bytes of a row in a state as it is written.
+fn state_bytes(plan: &Plan) -> f64 {
+    // Its rank, but not where it was listed.
+    let row = Particles::bytes_per_row(plan.orientations) + size_of::<u32>();
+    (row - size_of::<glam::DVec3>()) as f64
+}
+
+fn bytes(kind: ColumnKind) -> usize {
+    match kind {
+        ColumnKind::U8 => 1,
+        ColumnKind::I32 | ColumnKind::U32 | ColumnKind::OptionalU32 => 4,
+        ColumnKind::U64 | ColumnKind::F64 | ColumnKind::Text => 8,
+    }
+}

@@ -1,0 +1,72 @@
+//! What a run is expected to need of the machine's memory.
+
+use mercury_common::formats::particle_csv::ParticleRow;
+
+use super::particles::{StartingSphere, Typed};
+use super::{NewBody, NewParticle, Plan};
+use crate::memory::GROWTH;
+use crate::walls::Shape;
+
+/// Bytes that a run is expected to need. What needs how much is counted where a run is made (`run::memory`), for it depends on all rooms.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Memory {
+    /// Spheres that are expected.
+    pub spheres: f64,
+    /// While the scene is read and looked over, its tables among it; given back before the time loop.
+    pub start: f64,
+    /// In the time loop, between two candidate lists.
+    pub steps: f64,
+    /// At most: while a candidate list is built, or a frame is written.
+    pub most: f64,
+}
+
+impl Memory {
+    /// The most that is needed at any time, bytes.
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        self.most.max(self.start)
+    }
+}
+
+/// Bytes that a plan takes, and its making.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StartBytes {
+    /// The plan: the particles of the start, and meshes.
+    pub plan: f64,
+    /// While the largest table is read, beside the plan.
+    pub reading: f64,
+    /// While overlaps are looked for, beside the plan and the list that is built for it.
+    pub looking_over: f64,
+    /// The spheres of that list.
+    pub spheres: f64,
+}
+
+impl StartBytes {
+    /// Of a plan.
+    #[must_use]
+    pub fn of(plan: &Plan) -> Self {
+        let (particles, bodies) = (plan.particles.len() as f64, plan.bodies.len() as f64);
+        let pebbles = plan.bodies.iter();
+        let pebbles: usize = pebbles
+            .map(|body| body.clump(&plan.clumps).pebbles.len())
+            .sum();
+        let spheres = particles + pebbles as f64;
+        let meshes = plan.walls.iter().map(|wall| match &wall.shape {
+            Shape::Mesh(mesh) => mesh.bytes() as f64,
+            _ => 0.0,
+        });
+        let typed = (particles + bodies) * size_of::<Typed>() as f64;
+        let table = plan.counted;
+        Self {
+            plan: particles * size_of::<NewParticle>() as f64
+                + bodies * size_of::<NewBody>() as f64
+                + meshes.sum::<f64>(),
+            // The text, and its rows until they are particles.
+            reading: table.table_bytes as f64
+                + GROWTH * table.table_rows as f64 * size_of::<ParticleRow>() as f64
+                + typed,
+            looking_over: spheres * size_of::<StartingSphere>() as f64 + typed,
+            spheres,
+        }
+    }
+}
