@@ -5,10 +5,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
 use mercury_solver::plan::{Plan, plan, read_scene};
 use mercury_solver::state::Particles;
 use mercury_solver::step::{Engine, RunError, Snapshot};
+use mercury_solver::walls::Shape;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use proptest::test_runner::{Config, TestRunner};
@@ -160,6 +162,109 @@ fn attraction() -> Vec<Box<dyn ForcePass>> {
         strength: 1e-2,
         evaluations: 0,
     })]
+}
+
+/// Lifts a mesh by its corners at a steady speed, m/s: a wall that changes its shape, not its place.
+struct Lift {
+    speed: f64,
+    corners: Vec<DVec3>,
+}
+
+impl ForcePass for Lift {
+    fn name(&self) -> &str {
+        "lift"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs {
+            reshapes_walls: true,
+            ..Needs::default()
+        }
+    }
+
+    fn adopt(&mut self, _: &NewList<'_>) {}
+
+    fn reshape_walls(&mut self, _: &Particles, time: f64) -> Vec<(usize, Vec<DVec3>)> {
+        let lifted = |corner: &DVec3| *corner + DVec3::Z * (self.speed * time);
+        vec![(0, self.corners.iter().map(lifted).collect())]
+    }
+
+    fn add_loads(&mut self, _: &mut Particles, _: &StepContext<'_>) {}
+
+    fn observe(&self, _: &mut Observation) {}
+
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn restore(&mut self, _: &Particles, _: &[u8]) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A plate that rises at v by its corners meets a ball at rest: in the plate's frame the ball comes at v, and an elastic spring
+/// sends it away at v, so it ends at 2 v. Verlet with 2 pi/(w dt) = 200 steps a period keeps the energy of a spring to (w dt)^2/8
+/// = 1.2e-4 of it, of which the speed has half; the end of the contact, found to a step, adds up to (w dt)^2/2 = 5e-4.
+#[test]
+fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
+    let omega = 2.0 * std::f64::consts::PI / (200.0 * 1e-4);
+    let text = format!(
+        r#"
+        time = {{ end = 1.0, step = 1e-4 }}
+        domain = {{ min = [-1, -1, -1], max = [1, 1, 1] }}
+        output = {{ interval = 1.0 }}
+        [materials.m]
+        density = 1000.0
+        normal = {{ law = "linear", stiffness = {}, restitution = 1.0 }}
+        [[walls]]
+        name = "plate"
+        shape = "mesh"
+        file = "plate.stl"
+        material = "m"
+        [[particles]]
+        material = "m"
+        radius = 0.01
+        position = [0.51, 0.48, 0.0]
+        "#,
+        omega * omega * 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6,
+    );
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let files = mercury_common::scene::Files::MustExist;
+    let scene = mercury_common::scene::parse_scene(&scenes.join("lift.toml"), &text, &[], files)
+        .expect("the scene is whole");
+    let mut plan = plan(&scene).expect("the scene can be planned");
+    let corners = match &plan.walls[0].shape {
+        Shape::Mesh(mesh) => mesh.corners().to_vec(),
+        _ => panic!("the plate is a mesh"),
+    };
+    // The ball lies just above the plate.
+    let top = corners
+        .iter()
+        .fold(f64::NEG_INFINITY, |top, corner| top.max(corner.z));
+    plan.particles[0].position.z = top + 0.0101;
+    let plan = Arc::new(plan);
+    let speed = 0.05;
+    let lift = || -> Vec<Box<dyn ForcePass>> {
+        vec![Box::new(Lift {
+            speed,
+            corners: corners.clone(),
+        })]
+    };
+    let mut engine = Engine::with_forces(Arc::clone(&plan), lift(), 1).expect("it starts");
+    // 2 ms to meet, half a period of 20 ms in touch; this is in the midst of it.
+    engine.steps_at_once(70, None).expect("it goes on");
+    let state = Snapshot::decode(&engine.snapshot().encode()).expect("a whole state");
+    let mut other =
+        Engine::restore_with_forces(Arc::clone(&plan), state, lift(), 2).expect("it goes on");
+    for engine in [&mut engine, &mut other] {
+        engine.steps_at_once(200, None).expect("it goes on");
+        let velocity = engine.particles.records[0].velocity;
+        assert!(
+            (velocity.z / (2.0 * speed) - 1.0).abs() < 6e-4,
+            "{velocity}"
+        );
+    }
+    assert!(engine.snapshot().encode() == other.snapshot().encode());
 }
 
 /// Two spheres of 1 kg, 2 m apart, that fall around each other on a circle: w^2 = k M / d^3 for the sum M of the masses.

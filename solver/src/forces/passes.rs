@@ -2,6 +2,8 @@
 //! decides how the step is made: whether the kick is fused with the contact loop, how far pairs are listed, whether shapes of
 //! walls are refitted, which columns exist.
 
+use glam::DVec3;
+
 use super::{ContactForces, Fastest, Finish, NearWall, Observation, StepContext};
 use crate::neighbours::CandidateList;
 use crate::state::{Particles, Row};
@@ -16,6 +18,8 @@ pub struct Needs {
     pub orientations: bool,
     /// It adds loads once those of the contacts are known, so the kick has to wait for it.
     pub after_contacts: bool,
+    /// It may change the surfaces of walls, so it is asked before the lists are judged, and what it changes is refitted.
+    pub reshapes_walls: bool,
 }
 
 impl Needs {
@@ -26,6 +30,7 @@ impl Needs {
             range: self.range.max(other.range),
             orientations: self.orientations || other.orientations,
             after_contacts: self.after_contacts || other.after_contacts,
+            reshapes_walls: self.reshapes_walls || other.reshapes_walls,
         }
     }
 }
@@ -56,6 +61,13 @@ pub trait ForcePass: Send {
 
     /// Takes a new candidate list.
     fn adopt(&mut self, list: &NewList<'_>);
+
+    /// The meshes that it changes in the step that ends at `time` (s), if it [`needs`](Self::needs) to: the number of the wall in
+    /// the plan, and the new places of its corners in the wall's own frame, m.
+    fn reshape_walls(&mut self, particles: &Particles, time: f64) -> Vec<(usize, Vec<DVec3>)> {
+        let _ = (particles, time);
+        Vec::new()
+    }
 
     /// Adds its loads to those of the contacts, if it [`needs`](Self::needs) to come after them.
     fn add_loads(&mut self, particles: &mut Particles, context: &StepContext<'_>);
@@ -159,6 +171,17 @@ impl Forces {
             }
         }
         bound
+    }
+
+    /// The meshes that change in the step that ends at `time` (s), as [`ForcePass::reshape_walls`] says; none where no pass needs it.
+    pub fn reshaped_walls(&mut self, particles: &Particles, time: f64) -> Vec<(usize, Vec<DVec3>)> {
+        let reshaping = self
+            .others
+            .iter_mut()
+            .filter(|pass| pass.needs().reshapes_walls);
+        reshaping
+            .flat_map(|pass| pass.reshape_walls(particles, time))
+            .collect()
     }
 
     /// What the last watched evaluation saw.

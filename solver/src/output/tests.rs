@@ -310,7 +310,7 @@ fn everything_written() -> Arc<Plan> {
     let text = r#"
         gravity = [0, 0, -9.81]
         time = { end = 0.05, step = 1e-4 }
-        domain = { min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }
+        domain = { min = [0, 0, 0], max = [1, 1, 1] }
         [output]
         interval = 0.002
         fstat_interval = 0.003
@@ -334,19 +334,19 @@ fn everything_written() -> Arc<Plan> {
         material = "m"
         [[regions]]
         name = "all"
-        region = { shape = "box", min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }
+        region = { shape = "box", min = [0, 0, 0], max = [1, 1, 1] }
         [[particles]]
         name = "ball"
         material = "m"
         radius = 0.01
-        position = [0, 0, 0.011]
+        position = [0.5, 0.5, 0.211]
         velocity = [0, 0, -1]
         [clumps.rod]
         file = "rod.clump.toml"
         [[particles]]
         clump = "rod"
         material = "m"
-        position = [0.1, 0, 0.1]
+        position = [0.45, 0.45, 0.3]
     "#;
     let scene = parse_scene(&folder.join("all.toml"), text, &[], Files::MustExist).unwrap();
     Arc::new(crate::plan::plan(&scene).unwrap())

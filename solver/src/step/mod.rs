@@ -3,7 +3,7 @@
 //! | stage | room |
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
-//! | walls move | `walls` |
+//! | walls move, and change their shape | `walls` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
@@ -114,6 +114,7 @@ impl Engine {
         }
         self.step += 1;
         self.move_walls();
+        self.reshape_walls()?;
         self.exchange_particles();
         self.keep_lists_valid(fastest.squared_speed.sqrt())?;
         self.evaluate_forces(self.plan.time_step, watch, fuse);

@@ -14,6 +14,18 @@ impl Engine {
         }
     }
 
+    /// Gives walls the surfaces that forces beside the contacts want them to have.
+    pub(super) fn reshape_walls(&mut self) -> Result<(), RunError> {
+        if !self.forces.needs().reshapes_walls {
+            return Ok(());
+        }
+        let time = self.time();
+        for (wall, corners) in self.forces.reshaped_walls(&self.particles, time) {
+            self.reshape_wall(wall, &corners)?;
+        }
+        Ok(())
+    }
+
     /// Puts the corners of a mesh wall, by its number in the plan, to new places in the wall's frame, m: [`crate::walls::WallNow::reshape`]. It acts
     /// from the next step on.
     ///
