@@ -71,8 +71,9 @@ fn shape(kind: &str, k: usize, size: f64, random: &mut Stream) -> Result<Shape, 
     Ok(match kind {
         // The faces of the cube, again and again.
         "planes" => {
-            let normal = DVec3::AXES[k % 3] * if k % 2 == 0 { 1.0 } else { -1.0 };
-            let point = if k % 2 == 0 { 0.0 } else { size };
+            let is_low = k.is_multiple_of(2);
+            let normal = DVec3::AXES[k % 3] * if is_low { 1.0 } else { -1.0 };
+            let point = if is_low { 0.0 } else { size };
             Shape::Plane(Plane::new(DVec3::splat(point), normal)?)
         }
         "discs" => Shape::Disc(Disc::new(axis, place, 3.0 * RADIUS)?),

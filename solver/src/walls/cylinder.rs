@@ -94,9 +94,9 @@ impl Cylinder {
         }
     }
 
-    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+    pub(super) fn with_numbers(&self, numbers: &[f64]) -> Option<Self> {
         Some(Self(match &self.0 {
-            Extent::Bounded(revolved) => Extent::Bounded(revolved.from_numbers(numbers)?),
+            Extent::Bounded(revolved) => Extent::Bounded(revolved.with_numbers(numbers)?),
             Extent::Endless { side, .. } => {
                 let (axis, rest) = Axis::from_numbers(numbers)?;
                 let (&[radius], side) = (rest, *side) else {

@@ -175,7 +175,7 @@ impl Profile {
         })
     }
 
-    /// Its points, for [`Profile::from_numbers`].
+    /// Its points, for [`Profile::with_numbers`].
     pub(super) fn numbers(&self) -> Vec<f64> {
         let points = self.points();
         let end = self.corners.first().filter(|_| self.closed);
@@ -184,7 +184,7 @@ impl Profile {
     }
 
     /// The same polygon through other points; `None` if it is none or if pieces come or go.
-    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+    pub(super) fn with_numbers(&self, numbers: &[f64]) -> Option<Self> {
         let (points, rest) = numbers.as_chunks::<2>();
         let new = Self::new(points, self.side).ok()?;
         (rest.is_empty() && self.is_like(&new)).then_some(new)

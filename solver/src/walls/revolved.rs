@@ -58,9 +58,9 @@ impl Revolved {
         [self.axis.numbers(), self.profile.numbers()].concat()
     }
 
-    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+    pub(super) fn with_numbers(&self, numbers: &[f64]) -> Option<Self> {
         let (axis, rest) = Axis::from_numbers(numbers)?;
-        let profile = self.profile.from_numbers(rest)?;
+        let profile = self.profile.with_numbers(rest)?;
         Some(Self { axis, profile })
     }
 

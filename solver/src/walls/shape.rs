@@ -138,13 +138,13 @@ impl Shape {
         }
         let new = match self {
             Self::Plane(_) => Plane::from_numbers(numbers).map(Self::Plane),
-            Self::Disc(disc) => (disc.0.from_numbers(numbers)).map(|new| Self::Disc(Disc(new))),
-            Self::Cylinder(cylinder) => cylinder.from_numbers(numbers).map(Self::Cylinder),
-            Self::Cone(cone) => (cone.0.from_numbers(numbers)).map(|new| Self::Cone(Cone(new))),
-            Self::Sphere(sphere) => sphere.from_numbers(numbers).map(Self::Sphere),
+            Self::Disc(disc) => (disc.0.with_numbers(numbers)).map(|new| Self::Disc(Disc(new))),
+            Self::Cylinder(cylinder) => cylinder.with_numbers(numbers).map(Self::Cylinder),
+            Self::Cone(cone) => (cone.0.with_numbers(numbers)).map(|new| Self::Cone(Cone(new))),
+            Self::Sphere(sphere) => sphere.with_numbers(numbers).map(Self::Sphere),
             Self::Revolution(old) => old
                 .0
-                .from_numbers(numbers)
+                .with_numbers(numbers)
                 .map(|new| Self::Revolution(Revolution(new))),
             Self::Mesh(mesh) => {
                 let (corners, rest) = numbers.as_chunks::<3>();

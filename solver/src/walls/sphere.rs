@@ -63,7 +63,7 @@ impl SphereShell {
         vec![x, y, z, self.radius]
     }
 
-    pub(super) fn from_numbers(&self, numbers: &[f64]) -> Option<Self> {
+    pub(super) fn with_numbers(&self, numbers: &[f64]) -> Option<Self> {
         let &[x, y, z, radius] = numbers else {
             return None;
         };

@@ -84,10 +84,9 @@ impl Continuation {
         for period in &self.periods {
             let axis = period.axis;
             let gone = |(place, first): (&DVec3, &DVec3)| (place[axis] - first[axis]).abs();
+            let mut ways = all.iter().zip(&self.first).map(gone);
             // Not a number is too far.
-            let is_far = |ends: &(&DVec3, &DVec3)| !(gone(*ends) <= self.room);
-            let found = all.iter().zip(&self.first).position(|ends| is_far(&ends));
-            if let Some(corner) = found {
+            if let Some(corner) = ways.position(|way| way > self.room || way.is_nan()) {
                 return Err(WallError::OffPeriod { corner, axis });
             }
         }
