@@ -13,3 +13,4 @@ pub mod readable;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;
+pub mod whole_file;

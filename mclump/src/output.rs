@@ -1,8 +1,6 @@
 //! The clump file and what goes beside it: pebbles as a table, surface and pebbles for ParaView, the surface as STL, a picture; all in the frame of
 //! the clump.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -13,6 +11,7 @@ use mercury_common::formats::pebble_list::push_pebble_list;
 use mercury_common::formats::vtu::{
     VtuArray, VtuCells, VtuCompression, VtuGrid, VtuOptions, encode_vtu,
 };
+use mercury_common::whole_file::{FileError, WholeFile};
 use mercury_pictures::{ClumpScene, Options as PictureOptions, draw_clump};
 use thiserror::Error;
 
@@ -45,13 +44,8 @@ pub enum OutputError {
         folder: PathBuf,
     },
     /// The system refused.
-    #[error("{}: the file cannot be written: {source}", path.display())]
-    System {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The format cannot hold it.
     #[error("{}: {reason}", path.display())]
     Content {
@@ -247,28 +241,15 @@ pub fn check_free(paths: &[PathBuf], force: bool) -> Result<(), OutputError> {
 /// If the system refuses; files that were there before are still there then, unless the refusal came with the
 /// renaming.
 pub fn write(files: &[OutputFile]) -> Result<(), OutputError> {
-    let temporary = |path: &Path| {
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".tmp-{}", std::process::id()));
-        path.with_file_name(name)
-    };
-    let all = || -> Result<(), OutputError> {
-        let refused = |path: &Path| {
-            let path = path.to_owned();
-            |source| OutputError::System { path, source }
-        };
-        for file in files {
-            fs::write(temporary(&file.path), &file.bytes).map_err(refused(&file.path))?;
-        }
-        for file in files {
-            fs::rename(temporary(&file.path), &file.path).map_err(refused(&file.path))?;
-        }
-        Ok(())
-    };
-    all().inspect_err(|_| {
-        for file in files {
-            // The first error is the one worth telling.
-            let _ = fs::remove_file(temporary(&file.path));
-        }
-    })
+    let mut whole = Vec::with_capacity(files.len());
+    for file in files {
+        let mut named_later = WholeFile::create(&file.path)?;
+        named_later.append(&file.bytes)?;
+        named_later.sync()?;
+        whole.push(named_later);
+    }
+    for file in whole {
+        file.finish()?;
+    }
+    Ok(())
 }

@@ -78,7 +78,10 @@ impl Gallery<'_> {
         image.write_png(&self.0.join(format!("{name}.png")))?;
         let written = begin.elapsed().as_secs_f64();
         let svg = painter.svg(frame);
-        mercury_pictures::write_whole(&self.0.join(format!("{name}.svg")), svg.as_bytes())?;
+        mercury_common::whole_file::write_whole(
+            &self.0.join(format!("{name}.svg")),
+            svg.as_bytes(),
+        )?;
         println!(
             "{name}: {} spheres, {drawn:.3} s drawn, {written:.3} s as PNG, SVG {} kB",
             frame.spheres.len(),

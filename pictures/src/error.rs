@@ -1,18 +1,13 @@
 //! Why a picture could not be made.
 
-use std::path::PathBuf;
+use mercury_common::whole_file::FileError;
 
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The file could not be written.
-    #[error("{}: cannot write the picture: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
-    },
+    /// The operating system refused.
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The pixels could not be encoded.
     #[error("cannot encode the picture as PNG: {0}")]
     Encode(#[from] png::EncodingError),

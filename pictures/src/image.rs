@@ -7,7 +7,8 @@ use ab_glyph_rasterizer::{Rasterizer, point};
 use crate::PictureError;
 use crate::canvas::{Anchor, Canvas, Lettering, Spot, Stroke};
 use crate::colour::Colour;
-use crate::{file, font};
+use crate::font;
+use mercury_common::whole_file::write_whole;
 
 /// A picture of `width` x `height` pixels.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -95,7 +96,7 @@ impl Image {
     /// # Errors
     /// If the system refuses.
     pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
-        file::write_whole(path, &self.png()?)
+        Ok(write_whole(path, &self.png()?)?)
     }
 
     /// Lays `colour` over a pixel; places outside the picture are passed over.

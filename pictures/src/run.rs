@@ -18,9 +18,9 @@ mod svg_spheres;
 mod tests;
 
 use crate::PictureError;
-use crate::file;
 use final_state::FinalState;
 use glam::DVec3;
+use mercury_common::whole_file::write_whole;
 use raster::Raster;
 use std::path::Path;
 
@@ -80,6 +80,6 @@ pub fn draw_final(png: &Path, svg: &Path, scene: &PictureScene) -> Result<(), Pi
         .buffer
         .paint(&mut page, &picture.spheres, &picture.colours());
     picture.annotate(&mut page);
-    file::write_whole(png, &page.png()?)?;
-    file::write_whole(svg, picture.svg().as_bytes())
+    write_whole(png, &page.png()?)?;
+    Ok(write_whole(svg, picture.svg().as_bytes())?)
 }

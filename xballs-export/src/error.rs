@@ -1,10 +1,10 @@
 //! Why an export failed.
 
-use std::io;
 use std::path::PathBuf;
 
 use mercury_common::error::FormatError;
 use mercury_common::formats::vtu::VtuError;
+use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 /// Why nothing, or not all, was exported.
@@ -26,15 +26,8 @@ pub enum ExportError {
     #[error(transparent)]
     Picture(#[from] PictureError),
     /// The operating system refused.
-    #[error("{}: {action}: {source}", path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
-        action: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 impl ExportError {

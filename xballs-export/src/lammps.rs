@@ -6,7 +6,7 @@ use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number, push_numbers};
 use mercury_common::frames::Column;
 
-use crate::output::{Growing, Output};
+use crate::output::Output;
 use crate::{ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
 
 /// What every writer of this room needs of a frame.
@@ -108,15 +108,17 @@ pub fn export_dump(
     output: &Output,
     mut progress: impl FnMut(&Snapshot),
 ) -> Result<(Told, Vec<PathBuf>), ExportError> {
-    let mut file = Growing::create(output, output.path("lammpstrj"))?;
+    let mut file = output.begin(output.path("lammpstrj"))?;
     let mut out = Vec::new();
     let told = for_each_snapshot(source, selection, |snapshot| {
         progress(&snapshot);
         out.clear();
         push_dump(&snapshot, &mut out)?;
-        file.append(&out)
+        Ok(file.append(&out)?)
     })?;
-    Ok((told, vec![file.finish()?]))
+    let path = file.path().to_owned();
+    file.finish()?;
+    Ok((told, vec![path]))
 }
 
 /// Appends a frame as a data file for `read_data` with `atom_style sphere` (LAMMPS) or `granular` (LIGGGHTS): atoms as `id type diameter

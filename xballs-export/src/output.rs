@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mercury_common::paraview::Series;
+use mercury_common::whole_file::{FileError, WholeFile, write_whole};
 
 use crate::{ExportError, Source};
 
@@ -30,11 +31,8 @@ impl Output {
         force: bool,
     ) -> Result<Self, ExportError> {
         let folder = folder.map_or_else(|| source.folder().join(beside), Path::to_owned);
-        fs::create_dir_all(&folder).map_err(|source| ExportError::File {
-            path: folder.clone(),
-            action: "the folder cannot be made",
-            source,
-        })?;
+        let made = fs::create_dir_all(&folder);
+        made.map_err(FileError::of(&folder, "the folder cannot be made"))?;
         Ok(Self {
             folder,
             prefix: source.prefix().to_owned(),
@@ -76,11 +74,8 @@ impl Output {
             &format!("{}.{kind}", self.prefix),
         ));
         for path in old {
-            fs::remove_file(&path).map_err(|source| ExportError::File {
-                path,
-                action: "the file cannot be removed",
-                source,
-            })?;
+            let removed = fs::remove_file(&path);
+            removed.map_err(FileError::of(&path, "the file cannot be removed"))?;
         }
         Ok(())
     }
@@ -91,94 +86,15 @@ impl Output {
     /// When it is there already and may not be replaced, or cannot be written.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
         self.claim(path)?;
-        let temporary = temporary_name(path);
-        let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
-        if written.is_err() {
-            // The first error is the one worth telling; a leftover is all that a second one could mean.
-            let _ = fs::remove_file(&temporary);
-        }
-        written.map_err(|source| ExportError::File {
-            path: path.to_owned(),
-            action: "the file cannot be written",
-            source,
-        })
+        Ok(write_whole(path, bytes)?)
     }
-}
 
-/// `<name>.tmp-<process>` in the folder of `path`, because a rename is atomic only inside one file system.
-fn temporary_name(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".tmp-{}", std::process::id()));
-    path.with_file_name(name)
-}
-
-/// A file that grows frame by frame under a temporary name and gets its own at the end.
-#[derive(Debug)]
-pub struct Growing {
-    path: PathBuf,
-    temporary: PathBuf,
-    file: fs::File,
-    finished: bool,
-}
-
-impl Growing {
-    /// Begins a file.
+    /// Begins a file that grows frame by frame and gets its name when it is finished.
     ///
     /// # Errors
     /// When it is there already and may not be replaced, or cannot be made.
-    pub fn create(output: &Output, path: PathBuf) -> Result<Self, ExportError> {
-        output.claim(&path)?;
-        let temporary = temporary_name(&path);
-        match fs::File::create(&temporary) {
-            Ok(file) => Ok(Self {
-                path,
-                temporary,
-                file,
-                finished: false,
-            }),
-            Err(source) => Err(ExportError::File {
-                path,
-                action: "the file cannot be made",
-                source,
-            }),
-        }
-    }
-
-    /// Appends bytes.
-    ///
-    /// # Errors
-    /// When they cannot be written.
-    pub fn append(&mut self, bytes: &[u8]) -> Result<(), ExportError> {
-        use std::io::Write as _;
-        self.file
-            .write_all(bytes)
-            .map_err(|source| ExportError::File {
-                path: self.path.clone(),
-                action: "the file cannot be written",
-                source,
-            })
-    }
-
-    /// Gives the file its name.
-    ///
-    /// # Errors
-    /// When it cannot be renamed.
-    pub fn finish(mut self) -> Result<PathBuf, ExportError> {
-        fs::rename(&self.temporary, &self.path).map_err(|source| ExportError::File {
-            path: self.path.clone(),
-            action: "the file cannot be written",
-            source,
-        })?;
-        self.finished = true;
-        Ok(self.path.clone())
-    }
-}
-
-impl Drop for Growing {
-    fn drop(&mut self) {
-        if !self.finished {
-            // Whoever stopped half-way has an error to tell already.
-            let _ = fs::remove_file(&self.temporary);
-        }
+    pub fn begin(&self, path: PathBuf) -> Result<WholeFile, ExportError> {
+        self.claim(&path)?;
+        Ok(WholeFile::create(path)?)
     }
 }

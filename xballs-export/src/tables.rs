@@ -7,7 +7,7 @@ use mercury_common::frames::{Column, ColumnKind, ColumnSpec, ContactReader, Fram
 
 use crate::beside;
 use crate::bodies;
-use crate::output::{Growing, Output};
+use crate::output::Output;
 use crate::parquet::ParquetWriter;
 use crate::{ExportError, FrameChoice, Selection, Snapshot, Source, Told, for_each_snapshot};
 
@@ -197,7 +197,7 @@ pub fn export_parquet(
     mut progress: impl FnMut(usize),
 ) -> Result<(Told, Vec<PathBuf>), ExportError> {
     let path = output.path(&format!("{}.parquet", name(table)));
-    let mut file = Growing::create(output, path)?;
+    let mut file = output.begin(path)?;
     let mut writer: Option<ParquetWriter> = None;
     let mut bytes = Vec::new();
     let told = for_each_frame(source, selection, table, |number, specs, frame| {
@@ -227,5 +227,7 @@ pub fn export_parquet(
         writer.finish(&mut bytes);
         file.append(&bytes)?;
     }
-    Ok((told, vec![file.finish()?]))
+    let path = file.path().to_owned();
+    file.finish()?;
+    Ok((told, vec![path]))
 }

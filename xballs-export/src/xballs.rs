@@ -8,8 +8,9 @@ use mercury_common::formats::data::{DataFrame, DataRow, write_frame};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::orientation::euler_from_quaternion;
 use mercury_common::frames::Column;
+use mercury_common::whole_file::FileError;
 
-use crate::output::{Growing, Output};
+use crate::output::Output;
 use crate::source::EULER;
 use crate::{ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
 
@@ -257,7 +258,7 @@ pub fn export(
 ) -> Result<(Told, Vec<PathBuf>), ExportError> {
     let script_path = output.path("disp");
     output.claim(&script_path)?;
-    let mut file = Growing::create(output, output.path("data"))?;
+    let mut file = output.begin(output.path("data"))?;
     let mut script = None;
     let mut out = Vec::new();
     let told = for_each_snapshot(source, selection, |snapshot| {
@@ -275,9 +276,10 @@ pub fn export(
         });
         out.clear();
         write_frame(&frame, choice.style, &mut out);
-        file.append(&out)
+        Ok(file.append(&out)?)
     })?;
-    let data = file.finish()?;
+    let data = file.path().to_owned();
+    file.finish()?;
     if let Some(script) = script {
         output.write(&script_path, script.to_text().as_bytes())?;
         make_executable(&script_path)?;
@@ -289,11 +291,8 @@ pub fn export(
 fn make_executable(path: &Path) -> Result<(), ExportError> {
     use std::os::unix::fs::PermissionsExt as _;
     let permissions = std::fs::Permissions::from_mode(0o755);
-    std::fs::set_permissions(path, permissions).map_err(|source| ExportError::File {
-        path: path.to_owned(),
-        action: "the script cannot be made executable",
-        source,
-    })
+    let made = std::fs::set_permissions(path, permissions);
+    Ok(made.map_err(FileError::of(path, "the script cannot be made executable"))?)
 }
 
 #[cfg(not(unix))]

@@ -11,13 +11,13 @@ mod pvd;
 #[cfg(test)]
 mod tests;
 mod values;
-mod whole;
 
 use std::borrow::Cow;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+
+use crate::whole_file::{FileError, WholeFile};
 
 pub use encode::encode_vtu;
 pub use pvd::{PvdEntry, PvdWriter, pvd_text};
@@ -140,26 +140,8 @@ pub enum VtuError {
         expected: String,
     },
     /// The operating system refused.
-    #[error("{}: {action}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
-        action: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
-}
-
-impl VtuError {
-    fn file(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> Self + use<> {
-        let path = path.to_owned();
-        move |source| Self::File {
-            path,
-            action,
-            source,
-        }
-    }
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// Writes a grid under a temporary name beside its place, then renames it: the file is there as a whole or not at all.
@@ -172,5 +154,10 @@ pub fn write_vtu(path: &Path, grid: &VtuGrid, options: VtuOptions) -> Result<(),
         path: path.to_owned(),
         reason,
     })?;
-    whole::write_whole(path, &parts)
+    let mut file = WholeFile::create(path)?;
+    for part in &parts {
+        file.append(part)?;
+    }
+    file.finish()?;
+    Ok(())
 }

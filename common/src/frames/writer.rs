@@ -1,6 +1,6 @@
 //! Appends frames to a file that is a complete Arrow stream at every instant.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -9,6 +9,7 @@ use super::positioned::{Cursor, WriteAt};
 use super::reader::FrameReader;
 use super::{Frame, FrameSchema, SchemaError};
 use crate::error::FormatError;
+use crate::whole_file::{FileError, WholeFile};
 
 /// Bytes collected before they go to the operating system.
 const BUFFER: usize = 256 * 1024;
@@ -17,15 +18,8 @@ const BUFFER: usize = 256 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum FrameWriteError {
     /// The operating system refused.
-    #[error("{}: {action}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
-        action: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A frame does not fit the schema of the file, or does not come after the frame before.
     #[error("{}: frame at step {step}: {reason}", path.display())]
     Frame {
@@ -62,39 +56,21 @@ pub struct FrameWriter {
     last_step: Option<u64>,
 }
 
-fn io_error(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> FrameWriteError {
-    let path = path.to_owned();
-    move |source| FrameWriteError::Io {
-        path,
-        action,
-        source,
-    }
-}
-
 impl FrameWriter {
     /// Creates a file without frames; a file of that name is replaced.
     ///
     /// The file is made under a temporary name beside `path` and renamed, so nobody ever sees half a schema.
     ///
     /// # Errors
-    /// [`FrameWriteError::Io`] when the file cannot be made.
+    /// [`FrameWriteError::File`] when the file cannot be made.
     pub fn create(path: impl Into<PathBuf>, schema: FrameSchema) -> Result<Self, FrameWriteError> {
         let path = path.into();
-        let create = "the file cannot be created";
-        let bytes =
-            encode_schema(&schema).map_err(|e| io_error(&path, create)(io::Error::other(e)))?;
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(".new");
-        let temporary = path.with_file_name(name);
-        let file = File::create(&temporary).map_err(io_error(&path, create))?;
-        let made = file
-            .write_all_at(&bytes, 0)
-            .and_then(|()| fs::rename(&temporary, &path));
-        if made.is_err() {
-            // The error that matters is the first one.
-            let _ = fs::remove_file(&temporary);
-        }
-        made.map_err(io_error(&path, create))?;
+        let bytes = encode_schema(&schema).map_err(|error| {
+            FileError::of(&path, "the file cannot be written")(io::Error::other(error))
+        })?;
+        let mut file = WholeFile::create(&path)?;
+        file.append(&bytes)?;
+        let file = file.finish()?;
         Ok(Self {
             path,
             file,
@@ -113,7 +89,7 @@ impl FrameWriter {
     ///
     /// # Errors
     /// [`FrameWriteError::Format`] when the file has fewer whole frames or its schema is not `schema`;
-    /// [`FrameWriteError::Io`] when it cannot be written.
+    /// [`FrameWriteError::File`] when it cannot be written.
     pub fn resume(
         path: impl Into<PathBuf>,
         schema: FrameSchema,
@@ -145,11 +121,11 @@ impl FrameWriter {
             .read(true)
             .write(true)
             .open(&path)
-            .map_err(io_error(&path, action))?;
+            .map_err(FileError::of(&path, action))?;
         // First the marker, then the cut: the file stays whole in between.
         file.write_all_at(&END_OF_STREAM, marker)
             .and_then(|()| file.set_len(marker + END_OF_STREAM.len() as u64))
-            .map_err(io_error(&path, action))?;
+            .map_err(FileError::of(&path, action))?;
         Ok(Self {
             path,
             file,
@@ -194,7 +170,7 @@ impl FrameWriter {
     ///
     /// # Errors
     /// [`FrameWriteError::Frame`] when the columns are not those of the schema or differ in length, the time is not
-    /// finite, or the step is not above the one before; [`FrameWriteError::Io`] when the file cannot be written.
+    /// finite, or the step is not above the one before; [`FrameWriteError::File`] when the file cannot be written.
     pub fn append(&mut self, frame: &Frame) -> Result<(), FrameWriteError> {
         let refused = |reason| FrameWriteError::Frame {
             path: self.path.clone(),
@@ -204,7 +180,7 @@ impl FrameWriter {
         self.check(frame).map_err(refused)?;
         let encoded = encode(frame).map_err(refused)?;
         write_frame(&self.file, self.marker, &encoded.head, frame)
-            .map_err(io_error(&self.path, "the file cannot be written"))?;
+            .map_err(FileError::of(&self.path, "the file cannot be written"))?;
         self.marker += encoded.head.len() as u64 + encoded.body_length;
         self.frames += 1;
         self.last_step = Some(frame.step);
@@ -214,10 +190,11 @@ impl FrameWriter {
     /// Waits until all frames are on the disk, as before a checkpoint that counts on them.
     ///
     /// # Errors
-    /// [`FrameWriteError::Io`] when the system cannot promise it.
+    /// [`FrameWriteError::File`] when the system cannot promise it.
     pub fn sync(&self) -> Result<(), FrameWriteError> {
         let action = "the file cannot be brought to the disk";
-        self.file.sync_data().map_err(io_error(&self.path, action))
+        let synced = self.file.sync_data();
+        Ok(synced.map_err(FileError::of(&self.path, action))?)
     }
 
     fn check(&self, frame: &Frame) -> Result<(), String> {
@@ -264,6 +241,8 @@ fn write_frame(sink: &impl WriteAt, marker: u64, head: &[u8], frame: &Frame) -> 
 #[cfg(test)]
 mod tests {
     use std::cell::RefCell;
+
+    use std::fs;
 
     use super::*;
     use crate::frames::{Column, ColumnKind, ColumnSpec};

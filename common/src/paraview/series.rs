@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use crate::formats::vtu::{PvdEntry, PvdWriter, VtuError, VtuGrid, VtuOptions, write_vtu};
+use crate::whole_file::FileError;
 
 /// Files `<stem>.0000.vtu`, `<stem>.0001.vtu`, ... and `<stem>.pvd`, which is complete after every frame.
 #[derive(Debug)]
@@ -110,9 +111,6 @@ impl Series {
 }
 
 fn remove(path: PathBuf) -> Result<(), VtuError> {
-    std::fs::remove_file(&path).map_err(|source| VtuError::File {
-        path,
-        action: "the file cannot be removed",
-        source,
-    })
+    let removed = std::fs::remove_file(&path);
+    Ok(removed.map_err(FileError::of(&path, "the file cannot be removed"))?)
 }

@@ -13,7 +13,8 @@ use crate::canvas::{Anchor, Canvas, Lettering, Spot};
 use crate::colour::Colour;
 use crate::image::Image;
 use crate::svg::Svg;
-use crate::{PictureError, file, font};
+use crate::{PictureError, font};
+use mercury_common::whole_file::write_whole;
 
 /// Pixels of the PNG in a point of the page: 144 to an inch.
 const PIXELS: f64 = 2.0;
@@ -103,8 +104,8 @@ impl ChartPage {
     /// For a page that cannot be drawn, as one with a chart whose lists do not match, and if a file cannot be written.
     pub fn write(&self, stem: &Path) -> Result<(), PictureError> {
         let (svg, png) = (self.svg()?, self.image()?.png()?);
-        file::write_whole(&with_ending(stem, ".svg"), svg.as_bytes())?;
-        file::write_whole(&with_ending(stem, ".png"), &png)
+        write_whole(&with_ending(stem, ".svg"), svg.as_bytes())?;
+        Ok(write_whole(&with_ending(stem, ".png"), &png)?)
     }
 
     /// Writes the page as SVG.
@@ -112,7 +113,7 @@ impl ChartPage {
     /// # Errors
     /// As [`ChartPage::write`].
     pub fn write_svg(&self, path: &Path) -> Result<(), PictureError> {
-        file::write_whole(path, self.svg()?.as_bytes())
+        Ok(write_whole(path, self.svg()?.as_bytes())?)
     }
 
     /// Writes the page as PNG.
@@ -120,7 +121,7 @@ impl ChartPage {
     /// # Errors
     /// As [`ChartPage::write`].
     pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
-        file::write_whole(path, &self.image()?.png()?)
+        Ok(write_whole(path, &self.image()?.png()?)?)
     }
 
     /// The page as an SVG document.

@@ -9,12 +9,12 @@ use png::{BitDepth, BlendOp, ColorType, DisposeOp, Encoder, FilterType, Writer};
 use super::Sizes;
 use super::changes::Part;
 use crate::PictureError;
-use crate::file::Growing;
 use crate::image::Image;
+use mercury_common::whole_file::WholeFile;
 
 /// An animated PNG that grows picture by picture. Each holds only the rectangle that has changed.
 pub struct Apng {
-    file: Growing,
+    file: WholeFile,
     writer: Option<Writer<BufWriter<File>>>,
     sizes: Sizes,
     /// Number of pictures that the head announces.
@@ -37,7 +37,7 @@ impl Apng {
                 got: number,
                 expected: "at least 1".into(),
             })?,
-            file: Growing::create(path)?,
+            file: WholeFile::create(path)?,
             writer: None,
             sizes: Sizes::default(),
             before: None,
@@ -125,7 +125,8 @@ impl Apng {
         match self.writer.take() {
             Some(writer) if self.sizes.number == self.number as usize => {
                 writer.finish()?;
-                self.file.finish_flushed()
+                self.file.finish()?;
+                Ok(())
             }
             _ => Err(self.wrong_number()),
         }

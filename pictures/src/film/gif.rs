@@ -1,17 +1,17 @@
 //! Animated GIF.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use ::gif::{DisposalMethod, Encoder, Frame, Repeat};
+use ::gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 
 use super::Sizes;
 use super::changes::Part;
 use super::palette::Palette;
 use crate::PictureError;
-use crate::file::Growing;
 use crate::image::Image;
+use mercury_common::whole_file::WholeFile;
 
 /// The number of the colour that lets the picture before through; the others come before it.
 const THROUGH: u8 = 255;
@@ -20,7 +20,7 @@ const SHORTEST: u64 = 2;
 
 /// An animated GIF that grows picture by picture. Each has its own 255 colours and holds only what has changed.
 pub struct Gif {
-    file: Growing,
+    file: WholeFile,
     encoder: Option<Encoder<BufWriter<File>>>,
     sizes: Sizes,
     before: Option<Image>,
@@ -35,7 +35,7 @@ impl Gif {
     /// If the system refuses.
     pub fn create(path: &Path) -> Result<Self, PictureError> {
         Ok(Self {
-            file: Growing::create(path)?,
+            file: WholeFile::create(path)?,
             encoder: None,
             sizes: Sizes::default(),
             before: None,
@@ -137,7 +137,8 @@ impl Gif {
                 expected: "at least 1".into(),
             });
         };
-        let writer = encoder.into_inner()?;
-        self.file.finish(writer)
+        encoder.into_inner()?.flush().map_err(EncodingError::from)?;
+        self.file.finish()?;
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
 //! one `Stream` for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
-//! up, one room for each file writes; `folder` guards what is already there, `whole_file` replaces files at once.
+//! up, one room for each file writes; `folder` guards what is already there.
 
 mod body_frames;
 mod contact_frames;
@@ -28,7 +28,6 @@ mod vtk_files;
 mod wall_frames;
 mod wall_loads;
 mod wall_outlines;
-mod whole_file;
 mod writer;
 
 pub use energies::energies;
@@ -38,5 +37,4 @@ pub use schedule::{Due, Schedule};
 pub use state::State;
 pub use stream::OutputError;
 pub use wall_outlines::wall_outlines;
-pub use whole_file::write_whole;
 pub use writer::{Positions, Writer, Written};

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::FrameWriteError;
+use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 use super::State;
@@ -14,15 +15,8 @@ use super::State;
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The operating system refused.
-    #[error("{}: {action}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What was tried, as `the file cannot be ...`.
-        action: &'static str,
-        /// What the system said.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] FileError),
     /// A file of native frames could not be written.
     #[error(transparent)]
     Frames(#[from] FrameWriteError),
@@ -67,19 +61,13 @@ impl TextFile {
     /// Makes the file, empty.
     pub(super) fn create(folder: &Path, name: &str) -> Result<Self, OutputError> {
         let path = folder.join(name);
-        match File::create(&path) {
-            Ok(file) => Ok(Self {
-                path,
-                file,
-                length: 0,
-                buffer: Vec::new(),
-            }),
-            Err(source) => Err(OutputError::File {
-                path,
-                action: "the file cannot be made",
-                source,
-            }),
-        }
+        let file = File::create(&path);
+        Ok(Self {
+            file: file.map_err(FileError::of(&path, "the file cannot be made"))?,
+            path,
+            length: 0,
+            buffer: Vec::new(),
+        })
     }
 
     /// Appends the buffer to the file in one call, and empties it.
@@ -89,11 +77,8 @@ impl TextFile {
             self.length += self.buffer.len() as u64;
         }
         self.buffer.clear();
-        written.map_err(|source| OutputError::File {
-            path: self.path.clone(),
-            action: "the file cannot be written",
-            source,
-        })
+        let failed = FileError::of(&self.path, "the file cannot be written");
+        Ok(written.map_err(failed)?)
     }
 }
 
@@ -107,11 +92,7 @@ impl TextFile {
     pub(super) fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
         let cut = self.file.set_len(position);
         let cut = cut.and_then(|()| self.file.seek(SeekFrom::Start(position)));
-        cut.map_err(|source| OutputError::File {
-            path: self.path.clone(),
-            action: "the file cannot be cut back",
-            source,
-        })?;
+        Ok(cut.map_err(FileError::of(&self.path, "the file cannot be cut back"))?)?;
         self.length = position;
         Ok(())
     }

@@ -8,6 +8,7 @@ use mercury_common::formats::vtu::{VtuError, VtuOptions};
 use mercury_common::frames::{BodyFrame, ColumnSpec, ContactColumns};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 use mercury_common::surfaces::Surface;
+use mercury_common::whole_file::{FileError, write_whole};
 
 use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
@@ -15,7 +16,7 @@ use super::particle_frames::ParticleTable;
 use super::stream::Stream;
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
-use super::{OutputError, State, write_whole};
+use super::{OutputError, State};
 use crate::contact::HistoryNumber;
 use crate::plan::Plan;
 
@@ -61,11 +62,8 @@ impl VtkFiles {
         history: &[HistoryNumber],
     ) -> Result<Self, OutputError> {
         let folder = folder.join(FOLDER);
-        std::fs::create_dir_all(&folder).map_err(|source| OutputError::File {
-            path: folder.clone(),
-            action: "the folder cannot be made",
-            source,
-        })?;
+        let made = std::fs::create_dir_all(&folder);
+        made.map_err(FileError::of(&folder, "the folder cannot be made"))?;
         let series = |kind: &str| -> Result<Series, VtuError> {
             Series::create(&folder, &format!("{}.{kind}", plan.prefix), OPTIONS)
         };

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
+use mercury_common::whole_file::FileError;
 use mercury_pictures::EnergyRow;
 
 use super::body_frames::BodyFrames;
@@ -95,11 +96,10 @@ impl Writer {
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
             .spawn(move || write_all(receiver, streams, &images, gravity, dimensions))
-            .map_err(|source| OutputError::File {
-                path: folder.to_owned(),
-                action: "the thread that writes cannot be started",
-                source,
-            })?;
+            .map_err(FileError::of(
+                folder,
+                "the thread that writes cannot be started",
+            ))?;
         Ok(Self { sender, thread })
     }
 

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use mercury_common::whole_file::write_whole;
 use mercury_pictures::{PictureScene, PictureSphere, draw_final, energy_page};
 
 pub use budget::Budget;
@@ -26,9 +27,7 @@ use shortfall::shortfalls;
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::output::summary::{Status, Summary};
-use crate::output::{
-    Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines, write_whole,
-};
+use crate::output::{Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines};
 use crate::plan::Plan;
 use crate::state::{FIXED, PEBBLE, inverse_inertia_factor};
 use crate::step::{Engine, RunError};
@@ -188,7 +187,8 @@ impl Run {
         let begun = Instant::now();
         let folder = &options.folder;
         if let Some(document) = &options.plan_document {
-            write_whole(&folder.join("plan.toml"), document.as_bytes())?;
+            write_whole(&folder.join("plan.toml"), document.as_bytes())
+                .map_err(OutputError::from)?;
         }
         let starting = (plan.particles.len() + plan.bodies.len()) as u64;
         let plan = Arc::new(plan);
@@ -334,13 +334,14 @@ impl Run {
             &written,
         );
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
-        write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())?;
+        write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
+            .map_err(OutputError::from)?;
         report.total_seconds = self.begun.elapsed().as_secs_f64();
         // The log names all files, itself too.
         report.files = folder::present(folder, &plan.prefix);
         report.files.push("run.log".to_owned());
         let log = log_head(&self.options) + &log_body(&report);
-        write_whole(&folder.join("run.log"), log.as_bytes())?;
+        write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
         Ok(report)
     }
 }

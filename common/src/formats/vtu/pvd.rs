@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::VtuError;
 use super::encode::escape;
+use crate::whole_file::FileError;
 
 const HEAD: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  <Collection>\n";
 const TAIL: &str = "  </Collection>\n</VTKFile>\n";
@@ -58,7 +59,7 @@ impl PvdWriter {
         let text = pvd_text(&[]);
         let file = File::create(&path)
             .and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file))
-            .map_err(VtuError::file(&path, "the file cannot be written"))?;
+            .map_err(FileError::of(&path, "the file cannot be written"))?;
         Ok(Self {
             path,
             file,
@@ -73,7 +74,7 @@ impl PvdWriter {
     pub fn resume(path: impl Into<PathBuf>, entries: usize) -> Result<Self, VtuError> {
         let path = path.into();
         let text =
-            fs::read_to_string(&path).map_err(VtuError::file(&path, "the file cannot be read"))?;
+            fs::read_to_string(&path).map_err(FileError::of(&path, "the file cannot be read"))?;
         let list = |found: String, expected: String| VtuError::List {
             path: path.clone(),
             found,
@@ -95,12 +96,12 @@ impl PvdWriter {
         let file = OpenOptions::new()
             .write(true)
             .open(&path)
-            .map_err(VtuError::file(&path, failed))?;
+            .map_err(FileError::of(&path, failed))?;
         let mut writer = Self { path, file, end };
         writer
             .put(TAIL.as_bytes())
             .and_then(|()| writer.file.set_len(end + TAIL.len() as u64))
-            .map_err(VtuError::file(&writer.path, failed))?;
+            .map_err(FileError::of(&writer.path, failed))?;
         Ok(writer)
     }
 
@@ -110,7 +111,7 @@ impl PvdWriter {
     /// When the file cannot be written.
     pub fn append(&mut self, entry: &PvdEntry) -> Result<(), VtuError> {
         let line = entry.line();
-        let failed = VtuError::file(&self.path, "the file cannot be written");
+        let failed = FileError::of(&self.path, "the file cannot be written");
         self.put([line.as_str(), TAIL].concat().as_bytes())
             .map_err(failed)?;
         self.end += line.len() as u64;

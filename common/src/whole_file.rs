@@ -1,0 +1,242 @@
+//! Files that are there as a whole or not at all.
+//!
+//! A file is written under a temporary name beside its place, handed to the disk, and renamed. A reader never meets a part of
+//! it, and neither a program that dies half-way nor a loss of power costs the file that was there before.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+const WRITE: &str = "the file cannot be written";
+
+/// The operating system refused something that was to be done with a file or folder.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {action}: {source}", path.display())]
+pub struct FileError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What was tried, as `the file cannot be ...`.
+    pub action: &'static str,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+impl FileError {
+    /// For `map_err`: makes the error of a path and an action (`the file cannot be ...`) from the system's.
+    pub fn of(path: &Path, action: &'static str) -> impl Fn(io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |source| Self {
+            path: path.clone(),
+            action,
+            source,
+        }
+    }
+}
+
+/// Writes a whole file.
+///
+/// ```
+/// use mercury_common::whole_file::write_whole;
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("sizes.csv");
+/// write_whole(&path, b"radius\n0.001\n")?;
+/// write_whole(&path, b"radius\n0.002\n")?; // replaces the first at once
+/// assert_eq!(std::fs::read(&path)?, b"radius\n0.002\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the system refuses; a file that was there before is still there then.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut file = WholeFile::create(path)?;
+    file.append(bytes)?;
+    file.finish()?;
+    Ok(())
+}
+
+/// A file that is written in pieces and gets its name when it is whole. Dropped before, it leaves nothing behind.
+#[derive(Debug)]
+pub struct WholeFile {
+    file: File,
+    name: Name,
+}
+
+/// The temporary name and the one to come.
+#[derive(Debug)]
+struct Name {
+    path: PathBuf,
+    temporary: PathBuf,
+    given: bool,
+}
+
+impl WholeFile {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// If it cannot be made where it is to be.
+    pub fn create(path: impl Into<PathBuf>) -> Result<Self, FileError> {
+        let path = path.into();
+        // Without a name of its own (`..`, `/`) the path is a folder: renaming would fail after all the work.
+        let temporary = (path.file_name()).map(|name| path.with_file_name(temporary_name(name)));
+        let made = temporary
+            .ok_or_else(|| io::Error::from(io::ErrorKind::IsADirectory))
+            .and_then(|temporary| Ok((File::create(&temporary)?, temporary)));
+        let (file, temporary) = made.map_err(FileError::of(&path, WRITE))?;
+        let name = Name {
+            path,
+            temporary,
+            given: false,
+        };
+        Ok(Self { file, name })
+    }
+
+    /// The name that the file will have.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.name.path
+    }
+
+    /// Appends bytes. Nothing is buffered: a call should bring many.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub fn append(&mut self, bytes: &[u8]) -> Result<(), FileError> {
+        let written = self.file.write_all(bytes);
+        written.map_err(FileError::of(&self.name.path, WRITE))
+    }
+
+    /// A buffered way to append, for encoders that own what they write to. It must have flushed and gone when the file is
+    /// finished.
+    ///
+    /// # Errors
+    /// If the system has no further handle for the file.
+    pub fn writer(&self) -> Result<BufWriter<File>, FileError> {
+        let file = self.file.try_clone();
+        Ok(BufWriter::new(
+            file.map_err(FileError::of(&self.name.path, WRITE))?,
+        ))
+    }
+
+    /// Hands what was written to the disk; what can go wrong has gone wrong then, so that several files can be named together.
+    ///
+    /// # Errors
+    /// If the disk does not take it.
+    pub fn sync(&self) -> Result<(), FileError> {
+        let synced = self.file.sync_all();
+        synced.map_err(FileError::of(&self.name.path, WRITE))
+    }
+
+    /// Hands the file to the disk and gives it its name. Who wants to go on writing gets the open file.
+    ///
+    /// # Errors
+    /// If the disk does not take it, or it cannot be renamed; a file that was there before is still there then.
+    pub fn finish(mut self) -> Result<File, FileError> {
+        // The name must not reach the disk before what it stands for.
+        self.sync()?;
+        let renamed = fs::rename(&self.name.temporary, &self.name.path);
+        renamed.map_err(FileError::of(&self.name.path, WRITE))?;
+        self.name.given = true;
+        Ok(self.file)
+    }
+}
+
+impl Drop for Name {
+    fn drop(&mut self) {
+        if !self.given {
+            // Whoever stopped half-way has an error to tell already.
+            let _ = fs::remove_file(&self.temporary);
+        }
+    }
+}
+
+/// `<name>.tmp-<process>`; in the folder of the file, because a rename is atomic only inside one file system.
+fn temporary_name(name: &OsStr) -> std::ffi::OsString {
+    let mut name = name.to_owned();
+    name.push(format!(".tmp-{}", std::process::id()));
+    name
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        entries.map(|e| name(e).into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn replaces_an_old_file_and_leaves_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "old and longer").unwrap();
+        write_whole(&path, b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(folder.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn the_old_file_stays_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = WholeFile::create(&path).unwrap();
+        file.append(b"half of the n").unwrap();
+        file.sync().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        drop(file);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn a_process_that_dies_half_way_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = WholeFile::create(&path).unwrap();
+        file.append(b"half of the n").unwrap();
+        // What a process that is killed never gets to.
+        std::mem::forget(file);
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        // The next one writes as if nothing had been.
+        write_whole(&path, b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn an_encoder_may_own_what_it_writes_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut file = WholeFile::create(&path).unwrap();
+        file.append(b"head ").unwrap();
+        let mut writer = file.writer().unwrap();
+        writer.write_all(b"and body").unwrap();
+        drop(writer);
+        file.finish().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"head and body");
+    }
+
+    #[test]
+    fn an_error_names_path_and_action() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("missing").join("a.csv");
+        let error = write_whole(&path, b"new").unwrap_err().to_string();
+        let start = format!("{}: the file cannot be written: ", path.display());
+        assert!(error.starts_with(&start), "{error}");
+        assert!(write_whole(Path::new(".."), b"").is_err());
+        assert!(write_whole(Path::new(""), b"").is_err());
+    }
+
+    #[test]
+    fn a_failed_rename_leaves_no_temporary_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("taken");
+        fs::create_dir(&path).unwrap();
+        assert!(write_whole(&path, b"new").is_err());
+        assert_eq!(names(folder.path()), ["taken"]);
+    }
+}
