@@ -8,7 +8,7 @@
 //! The rooms: `frame` and `options` are what comes in; `camera` decides what is seen and where it falls; `render` makes
 //! pixels of a scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three
 //! views of a body; `run` draws the final state of a run; `charts` draws charts, `energies` that of a run's energies. `image` and `svg` are what is drawn on, a
-//! `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font`, `scale` and `file` serve them.
+//! `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font` and `scale` serve them.
 
 mod camera;
 mod canvas;

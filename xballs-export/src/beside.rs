@@ -1,6 +1,7 @@
 //! Tables beside the particles: what to say when one is missing, or ends before the particles do.
 
 use mercury_common::frames::FrameReader;
+use mercury_common::readable::counted;
 
 use crate::{ExportError, Source};
 
@@ -45,11 +46,4 @@ pub(crate) fn cut(
         }
         None => format!("no frame of {what} could be used; {lost}\n{damage}"),
     })
-}
-
-/// `1 frame`, `2 frames`.
-#[must_use]
-pub fn counted(number: usize, what: &str) -> String {
-    let plural = if number == 1 { "" } else { "s" };
-    format!("{number} {what}{plural}")
 }

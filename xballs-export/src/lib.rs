@@ -26,7 +26,6 @@ pub mod tables;
 pub mod vtu;
 pub mod xballs;
 
-pub use beside::counted;
 pub use bodies::ClumpsAs;
 pub use error::ExportError;
 pub use pipeline::{Told, for_each_snapshot};

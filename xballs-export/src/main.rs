@@ -11,14 +11,14 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use mercury_common::cli::{self, Exit, Failure, Progress};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::{VtuCompression, VtuOptions, VtuPrecision};
+use mercury_common::readable::counted;
 use mercury_export::output::Output;
 use mercury_export::pictures::{self, PictureKind};
 use mercury_export::tables::{self, Table};
 use mercury_export::vtu::{self, VtuChoice};
 use mercury_export::xballs::{self, Info, XballsChoice};
 use mercury_export::{
-    ClumpsAs, ExportError, FrameChoice, Region, Selection, Source, Told, counted, lammps,
-    particle_csv,
+    ClumpsAs, ExportError, FrameChoice, Region, Selection, Source, Told, lammps, particle_csv,
 };
 
 use picture_command::Look;

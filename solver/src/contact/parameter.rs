@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use mercury_common::readable::significant;
+
 /// Where a resolved parameter came from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
@@ -63,27 +65,5 @@ pub struct Parameter {
 /// A number for human eyes: six significant digits, an exponent where the number is very large or small.
 #[must_use]
 pub(crate) fn short(number: f64) -> String {
-    if number == 0.0 || !number.is_finite() {
-        return format!("{number}");
-    }
-    let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-    if (1e-4..1e6).contains(&rounded.abs()) {
-        format!("{rounded}")
-    } else {
-        format!("{rounded:e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn numbers_are_short_and_right() {
-        assert_eq!(short(0.0), "0");
-        assert_eq!(short(0.1 + 0.2), "0.3");
-        assert_eq!(short(5_494_505.494_505), "5.49451e6");
-        assert_eq!(short(-1.25e-5), "-1.25e-5");
-        assert_eq!(short(123_456.7), "123457");
-    }
+    significant(number, 6)
 }

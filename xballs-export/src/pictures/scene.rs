@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use mercury_common::frames::{BodyReader, ClumpKind, Column, ContactReader, WallReader};
+use mercury_common::readable::counted;
 use mercury_common::surfaces::{self, faces_of_one_box};
 use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface};
 
@@ -69,7 +70,7 @@ impl<'a> Scenery<'a> {
         let table = self.contacts?.frames();
         (self.without_contacts > 0 && table.damage().is_none()).then(|| {
             let path = table.path().display();
-            let count = beside::counted(self.without_contacts, "frame");
+            let count = counted(self.without_contacts, "frame");
             format!("{path}: no contacts were written at the times of {count}")
         })
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use strsim::levenshtein;
 
 use super::cells::{Cell, Cells, detect_separator};
 use super::{COLUMNS, MATERIAL, ParticleRow, REQUIRED};
@@ -246,6 +247,8 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
         format!("one of {}", COLUMNS.join(", ")),
     );
     let lower = cell.text.to_lowercase();
+    // A header cell may be a whole misread file: names are short.
+    let start: String = lower.chars().take(64).collect();
     // What people write most often, beside slips of the keyboard.
     let meant = match lower.as_str() {
         "r" | "rad" => Some("radius"),
@@ -259,7 +262,7 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
         "omega_z" | "omegaz" => Some("wz"),
         _ => COLUMNS
             .iter()
-            .map(|name| (edit_distance(&lower, name), *name))
+            .map(|name| (levenshtein(&start, name), *name))
             .min()
             .filter(|(distance, name)| *distance <= name.len() / 2)
             .map(|(_, name)| name),
@@ -271,21 +274,4 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
         }
         None => error.with_help("remove the column, or start the line with # if it is a comment"),
     }
-}
-
-/// Number of letters to insert, delete or replace (Levenshtein 1966).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    // A header cell may be a whole misread file: names are short.
-    for (i, letter) in a.chars().take(64).enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, other) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(letter != *other);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
