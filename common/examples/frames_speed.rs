@@ -9,6 +9,7 @@ use std::time::Instant;
 use glam::{DQuat, DVec3};
 use mercury_common::frames::{
     FrameReader, FramesHeader, ParticleColumns, ParticleFrame, ParticleReader, ParticleWriter,
+    Table,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         split += start.elapsed().as_secs_f64();
         drop(flat);
     }
-    let mut writer = ParticleWriter::create(&path, columns, &FramesHeader::default())?;
+    let mut writer = ParticleWriter::create(&path, &FramesHeader::default(), &columns)?;
     for step in 0..frames {
         let frame = frame(step);
         let start = Instant::now();

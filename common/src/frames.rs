@@ -8,13 +8,15 @@
 //!   column `time`.
 //!
 //! The rooms: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
-//! [`ParticleFrame`] and [`ContactFrame`] are the two tables that the Mercury tools exchange.
+//! a [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
+//! [`BodyFrame`], [`WallFrame`] and [`TriangleLoadFrame`] are the tables that the Mercury tools exchange.
 
 // A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
 mod bodies;
 mod clump_surfaces;
+mod columns;
 mod contacts;
 mod frame;
 mod header;
@@ -25,11 +27,13 @@ mod reader;
 mod schema;
 mod table;
 mod triangle_loads;
+mod triangles;
 mod walls;
 mod writer;
 
 pub use bodies::{BodyFrame, BodyReader, BodyWriter};
 pub use clump_surfaces::ClumpKind;
+pub use columns::{ColumnVisitor, Values};
 pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};
 pub use frame::{Column, Frame};
 pub use header::FramesHeader;
@@ -38,6 +42,7 @@ pub use particles::{
 };
 pub use reader::{FrameInfo, FrameReader};
 pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
+pub use table::{Table, TableReader, TableWriter};
 pub use triangle_loads::{TriangleLoadFrame, TriangleLoadReader, TriangleLoadWriter};
 pub use walls::{WallFrame, WallReader, WallWriter};
 pub use writer::{FrameWriteError, FrameWriter};

@@ -74,7 +74,7 @@ fn particles_come_back_with_any_choice_of_columns() {
             film_volume: bit(5),
         };
         let frame = particles(5, columns);
-        let mut writer = ParticleWriter::create(&path, columns, &header()).unwrap();
+        let mut writer = ParticleWriter::create(&path, &header(), &columns).unwrap();
         writer.append(frame.clone()).unwrap();
         let more = ParticleFrame {
             step: 1251,
@@ -84,7 +84,7 @@ fn particles_come_back_with_any_choice_of_columns() {
         };
         assert_eq!(writer.append(more).is_err(), columns.force || columns.body);
         let reader = ParticleReader::open(&path).unwrap();
-        assert_eq!(reader.columns(), columns);
+        assert_eq!(*reader.layout(), columns);
         assert_eq!(reader.header(), &header());
         assert_eq!(reader.frame(0).unwrap(), frame);
     }
@@ -116,7 +116,7 @@ fn contacts_come_back_and_have_one_partner_each() {
         torque: Some(vectors(3, 5.0)),
         history: vec![vec![1.0; 3], vec![2.0; 3], vec![3.0; 3]],
     };
-    let mut writer = ContactWriter::create(&path, &columns, &header()).unwrap();
+    let mut writer = ContactWriter::create(&path, &header(), &columns).unwrap();
     writer.append(frame.clone()).unwrap();
     for (j, wall) in [(None, None), (Some(1), Some(1))] {
         let mut wrong = ContactFrame {
@@ -128,7 +128,7 @@ fn contacts_come_back_and_have_one_partner_each() {
         assert!(error.contains("contact 2 must have either"), "{error}");
     }
     let reader = ContactReader::open(&path).unwrap();
-    assert_eq!(reader.columns(), &columns);
+    assert_eq!(reader.layout(), &columns);
     assert_eq!(reader.header(), &header());
     assert_eq!(
         reader.iter().map(Result::unwrap).collect::<Vec<_>>(),

@@ -108,7 +108,7 @@ pub(crate) fn at_step(
         ExportError::Input(format!("{path}: frame {number}: {found}"))
     };
     let frame = reader.frames().frame(number)?;
-    let all = reader.bodies(frame.clone()).map_err(unfit)?;
+    let all = reader.rows(frame.clone()).map_err(unfit)?;
     let bodies = all.id.iter().zip(&all.clump);
     let with_surface = bodies
         .filter(|(_, clump)| reader.kinds()[**clump as usize].surface.is_some())
@@ -122,7 +122,7 @@ pub(crate) fn at_step(
         header: reader.header().clone(),
     };
     selection.apply(&mut table)?;
-    let frame = reader.bodies(table.frame.clone()).map_err(unfit)?;
+    let frame = reader.rows(table.frame.clone()).map_err(unfit)?;
     Ok(Some(Shown {
         table,
         frame,

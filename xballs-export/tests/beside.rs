@@ -75,7 +75,7 @@ fn tables_that_were_cut_are_told_once() {
 fn loads_that_were_cut_are_told_once() {
     let place = folder_with_run();
     let path = place.path().join("run/run.triangle_loads.arrow");
-    let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default()).unwrap();
+    let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default(), &()).unwrap();
     for k in 0..4u32 {
         let frame = TriangleLoadFrame {
             time: 0.5 * f64::from(k),
@@ -132,7 +132,7 @@ fn pictures_of_contacts_need_contacts() {
 fn contacts_of_other_times_are_told() {
     let place = folder_with_run();
     let path = place.path().join("run/run.contacts.arrow");
-    ContactWriter::create(&path, &ContactColumns::default(), &FramesHeader::default()).unwrap();
+    ContactWriter::create(&path, &FramesHeader::default(), &ContactColumns::default()).unwrap();
     let start = "note: run/run.contacts.arrow: no contacts were written at the times of";
     for (arguments, end) in [
         (["vtu", "run", "--frames", "all"], "these frames"),

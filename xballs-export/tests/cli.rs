@@ -78,7 +78,7 @@ fn walls_show_the_loads_on_their_triangles() {
     let place = folder_with_run();
     let path = place.path().join("run/run.triangle_loads.arrow");
     let write = |triangle: u32| {
-        let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default()).unwrap();
+        let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default(), &()).unwrap();
         let frame = TriangleLoadFrame {
             time: 0.5,
             step: 50,

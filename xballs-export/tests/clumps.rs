@@ -27,7 +27,7 @@ fn folder_with_clumps(with_bodies: bool) -> tempfile::TempDir {
         ..ParticleColumns::default()
     };
     let path = |kind: &str| folder.join(format!("run.{kind}.arrow"));
-    let mut particles = ParticleWriter::create(path("particles"), columns, &header).unwrap();
+    let mut particles = ParticleWriter::create(path("particles"), &header, &columns).unwrap();
     let corners = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::ONE];
     let faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
     let kinds = [
@@ -43,7 +43,7 @@ fn folder_with_clumps(with_bodies: bool) -> tempfile::TempDir {
         },
     ];
     let mut bodies =
-        with_bodies.then(|| BodyWriter::create(path("bodies"), &header, &kinds).unwrap());
+        with_bodies.then(|| BodyWriter::create(path("bodies"), &header, &kinds.to_vec()).unwrap());
     for k in 0..2u32 {
         let (time, step) = (0.5 * f64::from(k), 50 * u64::from(k));
         let at = |x: f64| DVec3::new(x, 0.0, time);

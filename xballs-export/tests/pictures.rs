@@ -30,10 +30,10 @@ fn run(folder: &Path, speed: f64) {
         radius: 1.4,
     };
     let columns = ParticleColumns::default();
-    let mut particles = ParticleWriter::create(path("particles"), columns, &header).unwrap();
+    let mut particles = ParticleWriter::create(path("particles"), &header, &columns).unwrap();
     let columns = ContactColumns::default();
-    let mut contacts = ContactWriter::create(path("contacts"), &columns, &header).unwrap();
-    let mut walls = WallWriter::create(path("walls"), &header, &[shell]).unwrap();
+    let mut contacts = ContactWriter::create(path("contacts"), &header, &columns).unwrap();
+    let mut walls = WallWriter::create(path("walls"), &header, &vec![shell]).unwrap();
     for k in 0..3_u32 {
         let (time, step) = (0.1 * f64::from(k), u64::from(k));
         let moved = DVec3::new(0.9 + speed * time, 0.0, 0.0);
@@ -68,7 +68,7 @@ fn run(folder: &Path, speed: f64) {
         let present = vec![true];
         let placement = vec![Placement::default()];
         walls
-            .append(&WallFrame {
+            .append(WallFrame {
                 time,
                 step,
                 present,

@@ -1,27 +1,14 @@
 //! The table of rigid bodies: one row per body; what its kind looks like stands in a file beside it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{DQuat, DVec3};
 
 use super::clump_surfaces::{self, ClumpKind};
-use super::table::{
-    Taker, components, index, number, open_table, require, split_quaternions, split_vectors,
-};
 use super::{
-    Column, ColumnKind, ColumnSpec, Frame, FrameReader, FrameSchema, FrameWriteError, FrameWriter,
-    FramesHeader,
+    ColumnVisitor, FrameSchema, FrameWriteError, FramesHeader, Table, TableReader, TableWriter,
 };
 use crate::error::FormatError;
-
-const KIND: &str = "bodies";
-const POSITION: [&str; 3] = ["x", "y", "z"];
-const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
-const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
-const ANGULAR_VELOCITY: [&str; 3] = ["wx", "wy", "wz"];
-const MOMENTS: [&str; 3] = ["ix", "iy", "iz"];
-const FORCE: [&str; 3] = ["fx", "fy", "fz"];
-const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 
 /// The rigid bodies at one instant; all lists have one entry per body.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -63,36 +50,6 @@ pub struct BodyFrame {
 }
 
 impl BodyFrame {
-    /// The columns of the file in their order, without `time`.
-    #[must_use]
-    pub fn specs() -> Vec<ColumnSpec> {
-        let flags = "bit 0: fixed, bit 1: prescribed motion";
-        let id = "number of the body, as in the column `body` of particles";
-        let radius = "radius of the smallest sphere about the centre that holds the pebbles";
-        let mut specs = vec![
-            index("id", ColumnKind::U32, id),
-            index("clump", ColumnKind::U32, "index of the clump"),
-            index("material", ColumnKind::U32, "index of the material"),
-            index("flags", ColumnKind::U8, flags),
-            number("mass", "kg", "mass"),
-            number("volume", "m^3", "volume"),
-            number("scale", "1", "size relative to the clump's file"),
-            number("radius", "m", radius),
-        ];
-        let orientation = "unit quaternion, principal frame to global frame";
-        let angular_velocity = "angular velocity, global frame";
-        let moments = "moment of inertia about an axis of the principal frame";
-        let torque = "torque of the contacts about the centre of mass";
-        specs.extend(components(POSITION, "m", "centre of mass"));
-        specs.extend(components(VELOCITY, "m/s", "velocity of the centre"));
-        specs.extend(components(ORIENTATION, "1", orientation));
-        specs.extend(components(ANGULAR_VELOCITY, "rad/s", angular_velocity));
-        specs.extend(components(MOMENTS, "kg m^2", moments));
-        specs.extend(components(FORCE, "N", "force of the contacts"));
-        specs.extend(components(TORQUE, "N m", torque));
-        specs
-    }
-
     /// The number of bodies.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -104,193 +61,117 @@ impl BodyFrame {
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
     }
-
-    /// The frame as flat columns in the order of [`BodyFrame::specs`].
-    #[must_use]
-    pub fn into_frame(self) -> Frame {
-        let mut columns: Vec<Column> = [self.id, self.clump, self.material]
-            .map(Column::U32)
-            .into_iter()
-            .collect();
-        columns.push(Column::U8(self.flags));
-        columns.extend([self.mass, self.volume, self.scale, self.radius].map(Column::F64));
-        columns.extend(split_vectors(&self.position));
-        columns.extend(split_vectors(&self.velocity));
-        columns.extend(split_quaternions(&self.orientation));
-        for vectors in [
-            &self.angular_velocity,
-            &self.principal_moments,
-            &self.force,
-            &self.torque,
-        ] {
-            columns.extend(split_vectors(vectors));
-        }
-        Frame {
-            time: self.time,
-            step: self.step,
-            columns,
-        }
-    }
-
-    fn of(frame: Frame, schema: &FrameSchema) -> Result<Self, String> {
-        let (time, step) = (frame.time, frame.step);
-        let mut take = Taker::new(schema, frame);
-        Ok(Self {
-            time,
-            step,
-            id: take.u32("id")?,
-            clump: take.u32("clump")?,
-            material: take.u32("material")?,
-            flags: take.u8("flags")?,
-            mass: take.f64("mass")?,
-            volume: take.f64("volume")?,
-            scale: take.f64("scale")?,
-            radius: take.f64("radius")?,
-            position: take.vectors(POSITION)?,
-            velocity: take.vectors(VELOCITY)?,
-            orientation: take.quaternions(ORIENTATION)?,
-            angular_velocity: take.vectors(ANGULAR_VELOCITY)?,
-            principal_moments: take.vectors(MOMENTS)?,
-            force: take.vectors(FORCE)?,
-            torque: take.vectors(TORQUE)?,
-        })
-    }
 }
 
-fn schema(header: &FramesHeader, kinds: &[ClumpKind]) -> Result<FrameSchema, super::SchemaError> {
-    let mut entries = header.entries();
-    entries.extend(clump_surfaces::entries(kinds));
-    Ok(FrameSchema::new(KIND, BodyFrame::specs())?.with_metadata(entries))
+impl Table for BodyFrame {
+    const KIND: &'static str = "bodies";
+    /// The clumps in the order of their indices.
+    type Layout = Vec<ClumpKind>;
+
+    fn moment(&mut self) -> (&mut f64, &mut u64) {
+        (&mut self.time, &mut self.step)
+    }
+
+    fn columns(&mut self, _: &Vec<ClumpKind>, visitor: &mut impl ColumnVisitor) {
+        let id = "number of the body, as in the column `body` of particles";
+        let flags = "bit 0: fixed, bit 1: prescribed motion";
+        let radius = "radius of the smallest sphere about the centre that holds the pebbles";
+        visitor.column(&mut self.id, &["id"], "1", id);
+        visitor.column(&mut self.clump, &["clump"], "1", "index of the clump");
+        visitor.column(
+            &mut self.material,
+            &["material"],
+            "1",
+            "index of the material",
+        );
+        visitor.column(&mut self.flags, &["flags"], "1", flags);
+        visitor.column(&mut self.mass, &["mass"], "kg", "mass");
+        visitor.column(&mut self.volume, &["volume"], "m^3", "volume");
+        visitor.column(
+            &mut self.scale,
+            &["scale"],
+            "1",
+            "size relative to the clump's file",
+        );
+        visitor.column(&mut self.radius, &["radius"], "m", radius);
+        visitor.column(&mut self.position, &["x", "y", "z"], "m", "centre of mass");
+        let velocity = "velocity of the centre";
+        visitor.column(&mut self.velocity, &["vx", "vy", "vz"], "m/s", velocity);
+        let orientation = "unit quaternion, principal frame to global frame";
+        visitor.column(
+            &mut self.orientation,
+            &["qw", "qx", "qy", "qz"],
+            "1",
+            orientation,
+        );
+        let spin = "angular velocity, global frame";
+        visitor.column(
+            &mut self.angular_velocity,
+            &["wx", "wy", "wz"],
+            "rad/s",
+            spin,
+        );
+        let moments = "moment of inertia about an axis of the principal frame";
+        visitor.column(
+            &mut self.principal_moments,
+            &["ix", "iy", "iz"],
+            "kg m^2",
+            moments,
+        );
+        visitor.column(
+            &mut self.force,
+            &["fx", "fy", "fz"],
+            "N",
+            "force of the contacts",
+        );
+        let torque = "torque of the contacts about the centre of mass";
+        visitor.column(&mut self.torque, &["tx", "ty", "tz"], "N m", torque);
+    }
+
+    fn layout(schema: &FrameSchema) -> Result<Vec<ClumpKind>, String> {
+        Ok(clump_surfaces::names(schema))
+    }
+
+    fn metadata(kinds: &Vec<ClumpKind>) -> Vec<(String, String)> {
+        clump_surfaces::entries(kinds)
+    }
+
+    fn check(&self, kinds: &Vec<ClumpKind>) -> Result<(), String> {
+        let known = kinds.len();
+        match self.clump.iter().find(|&&clump| clump as usize >= known) {
+            Some(clump) => Err(format!("a body of clump {clump}; the file names {known}")),
+            None => Ok(()),
+        }
+    }
+
+    fn write_beside(
+        kinds: &Vec<ClumpKind>,
+        path: &Path,
+        header: &FramesHeader,
+    ) -> Result<(), FrameWriteError> {
+        clump_surfaces::write(path, header, kinds)
+    }
+
+    fn read_beside(
+        kinds: &mut Vec<ClumpKind>,
+        path: &Path,
+        schema: &FrameSchema,
+    ) -> Result<(), FormatError> {
+        clump_surfaces::read(path, schema, kinds)
+    }
 }
 
 /// Writes `<prefix>.bodies.arrow`, and `<prefix>.clumps.arrow` if a kind of clump has a surface of its own.
-#[derive(Debug)]
-pub struct BodyWriter {
-    frames: FrameWriter,
-}
+pub type BodyWriter = TableWriter<BodyFrame>;
 
-impl BodyWriter {
-    /// Creates a file without frames for bodies of these kinds; a file of that name is replaced. The triangles of
-    /// surfaces are written at once.
-    ///
-    /// # Errors
-    /// When a file cannot be made.
-    pub fn create(
-        path: impl Into<PathBuf>,
-        header: &FramesHeader,
-        kinds: &[ClumpKind],
-    ) -> Result<Self, FrameWriteError> {
-        let path = path.into();
-        clump_surfaces::write(&path, header, kinds)?;
-        let frames = FrameWriter::create(path, schema(header, kinds)?)?;
-        Ok(Self { frames })
-    }
-
-    /// Continues a file behind its first `frames` frames, see [`FrameWriter::resume`].
-    ///
-    /// # Errors
-    /// When the file has fewer frames, another header or other kinds, or cannot be written.
-    pub fn resume(
-        path: impl Into<PathBuf>,
-        header: &FramesHeader,
-        kinds: &[ClumpKind],
-        frames: usize,
-    ) -> Result<Self, FrameWriteError> {
-        let frames = FrameWriter::resume(path, schema(header, kinds)?, frames)?;
-        Ok(Self { frames })
-    }
-
-    /// Appends a frame.
-    ///
-    /// # Errors
-    /// When its lists differ in length, or the file cannot be written; the frames before stay as they are.
-    pub fn append(&mut self, frame: BodyFrame) -> Result<(), FrameWriteError> {
-        self.frames.append(&frame.into_frame())
-    }
-
-    /// The file itself: its length, [`FrameWriter::sync`].
-    pub fn frames(&self) -> &FrameWriter {
-        &self.frames
-    }
-
-    /// The file itself, to be cut back.
-    pub fn frames_mut(&mut self) -> &mut FrameWriter {
-        &mut self.frames
-    }
-}
-
-/// Reads `<prefix>.bodies.arrow`, and `<prefix>.clumps.arrow` if a kind of clump has a surface of its own.
-#[derive(Debug)]
-pub struct BodyReader {
-    frames: FrameReader,
-    header: FramesHeader,
-    kinds: Vec<ClumpKind>,
-}
+/// Reads `<prefix>.bodies.arrow`, and `<prefix>.clumps.arrow` if a kind of clump has a surface of its own. Opened alone, its
+/// kinds have names and no surfaces.
+pub type BodyReader = TableReader<BodyFrame>;
 
 impl BodyReader {
-    /// Opens a file of bodies.
-    ///
-    /// # Errors
-    /// When the file (or that of the surfaces) cannot be opened, is no stream of frames, lacks columns, or the surfaces are
-    /// not those that it speaks of.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
-        let mut reader = Self::open_without_surfaces(path.as_ref())?;
-        reader.kinds = clump_surfaces::read(path.as_ref(), reader.frames.schema())?;
-        Ok(reader)
-    }
-
-    /// Opens a file of bodies alone: its kinds have names and no surfaces.
-    ///
-    /// # Errors
-    /// When the file cannot be opened, is no stream of frames, or lacks columns.
-    pub fn open_without_surfaces(path: impl AsRef<Path>) -> Result<Self, FormatError> {
-        let check = |schema: &FrameSchema| require(schema, &BodyFrame::specs());
-        let (frames, header, ()) = open_table(path.as_ref(), KIND, check)?;
-        let kinds = clump_surfaces::names(frames.schema());
-        Ok(Self {
-            frames,
-            header,
-            kinds,
-        })
-    }
-
-    /// What the file says about its run.
-    pub fn header(&self) -> &FramesHeader {
-        &self.header
-    }
-
     /// The clumps in the order of their indices.
     pub fn kinds(&self) -> &[ClumpKind] {
-        &self.kinds
-    }
-
-    /// The file itself: number of frames, times, damage.
-    pub fn frames(&self) -> &FrameReader {
-        &self.frames
-    }
-
-    /// Frame `k`, counted from 0.
-    ///
-    /// # Errors
-    /// When there is no such frame, its bytes are damaged, or it speaks of a clump that the file does not name.
-    pub fn frame(&self, k: usize) -> Result<BodyFrame, FormatError> {
-        let frame = self.frames.frame(k)?;
-        self.bodies(frame).map_err(|found| {
-            FormatError::of_file(self.frames.path(), format!("frame {k}: {found}"))
-        })
-    }
-
-    /// The bodies of a frame of this file, of which rows may have been left out.
-    ///
-    /// # Errors
-    /// When the columns are others, or a body is of a clump that the file does not name.
-    pub fn bodies(&self, frame: Frame) -> Result<BodyFrame, String> {
-        let frame = BodyFrame::of(frame, self.frames.schema())?;
-        let known = self.kinds.len();
-        match frame.clump.iter().find(|&&clump| clump as usize >= known) {
-            Some(clump) => Err(format!("a body of clump {clump}; the file names {known}")),
-            None => Ok(frame),
-        }
+        self.layout()
     }
 }
 
@@ -298,6 +179,7 @@ impl BodyReader {
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::FrameWriter;
     use super::*;
     use crate::formats::mesh::TriangleMesh;
 
@@ -394,7 +276,7 @@ mod tests {
     fn bodies_without_surfaces_leave_one_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.bodies.arrow");
-        BodyWriter::create(&path, &header(), &kinds()[..1]).unwrap();
+        BodyWriter::create(&path, &header(), &kinds()[..1].to_vec()).unwrap();
         assert!(!folder.path().join("run.clumps.arrow").exists());
         assert_eq!(BodyReader::open(&path).unwrap().kinds(), &kinds()[..1]);
     }
@@ -407,9 +289,14 @@ mod tests {
         let mut writer = BodyWriter::create(&path, &header(), &kinds()).unwrap();
         let mut wrong = frame(1, 1, 0.0);
         wrong.clump = vec![2];
-        writer.append(wrong).unwrap();
+        let refused = writer.append(wrong.clone()).unwrap_err().to_string();
+        let found = "a body of clump 2; the file names 2";
+        assert!(refused.ends_with(found), "{refused}");
+        let schema = BodyFrame::schema(&kinds(), &header()).unwrap();
+        let mut other_writer = FrameWriter::create(&path, schema).unwrap();
+        other_writer.append(&wrong.into_frame()).unwrap();
         let error = BodyReader::open(&path).unwrap().frame(0).unwrap_err();
-        assert_eq!(error.found, "frame 0: a body of clump 2; the file names 2");
+        assert_eq!(error.found, format!("frame 0: {found}"));
 
         std::fs::remove_file(&surfaces).unwrap();
         let error = BodyReader::open(&path).unwrap_err().to_string();

@@ -1,19 +1,8 @@
 //! The table of loads on the triangles of mesh walls: one row per triangle that was touched since the frame before.
 
-use std::path::{Path, PathBuf};
-
 use glam::DVec3;
 
-use super::table::{Taker, components, index, number, open_table, require, split_vectors};
-use super::{
-    Column, ColumnKind, ColumnSpec, Frame, FrameReader, FrameSchema, FrameWriteError, FrameWriter,
-    FramesHeader,
-};
-use crate::error::FormatError;
-
-const KIND: &str = "triangle_loads";
-const SHEAR: [&str; 3] = ["shear_x", "shear_y", "shear_z"];
-const FORCE: [&str; 3] = ["fx", "fy", "fz"];
+use super::{ColumnVisitor, Table, TableReader, TableWriter};
 
 /// Loads on triangles, means over the steps since the frame before; all lists have one entry per row.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,152 +25,39 @@ pub struct TriangleLoadFrame {
     pub slip_power: Vec<f64>,
 }
 
-fn specs() -> Vec<ColumnSpec> {
-    let mut specs = vec![
-        index("wall", ColumnKind::U32, "index of the wall"),
-        index(
-            "triangle",
-            ColumnKind::U32,
-            "index among the triangles of the wall in .surfaces.arrow",
-        ),
-        number(
-            "pressure",
-            "Pa",
-            "mean normal force over area since the frame before",
-        ),
-    ];
-    let shear = "mean tangential force of the particles over area since the frame before";
-    specs.extend(components(SHEAR, "Pa", shear));
-    let force = "mean force of the particles since the frame before";
-    specs.extend(components(FORCE, "N", force));
-    let slip = "mean power dissipated by sliding over area since the frame before";
-    specs.push(number("slip_power", "W/m^2", slip));
-    specs
+impl Table for TriangleLoadFrame {
+    const KIND: &'static str = "triangle_loads";
+    type Layout = ();
+
+    fn moment(&mut self) -> (&mut f64, &mut u64) {
+        (&mut self.time, &mut self.step)
+    }
+
+    fn columns(&mut self, (): &(), visitor: &mut impl ColumnVisitor) {
+        let triangle = "index among the triangles of the wall in .surfaces.arrow";
+        let pressure = "mean normal force over area since the frame before";
+        let shear = "mean tangential force of the particles over area since the frame before";
+        let force = "mean force of the particles since the frame before";
+        let slip = "mean power dissipated by sliding over area since the frame before";
+        visitor.column(&mut self.wall, &["wall"], "1", "index of the wall");
+        visitor.column(&mut self.triangle, &["triangle"], "1", triangle);
+        visitor.column(&mut self.pressure, &["pressure"], "Pa", pressure);
+        let names = ["shear_x", "shear_y", "shear_z"];
+        visitor.column(&mut self.shear, &names, "Pa", shear);
+        visitor.column(&mut self.force, &["fx", "fy", "fz"], "N", force);
+        visitor.column(&mut self.slip_power, &["slip_power"], "W/m^2", slip);
+    }
 }
 
 /// Writes `<prefix>.triangle_loads.arrow`.
-#[derive(Debug)]
-pub struct TriangleLoadWriter {
-    frames: FrameWriter,
-}
-
-impl TriangleLoadWriter {
-    /// Creates a file without frames; a file of that name is replaced.
-    ///
-    /// # Errors
-    /// When the file cannot be made.
-    pub fn create(
-        path: impl Into<PathBuf>,
-        header: &FramesHeader,
-    ) -> Result<Self, FrameWriteError> {
-        let frames = FrameWriter::create(path, schema(header)?)?;
-        Ok(Self { frames })
-    }
-
-    /// Continues a file behind its first `frames` frames, see [`FrameWriter::resume`].
-    ///
-    /// # Errors
-    /// When the file has fewer frames or other columns, or cannot be written.
-    pub fn resume(
-        path: impl Into<PathBuf>,
-        header: &FramesHeader,
-        frames: usize,
-    ) -> Result<Self, FrameWriteError> {
-        let frames = FrameWriter::resume(path, schema(header)?, frames)?;
-        Ok(Self { frames })
-    }
-
-    /// Appends a frame.
-    ///
-    /// # Errors
-    /// When its lists differ in length, or the file cannot be written; the frames before stay as they are.
-    pub fn append(&mut self, frame: TriangleLoadFrame) -> Result<(), FrameWriteError> {
-        let mut columns = vec![
-            Column::U32(frame.wall),
-            Column::U32(frame.triangle),
-            Column::F64(frame.pressure),
-        ];
-        columns.extend(split_vectors(&frame.shear));
-        columns.extend(split_vectors(&frame.force));
-        columns.push(Column::F64(frame.slip_power));
-        self.frames.append(&Frame {
-            time: frame.time,
-            step: frame.step,
-            columns,
-        })
-    }
-
-    /// The file itself: its length, [`FrameWriter::sync`].
-    pub fn frames(&self) -> &FrameWriter {
-        &self.frames
-    }
-
-    /// The file itself, to be cut back.
-    pub fn frames_mut(&mut self) -> &mut FrameWriter {
-        &mut self.frames
-    }
-}
-
-fn schema(header: &FramesHeader) -> Result<FrameSchema, super::SchemaError> {
-    Ok(FrameSchema::new(KIND, specs())?.with_metadata(header.entries()))
-}
+pub type TriangleLoadWriter = TableWriter<TriangleLoadFrame>;
 
 /// Reads `<prefix>.triangle_loads.arrow`.
-#[derive(Debug)]
-pub struct TriangleLoadReader {
-    frames: FrameReader,
-    header: FramesHeader,
-}
-
-impl TriangleLoadReader {
-    /// Opens a file of loads on triangles.
-    ///
-    /// # Errors
-    /// When it cannot be opened, is no stream of frames, or lacks columns.
-    pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
-        let check = |schema: &FrameSchema| require(schema, &specs());
-        let (frames, header, ()) = open_table(path.as_ref(), KIND, check)?;
-        Ok(Self { frames, header })
-    }
-
-    /// What the file says about its run.
-    pub fn header(&self) -> &FramesHeader {
-        &self.header
-    }
-
-    /// The file itself: number of frames, times, damage.
-    pub fn frames(&self) -> &FrameReader {
-        &self.frames
-    }
-
-    /// Frame `k`, counted from 0.
-    ///
-    /// # Errors
-    /// When there is no such frame, or its bytes are damaged.
-    pub fn frame(&self, k: usize) -> Result<TriangleLoadFrame, FormatError> {
-        let frame = self.frames.frame(k)?;
-        let read = |frame: Frame| {
-            let (time, step) = (frame.time, frame.step);
-            let mut take = Taker::new(self.frames.schema(), frame);
-            Ok(TriangleLoadFrame {
-                time,
-                step,
-                wall: take.u32("wall")?,
-                triangle: take.u32("triangle")?,
-                pressure: take.f64("pressure")?,
-                shear: take.vectors(SHEAR)?,
-                force: take.vectors(FORCE)?,
-                slip_power: take.f64("slip_power")?,
-            })
-        };
-        read(frame).map_err(|found: String| {
-            FormatError::of_file(self.frames.path(), format!("frame {k}: {found}"))
-        })
-    }
-}
+pub type TriangleLoadReader = TableReader<TriangleLoadFrame>;
 
 #[cfg(test)]
 mod tests {
+    use super::super::{FrameSchema, FrameWriter, FramesHeader};
     use super::*;
 
     fn frame(step: u64, rows: u32) -> TriangleLoadFrame {
@@ -209,12 +85,12 @@ mod tests {
             walls: vec!["plate".to_owned()],
             ..FramesHeader::default()
         };
-        let mut writer = TriangleLoadWriter::create(&path, &header).unwrap();
+        let mut writer = TriangleLoadWriter::create(&path, &header, &()).unwrap();
         writer.append(frame(1, 3)).unwrap();
         writer.append(frame(2, 0)).unwrap();
         writer.append(frame(3, 1)).unwrap();
         drop(writer);
-        let mut writer = TriangleLoadWriter::resume(&path, &header, 2).unwrap();
+        let mut writer = TriangleLoadWriter::resume(&path, &header, &(), 2).unwrap();
         writer.append(frame(4, 7)).unwrap();
         assert_eq!(writer.frames().len(), 3);
         let reader = TriangleLoadReader::open(&path).unwrap();
@@ -232,12 +108,12 @@ mod tests {
     fn lists_of_different_length_and_other_tables_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.triangle_loads.arrow");
-        let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default()).unwrap();
+        let mut writer = TriangleLoadWriter::create(&path, &FramesHeader::default(), &()).unwrap();
         let mut wrong = frame(1, 3);
         wrong.pressure.pop();
         assert!(writer.append(wrong).is_err());
         drop(writer);
-        let schema = FrameSchema::new("walls", specs()).unwrap();
+        let schema = FrameSchema::new("walls", TriangleLoadFrame::specs(&())).unwrap();
         FrameWriter::create(&path, schema).unwrap();
         let error = TriangleLoadReader::open(&path).unwrap_err();
         assert_eq!(error.found, "frames of walls");

@@ -7,7 +7,7 @@ use crate::formats::mesh::TriangleMesh;
 use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
 use crate::frames::{
     Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
-    ParticleFrame, TriangleLoadFrame, WallFrame,
+    ParticleFrame, Table, TriangleLoadFrame, WallFrame,
 };
 use crate::surfaces::{Placement, Surface};
 
@@ -67,7 +67,7 @@ fn particles_come_with_every_column_and_what_glyphs_need() {
         film_volume: true,
     };
     let expected = frame();
-    let grid = particles(&columns.specs(), frame().into_frame()).unwrap();
+    let grid = particles(&ParticleFrame::specs(&columns), frame().into_frame()).unwrap();
     assert_eq!(grid.time, Some(0.25));
     assert_eq!(*grid.points, *expected.position);
     assert!(matches!(grid.cells, VtuCells::Vertices));
@@ -133,7 +133,7 @@ fn contact_frame() -> ContactFrame {
 
 #[test]
 fn contacts_join_centres_and_carry_their_forces() {
-    let specs = ContactColumns::default().specs();
+    let specs = ContactFrame::specs(&ContactColumns::default());
     let centre: HashMap<u32, DVec3> = [(3, DVec3::ZERO), (5, DVec3::new(0.7, 0.0, 0.0))].into();
     let grid = contacts(&specs, contact_frame().into_frame(), &centre).unwrap();
     let expected = [
@@ -260,7 +260,7 @@ fn a_series_lists_its_frames_and_removes_only_those_of_an_earlier_one() {
     for kept in ["run.particles.vtu", "run.walls.0000.vtu", "a.vtu"] {
         assert!(path(kept).exists(), "{kept}");
     }
-    let specs = ParticleColumns::default().specs();
+    let specs = ParticleFrame::specs(&ParticleColumns::default());
     for number in [0, 4, 12_345] {
         let frame = ParticleFrame {
             time: number as f64,

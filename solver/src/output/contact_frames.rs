@@ -25,7 +25,7 @@ impl ContactFrames {
         let columns = contact_columns(plan, history);
         let path = folder.join(format!("{}.contacts.arrow", plan.prefix));
         Ok(Self {
-            writer: ContactWriter::create(path, &columns, &frames_header(plan))?,
+            writer: ContactWriter::create(path, &frames_header(plan), &columns)?,
             columns,
         })
     }

@@ -1,6 +1,6 @@
 //! The memory that outputs take.
 
-use mercury_common::frames::ColumnKind;
+use mercury_common::frames::{ColumnKind, ParticleFrame, Table};
 
 use super::particle_frames::ParticleTable;
 use crate::contact::HistoryNumber;
@@ -38,7 +38,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     }
     // A state is put in order column by column; then the frame takes its own columns, which are encoded as a whole.
     let mut writing = 0.0f64;
-    let columns = ParticleTable::new(plan).columns.specs();
+    let columns = ParticleFrame::specs(&ParticleTable::new(plan).columns);
     let columns: usize = columns.iter().map(|column| bytes(column.kind)).sum();
     if output.frames || output.vtk {
         writing = writing.max(2.0 * rows * columns as f64);

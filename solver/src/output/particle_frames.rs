@@ -21,7 +21,7 @@ impl ParticleFrames {
         let table = ParticleTable::new(plan);
         let path = folder.join(format!("{}.particles.arrow", plan.prefix));
         Ok(Self {
-            writer: ParticleWriter::create(path, table.columns, &frames_header(plan))?,
+            writer: ParticleWriter::create(path, &frames_header(plan), &table.columns)?,
             table,
         })
     }

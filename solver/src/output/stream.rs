@@ -1,7 +1,7 @@
 //! Files that grow frame by frame.
 
 use std::fs::File;
-use std::io::{self, Seek as _, SeekFrom, Write as _};
+use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::vtu::VtuError;
@@ -92,7 +92,7 @@ impl TextFile {
     pub(super) fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
         let cut = self.file.set_len(position);
         let cut = cut.and_then(|()| self.file.seek(SeekFrom::Start(position)));
-        Ok(cut.map_err(FileError::of(&self.path, "the file cannot be cut back"))?)?;
+        cut.map_err(FileError::of(&self.path, "the file cannot be cut back"))?;
         self.length = position;
         Ok(())
     }

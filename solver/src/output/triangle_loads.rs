@@ -22,7 +22,7 @@ impl TriangleLoads {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
         let path = folder.join(format!("{}.triangle_loads.arrow", plan.prefix));
         Ok(Self {
-            writer: TriangleLoadWriter::create(path, &frames_header(plan))?,
+            writer: TriangleLoadWriter::create(path, &frames_header(plan), &())?,
             table: TriangleTable::new(plan),
         })
     }

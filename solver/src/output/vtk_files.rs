@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
-use mercury_common::frames::{BodyFrame, ColumnSpec, ContactColumns};
+use mercury_common::frames::{
+    BodyFrame, ColumnSpec, ContactColumns, ContactFrame, ParticleFrame, Table,
+};
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 use mercury_common::surfaces::Surface;
 use mercury_common::whole_file::{FileError, write_whole};
@@ -94,7 +96,7 @@ impl VtkFiles {
         Ok(Self {
             frames: 0,
             particles: series("particles")?,
-            particle_columns: table.columns.specs(),
+            particle_columns: ParticleFrame::specs(&table.columns),
             table,
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, history),
@@ -141,12 +143,12 @@ impl Stream for VtkFiles {
             .map(|(&id, particle)| (id, particle.position))
             .collect();
         let frame = contact_frame(state, &self.contact_columns).into_frame();
-        let grid = paraview::contacts(&self.contact_columns.specs(), frame, &centres)
+        let grid = paraview::contacts(&ContactFrame::specs(&self.contact_columns), frame, &centres)
             .map_err(|reason| unfit(&self.folder, reason))?;
         self.contacts.write(number, &grid)?;
         if let Some(bodies) = &mut self.bodies {
             let frame = bodies.table.frame(state).into_frame();
-            let grid = paraview::particles(&BodyFrame::specs(), frame);
+            let grid = paraview::particles(&BodyFrame::specs(&Vec::new()), frame);
             let grid = grid.map_err(|reason| unfit(&self.folder, reason))?;
             bodies.series.write(number, &grid)?;
         }

@@ -27,7 +27,7 @@ impl WallFrames {
 impl Stream for WallFrames {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
         if state.due.frame {
-            self.writer.append(&wall_frame(state))?;
+            self.writer.append(wall_frame(state))?;
         }
         Ok(())
     }

@@ -43,7 +43,7 @@ impl RunSource {
         let mut surfaces = None;
         let bodies = beside("bodies").map(|path| {
             BodyReader::open(&path).or_else(|error| {
-                let alone = BodyReader::open_without_surfaces(&path)?;
+                let alone = BodyReader::open_alone(&path)?;
                 surfaces = Some(error);
                 Ok(alone)
             })

@@ -48,14 +48,14 @@ pub(crate) fn folder_with_run() -> tempfile::TempDir {
         ..ParticleColumns::default()
     };
     let path = |kind: &str| folder.join(format!("run.{kind}.arrow"));
-    let mut particles = ParticleWriter::create(path("particles"), columns, &header).unwrap();
+    let mut particles = ParticleWriter::create(path("particles"), &header, &columns).unwrap();
     let mut contacts =
-        ContactWriter::create(path("contacts"), &ContactColumns::default(), &header).unwrap();
+        ContactWriter::create(path("contacts"), &header, &ContactColumns::default()).unwrap();
     let floor = Surface::Plane {
         point: DVec3::ZERO,
         normal: DVec3::Z,
     };
-    let mut walls = WallWriter::create(path("walls"), &header, &[floor]).unwrap();
+    let mut walls = WallWriter::create(path("walls"), &header, &vec![floor]).unwrap();
     for k in 0..4u32 {
         let (time, step) = (0.5 * f64::from(k), 50 * u64::from(k));
         particles.append(particle_frame(time, step)).unwrap();
@@ -70,7 +70,7 @@ pub(crate) fn folder_with_run() -> tempfile::TempDir {
             present: vec![true],
             placement: vec![lifted],
         };
-        walls.append(&frame).unwrap();
+        walls.append(frame).unwrap();
     }
     place
 }
