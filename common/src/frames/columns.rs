@@ -173,7 +173,7 @@ fn unlike<V: Values>(name: &str, found: &Column) -> String {
 }
 
 /// The one column of a list of plain values.
-fn single<'a>(columns: Vec<(&'a str, Column)>) -> Result<(&'a str, Column), String> {
+fn single(columns: Vec<(&str, Column)>) -> Result<(&str, Column), String> {
     let [column] = as_many(columns)?;
     Ok(column)
 }
