@@ -1,13 +1,8 @@
 //! What a picture is drawn on. A layout is written once against [`Canvas`] and comes out as pixels and as SVG.
 //!
-//! Coordinates are in points of a 1200 x 900 page, x to the right, y down.
+//! Coordinates are in points, x to the right, y down.
 
 use super::colour::Colour;
-
-/// Width of the page in points; the PNG has as many pixels.
-pub(crate) const WIDTH: f64 = 1200.0;
-/// Height of the page in points.
-pub(crate) const HEIGHT: f64 = 900.0;
 
 /// A place on the page.
 pub(crate) type Spot = (f64, f64);

@@ -151,17 +151,23 @@ pub(crate) fn is_width(width: f64) -> bool {
     width > 0.0 && width < 1e5
 }
 
+/// The direction against gravity (m/s²); without gravity z, or y in two dimensions.
+#[must_use]
+pub fn upwards(gravity: DVec3, flat: bool) -> DVec3 {
+    let against = -gravity;
+    // Scaled first: squares of tiny and huge numbers are no numbers.
+    let scaled = against / against.abs().max_element();
+    match (scaled.is_finite(), scaled.try_normalize()) {
+        (true, Some(up)) => up,
+        _ if flat => DVec3::Y,
+        _ => DVec3::Z,
+    }
+}
+
 impl Frame {
     /// The direction against gravity; without gravity z, or y in two dimensions.
     pub(crate) fn up(&self) -> DVec3 {
-        let against = -self.gravity;
-        // Scaled first: squares of tiny and huge numbers are no numbers.
-        let scaled = against / against.abs().max_element();
-        match (scaled.is_finite(), scaled.try_normalize()) {
-            (true, Some(up)) => up,
-            _ if self.flat => DVec3::Y,
-            _ => DVec3::Z,
-        }
+        upwards(self.gravity, self.flat)
     }
 
     /// The corners of the domain, numbered by bits: eight, or four in two dimensions; none without a finite extent.

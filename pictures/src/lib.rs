@@ -7,8 +7,9 @@
 //!
 //! The rooms: `frame` and `options` are what comes in; `camera` decides what is seen and where it falls; `render` makes
 //! pixels of a scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three
-//! views of a body; `run` draws the final state of a run; `charts` draws charts, `energies` that of a run's energies. `image` and `svg` are what is drawn on, a
-//! `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font` and `scale` serve them.
+//! views of a body; `scenery` makes walls and bodies of a run parts of a frame; `charts` draws charts, `energies` that of a
+//! run's energies. `image` and `svg` are what is drawn on, a `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font` and
+//! `scale` serve them.
 
 mod camera;
 mod canvas;
@@ -25,8 +26,8 @@ mod image;
 mod options;
 mod page;
 mod render;
-mod run;
 mod scale;
+mod scenery;
 mod svg;
 #[cfg(test)]
 mod tests;
@@ -40,11 +41,11 @@ pub use colour_map::{ColourMap, category_colour};
 pub use energies::{EnergyRow, energy_page};
 pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
-pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface};
+pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
-pub use run::{PictureScene, PictureSphere, PictureWall, draw_final};
+pub use scenery::{rest_speed, wall_surfaces};
 
 /// The examples of the documentation, compiled and run as tests.
 #[cfg(doctest)]

@@ -229,7 +229,7 @@ pub enum Projection {
 /// What must be seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Framing {
-    /// The bed, and as much of walls and domain as leaves the bed well visible.
+    /// The bed with walls and domain, if it fills a good part of that picture; else the bed and what stands near it.
     #[default]
     Auto,
     /// Every particle, wall and the whole domain.

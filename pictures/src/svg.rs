@@ -1,6 +1,6 @@
 //! The page as SVG 1.1.
 
-use super::canvas::{Anchor, Canvas, HEIGHT, Lettering, Spot, Stroke, WIDTH};
+use super::canvas::{Anchor, Canvas, Lettering, Spot, Stroke};
 use super::colour::Colour;
 use super::font;
 use std::fmt::Write as _;
@@ -11,11 +11,6 @@ pub(crate) struct Svg {
 }
 
 impl Svg {
-    /// A white page whose `<title>` and `<desc>` are the given ones.
-    pub(crate) fn new(title: &str, description: &str) -> Self {
-        Self::sized((WIDTH, HEIGHT), Some(Colour::WHITE), title, description)
-    }
-
     /// A page of this width and height and of this colour; none: transparent.
     pub(crate) fn sized(
         (width, height): Spot,

@@ -28,6 +28,25 @@ impl Extent {
         self
     }
 
+    /// The part of it in another.
+    pub(crate) fn within(&self, other: &Self) -> Self {
+        let (low, high) = (self.low.max(other.low), self.high.min(other.high));
+        // Boxes that pass each other along one axis share nothing.
+        if low.cmple(high).all() {
+            Self { low, high }
+        } else {
+            Self::EMPTY
+        }
+    }
+
+    /// With so much more on each side.
+    pub(crate) fn widened(&self, by: f64) -> Self {
+        Self {
+            low: self.low - by,
+            high: self.high + by,
+        }
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.low.x > self.high.x
     }

@@ -10,10 +10,12 @@ use crate::frame::{Frame, Grain, is_place};
 use crate::options::{ColourBy, Framing, Options};
 use crate::value_range::ValueRange;
 
-/// The bed fills at least this share of the window in one direction ...
+/// The bed fills at least this share of the window; else the camera closes in on it and what stands near.
 const SMALLEST_BED: f64 = 0.3;
-/// ... or its median sphere is at least this many pixels wide; else the camera closes in on the bed.
-const SMALLEST_SPHERE: f64 = 12.0;
+/// How far from the bed "near" is: a share of its larger side, ...
+const NEAR: f64 = 0.1;
+/// ... but at least so many radii of the median particle.
+const NEAR_RADII: f64 = 3.0;
 
 /// The sizes and values of all frames of a film. Show it every frame before the first is drawn; then camera and colours
 /// stand still.
@@ -116,35 +118,28 @@ impl Overview {
     }
 
     /// What the camera must see.
-    fn framed(&self, framing: Framing, window: Window) -> Extent {
-        let everything = |spheres: Extent| spheres.union(self.walls).union(self.domain);
+    fn framed(&self, framing: Framing) -> Extent {
+        let around = self.walls.union(self.domain);
         match framing {
-            Framing::Everything => everything(self.spheres),
+            Framing::Everything => self.spheres.union(around),
             Framing::Particles if !self.spheres.is_empty() => self.spheres,
-            _ if self.bed.is_empty() => everything(self.bed),
+            _ if self.bed.is_empty() => around,
             _ => {
-                let shows_bed = |extent: &Extent| {
-                    let (size, bed) = (extent.size(), self.bed.size());
-                    let scale = (window.width as f64 / size.x).min(window.height as f64 / size.y);
-                    bed.x >= SMALLEST_BED * size.x
-                        || bed.y >= SMALLEST_BED * size.y
-                        || 2.0 * self.median * scale >= SMALLEST_SPHERE
-                };
-                let candidates = [everything(self.bed), self.bed.union(self.walls)];
-                candidates.into_iter().find(shows_bed).unwrap_or(self.bed)
+                let area = |extent: &Extent| extent.size().x * extent.size().y;
+                let shows_bed = |extent: &Extent| area(&self.bed) >= SMALLEST_BED * area(extent);
+                let candidates = [self.bed.union(around), self.bed.union(self.walls)];
+                candidates.into_iter().find(shows_bed).unwrap_or_else(|| {
+                    let size = self.bed.size();
+                    let reach = (NEAR * size.x.max(size.y)).max(NEAR_RADII * self.median);
+                    self.bed.union(around.within(&self.bed.widened(reach)))
+                })
             }
         }
     }
 
-    /// Width over height of what the camera must see, as a large window shows it; 1 where there is nothing.
+    /// Width over height of what the camera must see; 1 where there is nothing.
     pub(crate) fn aspect(&self, options: &Options) -> f64 {
-        let window = Window {
-            x: 0,
-            y: 0,
-            width: 1000,
-            height: 1000,
-        };
-        let size = self.framed(options.framing, window).size();
+        let size = self.framed(options.framing).size();
         let aspect = size.x / size.y;
         if aspect.is_finite() && aspect > 0.0 {
             aspect.clamp(0.05, 20.0)
@@ -156,6 +151,59 @@ impl Overview {
     /// The lens for a window of the picture.
     pub(crate) fn lens(&self, options: &Options, window: Window) -> Lens {
         let axes = (self.axes).unwrap_or_else(|| Axes::new(&Frame::default(), options.view));
-        Lens::new(axes, &self.framed(options.framing, window), options, window)
+        Lens::new(axes, &self.framed(options.framing), options, window)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Sphere;
+    use crate::options::View;
+
+    /// Spheres of radius 0.5 m on the floor of a box of 10 x 10 m and `box_height`, seen from the front.
+    fn seen(layers: u32, box_height: f64) -> DVec3 {
+        let place = |n: u32| {
+            DVec3::new(
+                f64::from(n % 10),
+                f64::from(n / 10 % 10),
+                f64::from(n / 100),
+            )
+        };
+        let sphere = |n| Sphere {
+            centre: place(n) + 0.5,
+            radius: 0.5,
+            value: 0.0,
+            fixed: false,
+        };
+        let frame = Frame {
+            domain: Some((DVec3::ZERO, DVec3::new(10.0, 10.0, box_height))),
+            spheres: (0..100 * layers).map(sphere).collect(),
+            ..Frame::default()
+        };
+        let options = Options {
+            view: View::FRONT,
+            ..Options::default()
+        };
+        Overview::of(&frame, &options).framed(Framing::Auto).size()
+    }
+
+    #[test]
+    fn an_empty_box_above_a_bed_is_left_out() {
+        // A bed of 3 m in a box of 21 m: three radii above it are near.
+        let size = seen(3, 21.0);
+        assert!(
+            (size.x - 10.0).abs() < 1e-9 && (size.y - 4.5).abs() < 1e-9,
+            "{size}"
+        );
+    }
+
+    #[test]
+    fn a_box_that_is_a_third_full_is_shown_whole() {
+        let size = seen(7, 21.0);
+        assert!(
+            (size.x - 10.0).abs() < 1e-9 && (size.y - 21.0).abs() < 1e-9,
+            "{size}"
+        );
     }
 }

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use mercury_common::whole_file::write_whole;
-use mercury_pictures::{PictureScene, PictureSphere, draw_final, energy_page};
+use mercury_pictures::energy_page;
 
 pub use budget::Budget;
 pub use memory::memory;
@@ -27,7 +27,7 @@ use shortfall::shortfalls;
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::output::summary::{Status, Summary};
-use crate::output::{Moment, OutputError, Schedule, Writer, Written, folder, wall_outlines};
+use crate::output::{Moment, OutputError, Schedule, Writer, Written, draw_final, folder};
 use crate::plan::Plan;
 use crate::state::{FIXED, PEBBLE, inverse_inertia_factor};
 use crate::step::{Engine, RunError};
@@ -318,7 +318,7 @@ impl Run {
         let folder = &self.options.folder;
         let plan = self.engine.plan();
         if plan.output.pictures {
-            draw_pictures(folder, &self.engine, &written)?;
+            draw_pictures(folder, plan, &written)?;
         }
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
@@ -418,32 +418,12 @@ fn report(
 }
 
 /// The final state and the energies as pictures.
-fn draw_pictures(folder: &Path, engine: &Engine, written: &Written) -> Result<(), OutputError> {
-    let plan = engine.plan();
-    let path = |ending: &str| folder.join(format!("{}.{ending}", plan.prefix));
+fn draw_pictures(folder: &Path, plan: &Plan, written: &Written) -> Result<(), OutputError> {
     if let Some(last) = &written.last {
-        let spheres: Vec<PictureSphere> = (last.particles.iter().enumerate())
-            .map(|(rank, particle)| PictureSphere {
-                centre: particle.position,
-                radius: particle.radius,
-                speed: particle.velocity.length(),
-                fixed: last.is_fixed(rank),
-            })
-            .collect();
-        let domain = (plan.domain_min, plan.domain_max);
-        let scene = PictureScene {
-            title: &plan.title,
-            time: last.time,
-            spheres: &spheres,
-            domain_min: plan.domain_min,
-            domain_max: plan.domain_max,
-            gravity: plan.gravity,
-            dimensions: plan.dimensions,
-            walls: &wall_outlines(engine.walls(), domain),
-        };
-        draw_final(&path("final.png"), &path("final.svg"), &scene)?;
+        draw_final(folder, plan, last)?;
     }
-    energy_page(&plan.title, &written.energies).write(&path("energy"))?;
+    let stem = folder.join(format!("{}.energy", plan.prefix));
+    energy_page(&plan.title, &written.energies).write(&stem)?;
     Ok(())
 }
 

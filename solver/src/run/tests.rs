@@ -148,6 +148,9 @@ fn a_run_leaves_exactly_its_files() {
     let mut told = report.files.clone();
     told.sort();
     assert_eq!(told, expected);
+    let picture = fs::read_to_string(place.path().join("test.final.svg")).unwrap();
+    assert_eq!(picture.matches("<circle").count(), 2, "both spheres");
+    assert!(picture.contains("speed"), "they move");
     assert_eq!(times(place.path()), step_times(&[0, 10, 20, 30]));
     let json: serde_json::Value =
         serde_json::from_slice(&fs::read(place.path().join("summary.json")).unwrap()).unwrap();

@@ -1,14 +1,10 @@
 //! What the colours of the particles show.
 
-use glam::DVec3;
 use mercury_common::frames::Column;
 use mercury_common::paraview::{Group, groups};
-use mercury_pictures::ColourBy;
+use mercury_pictures::{ColourBy, rest_speed, upwards};
 
 use crate::{ExportError, Snapshot};
-
-/// Spheres slower than this share of sqrt(g d) are at rest: they rose by less than 1e-12 diameters with it.
-const REST: f64 = 1e-6;
 
 /// Something that each particle has one of.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,10 +115,8 @@ impl Quantity {
         Ok(match self {
             Self::None => vec![0.0; snapshot.frame.rows()],
             Self::Height => {
-                let against = -snapshot.header.gravity.unwrap_or_default();
-                let flat = snapshot.dimensions() == 2;
-                let level = if flat { DVec3::Y } else { DVec3::Z };
-                let up = against.try_normalize().unwrap_or(level);
+                let gravity = snapshot.header.gravity.unwrap_or_default();
+                let up = upwards(gravity, snapshot.dimensions() == 2);
                 super::scene::centres(snapshot)?
                     .iter()
                     .map(|centre| centre.dot(up))
@@ -149,9 +143,8 @@ pub(super) fn moves(snapshot: &Snapshot) -> bool {
     ) else {
         return false;
     };
-    let gravity = snapshot.header.gravity.unwrap_or_default().length();
     let diameter = 2.0 * radii.iter().sum::<f64>() / radii.len().max(1) as f64;
-    let rest = REST * (gravity * diameter).max(0.0).sqrt();
+    let rest = rest_speed(snapshot.header.gravity.unwrap_or_default(), diameter);
     velocities.iter().any(|velocity| velocity.length() > rest)
 }
 

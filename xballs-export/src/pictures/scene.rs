@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::DVec3;
 use mercury_common::frames::{BodyReader, ClumpKind, Column, ContactReader, WallReader};
 use mercury_common::readable::counted;
-use mercury_common::surfaces::{self, faces_of_one_box};
-use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface};
+use mercury_common::surfaces::Placement;
+use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface, wall_surfaces};
 
 use super::PictureChoice;
 use super::quantity::Quantity;
@@ -158,30 +158,11 @@ impl<'a> Scenery<'a> {
             return Ok(Vec::new());
         };
         let frame = reader.frame(number)?;
-        let domain = snapshot.domain()?;
-        let ends = faces_of_one_box(&reader.header().walls);
-        let mut drawn = Vec::new();
-        for (k, surface) in reader.surfaces().iter().enumerate() {
-            if !frame.present[k] {
-                continue;
-            }
-            let others = ends.get(k).map_or(&[][..], Vec::as_slice);
-            let cuts: Vec<_> = others
-                .iter()
-                .filter(|other| frame.present[**other])
-                .filter_map(|other| reader.surfaces()[*other].half_space(&frame.placement[*other]))
-                .collect();
-            let mesh = surface.triangles(&frame.placement[k], domain, &cuts);
-            let corner = |k: u32| mesh.vertices[k as usize];
-            let triangles = mesh.triangles.iter().map(|t| t.map(corner)).collect();
-            let mut wall = Surface::wall(triangles);
-            if matches!(surface, surfaces::Surface::Plane { .. }) {
-                // Planes are the box around the scene: six sheets would be a fog. Their outlines are enough.
-                wall.opacity = 0.0;
-            }
-            drawn.push(wall);
-        }
-        Ok(drawn)
+        let standing: Vec<Option<Placement>> = (frame.present.iter().zip(&frame.placement))
+            .map(|(present, placement)| present.then_some(*placement))
+            .collect();
+        let (names, shapes) = (&reader.header().walls, reader.surfaces());
+        Ok(wall_surfaces(names, shapes, &standing, snapshot.domain()?))
     }
 
     /// The contacts of this step between particles that are shown; none if none were written then.
@@ -269,11 +250,10 @@ fn grains(
     let grain = |row: usize| {
         let mesh = kinds[frame.clump[row] as usize].surface.as_ref()?;
         let (turn, scale) = (frame.orientation[row], frame.scale[row]);
-        let corner = |k: u32| frame.position[row] + turn * (mesh.vertices[k as usize] * scale);
         Some(Grain {
-            triangles: mesh.triangles.iter().map(|t| t.map(corner)).collect(),
             value: values[row],
             fixed: frame.flags[row] & 3 != 0,
+            ..Grain::of_body(mesh, frame.position[row], turn, scale)
         })
     };
     Ok((0..frame.len()).filter_map(grain).collect())

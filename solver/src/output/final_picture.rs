@@ -1,0 +1,77 @@
+//! `<prefix>.final.png` and `.svg`: the last state, as `mercury-export png` draws it.
+
+use std::path::Path;
+
+use mercury_common::surfaces::Placement;
+use mercury_common::whole_file::write_whole;
+use mercury_pictures::{
+    ColourBy, Frame, Options, Overview, Painter, Sphere, rest_speed, upwards, wall_surfaces,
+};
+
+use super::wall_frames::surfaces;
+use super::{OutputError, State};
+use crate::plan::Plan;
+use crate::state::{FIXED, PRESCRIBED};
+
+/// Draws the last state of a run: colours show the speed, or the height where everything is at rest.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn draw_final(folder: &Path, plan: &Plan, last: &State) -> Result<(), OutputError> {
+    let (frame, colour) = frame(plan, last);
+    let options = Options {
+        colour,
+        ..Options::default()
+    };
+    let painter = Painter::new(&options, Overview::of(&frame, &options))?;
+    let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.prefix));
+    write_whole(&path("png"), &painter.image(&frame).png()?)?;
+    write_whole(&path("svg"), painter.svg(&frame).as_bytes())?;
+    Ok(())
+}
+
+/// What is to be seen, and what its colours show.
+fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
+    let particles = &last.particles;
+    let flat = plan.dimensions == 2;
+    let diameters: f64 = particles.iter().map(|particle| 2.0 * particle.radius).sum();
+    let rest = rest_speed(plan.gravity, diameters / particles.len().max(1) as f64);
+    let moves = particles.iter().any(|p| p.velocity.length() > rest);
+    let up = upwards(plan.gravity, flat);
+    let spheres = particles.iter().map(|particle| Sphere {
+        centre: particle.position,
+        radius: particle.radius,
+        value: if moves {
+            particle.velocity.length()
+        } else {
+            particle.position.dot(up)
+        },
+        fixed: particle.flags & (FIXED | PRESCRIBED) != 0,
+    });
+    let names: Vec<String> = plan.walls.iter().map(|wall| wall.name.clone()).collect();
+    let standing: Vec<Option<Placement>> = (last.walls.iter())
+        .map(|(present, pose)| {
+            present.then_some(Placement {
+                rotation: pose.rotation,
+                translation: pose.translation,
+            })
+        })
+        .collect();
+    let domain = (plan.domain_min, plan.domain_max);
+    let frame = Frame {
+        title: plan.title.clone(),
+        time: Some(last.time),
+        flat,
+        gravity: plan.gravity,
+        domain: Some(domain),
+        spheres: spheres.collect(),
+        surfaces: wall_surfaces(&names, &surfaces(plan), &standing, domain),
+        ..Frame::default()
+    };
+    let colour = if moves {
+        ColourBy::scalar("speed", "m/s")
+    } else {
+        ColourBy::scalar("height", "m")
+    };
+    (frame, colour)
+}
