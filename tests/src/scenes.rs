@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
-use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw};
+use mercury_solver::contact::{
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw,
+};
 use mercury_solver::forces::Watch;
 use mercury_solver::lanes::Vector;
 use mercury_solver::plan::{Material, NewParticle, Plan};
@@ -24,6 +26,7 @@ pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
         normal,
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

@@ -12,7 +12,7 @@ use mercury_common::formats::clump::ClumpFile;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
 use mercury_solver::plan::{NewBody, Plan};
 use mercury_solver::step::Engine;
@@ -81,6 +81,7 @@ impl Table {
                 rotation: SpringRotation::Project,
             }),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let domain = (DVec3::splat(-1e3), DVec3::splat(1e3));
         let mut plan = Plan::bare(self.step, domain, 1.0, law);

@@ -3,7 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, LinearFriction, Luding, PairLaw, Plastic, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, LinearFriction, Luding, PairLaw, Plastic,
+    SpringRotation,
 };
 use mercury_solver::plan::NewParticle;
 use mercury_solver::step::Engine;
@@ -39,6 +40,7 @@ fn cluster() -> Engine {
             lever: 1.0,
             rotation: SpringRotation::Project,
         }),
+        adhesion: AnyAdhesion::None,
     };
     let corners = [
         DVec3::ZERO,

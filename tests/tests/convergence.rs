@@ -3,7 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::state::volume;
 use mercury_tests::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
@@ -100,6 +101,7 @@ fn sticking(normal: Linear) -> AnyPairLaw {
             rotation: SpringRotation::Project,
         }),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

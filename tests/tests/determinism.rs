@@ -9,9 +9,10 @@ use mercury_solver::bodies::Clump;
 use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Luding, Mindlin, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Luding, Mindlin, PairLaw,
+    SpringRotation,
 };
-use mercury_solver::forces::block_size;
+use mercury_solver::forces::{SlotState, block_size};
 use mercury_solver::plan::{NewBody, NewParticle, Plan};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
@@ -34,6 +35,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
             lever: 1.0,
             rotation: SpringRotation::Project,
         }),
+        adhesion: AnyAdhesion::None,
     };
     let size = dvec3(0.3, 0.3, 0.6);
     let mut plan = Plan::bare(4e-5, (DVec3::ZERO, size), 2000.0, law);
@@ -120,7 +122,11 @@ fn one_two_and_four_threads_give_the_same_bits() {
             "rebuilt {} times",
             snapshot.lists.rebuilds
         );
-        let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
+        let touching = snapshot
+            .pairs
+            .iter()
+            .filter(|slot| slot.state == SlotState::Touching)
+            .count();
         assert!(touching > count / 4, "{touching} contacts");
         if let Some(last) = &last {
             assert!(snapshot == *last, "{threads} threads give other bits");
@@ -168,7 +174,11 @@ fn clumps_give_the_same_bits_on_one_two_and_four_threads() {
             "rebuilt {} times",
             snapshot.lists.rebuilds
         );
-        let touching = snapshot.pairs.iter().filter(|slot| slot.touching).count();
+        let touching = snapshot
+            .pairs
+            .iter()
+            .filter(|slot| slot.state == SlotState::Touching)
+            .count();
         assert!(touching > 50, "{touching} contacts");
         if let Some(last) = &last {
             assert!(snapshot == *last, "{threads} threads give other bits");
@@ -190,7 +200,13 @@ fn clumps_that_were_restored_go_on_bit_for_bit() {
         assert!(restarted.snapshot() == snapshot && snapshot == straight.snapshot());
     }
     let last = straight.snapshot();
-    assert!(last.lists.rebuilds > 2 && last.pairs.iter().any(|slot| slot.touching));
+    assert!(
+        last.lists.rebuilds > 2
+            && last
+                .pairs
+                .iter()
+                .any(|slot| slot.state == SlotState::Touching)
+    );
 }
 
 #[test]
@@ -220,8 +236,18 @@ fn a_restored_run_goes_on_bit_for_bit() {
             !drum || straight.boundaries().removed().number > 0,
             "some leave the domain"
         );
-        assert!(last.pairs.iter().any(|slot| slot.touching));
-        assert!(!drum || last.near_walls.iter().any(|slot| slot.touching));
+        assert!(
+            last.pairs
+                .iter()
+                .any(|slot| slot.state == SlotState::Touching)
+        );
+        assert!(
+            !drum
+                || last
+                    .near_walls
+                    .iter()
+                    .any(|slot| slot.state == SlotState::Touching)
+        );
     }
 }
 

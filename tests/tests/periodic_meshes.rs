@@ -6,8 +6,9 @@ use std::sync::Arc;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
+use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
 use mercury_solver::plan::{NewParticle, Plan};
 use mercury_solver::state::volume;
@@ -68,16 +69,17 @@ fn endless(triangles: &TriangleMesh, axes: &[usize], motion: Motion) -> Wall {
     wall(Shape::Mesh(Arc::new(mesh)), motion)
 }
 
-fn mindlin() -> PairLaw<AnyNormal, AnyTangential, AnyRolling> {
+fn mindlin() -> AnyPairLaw {
     let modulus = 1e5;
     PairLaw {
         normal: AnyNormal::Hertz(Hertz::new(modulus, 0.1)),
         tangential: AnyTangential::Mindlin(Mindlin::new(0.3 * modulus, 1.0, 0.1, 0.3, 0.35)),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 
-fn periodic(law: PairLaw<AnyNormal, AnyTangential, AnyRolling>, axes: [bool; 3]) -> Plan {
+fn periodic(law: AnyPairLaw, axes: [bool; 3]) -> Plan {
     let domain = (dvec3(0.0, 0.0, -PERIOD), dvec3(PERIOD, PERIOD, PERIOD));
     let mut plan = Plan::bare(1e-5, domain, 2500.0, law);
     plan.periodic = axes;

@@ -11,9 +11,10 @@ use mercury_common::random::Stream;
 use mercury_common::surfaces::Surface;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::normal::hertz_damping;
+use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin,
+    PairLaw, SpringRotation,
 };
 use mercury_solver::forces::{LoadSums, Watch, block_size};
 use mercury_solver::plan::{NewBody, NewParticle, Plan};
@@ -66,7 +67,7 @@ fn mesh_wall(triangles: &TriangleMesh, motion: Motion) -> Wall {
 }
 
 /// A spring of 1000 N/m, and one of 2/7 of that with friction.
-fn linear(dissipation: f64) -> PairLaw<AnyNormal, AnyTangential, AnyRolling> {
+fn linear(dissipation: f64) -> AnyPairLaw {
     PairLaw {
         normal: AnyNormal::Linear(Linear::new(1000.0, dissipation)),
         tangential: AnyTangential::Linear(LinearFriction {
@@ -77,6 +78,7 @@ fn linear(dissipation: f64) -> PairLaw<AnyNormal, AnyTangential, AnyRolling> {
             rotation: SpringRotation::default(),
         }),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 
@@ -223,6 +225,7 @@ fn thrown(apart: bool, moves: Vec<Component>) -> Plan {
         normal: AnyNormal::Hertz(Hertz::new(2e6, hertz_damping(0.6))),
         tangential: AnyTangential::Mindlin(Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4)),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let mut plan = loaded(plan(2e-5, DENSITY, law));
     let other = add_material(&mut plan, 2.0 * DENSITY);

@@ -1,24 +1,27 @@
 //! The composition of one contact from its parts.
 
-use super::{Contact, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
+use super::{AdhesionLaw, Contact, NoAdhesion, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
 use crate::lanes::{Real, Vector};
 
 /// The law of one pair of materials.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PairLaw<N, T, R> {
+pub struct PairLaw<N, T, R, A = NoAdhesion> {
     /// Normal part.
     pub normal: N,
     /// Tangential part.
     pub tangential: T,
     /// Rolling and torsion.
     pub rolling: R,
+    /// Adhesion.
+    pub adhesion: A,
 }
 
 /// What the parts of a pair's law remember of a contact.
-pub type Histories<N, T, R, L = f64> = (
+pub type Histories<N, T, R, A = NoAdhesion, L = f64> = (
     <N as NormalLaw>::History<L>,
     <T as TangentialLaw>::History<L>,
     <R as RollingLaw>::History<L>,
+    <A as AdhesionLaw>::History<L>,
 );
 
 /// What a contact does to A; B gets the opposite force and couple.
@@ -32,19 +35,21 @@ pub struct Action<L = f64> {
     pub couple: Vector<L>,
     /// Normal part: elastic and viscous, N.
     pub normal: NormalForce<L>,
+    /// Adhesion, along the normal too: elastic and viscous, N.
+    pub adhesion: NormalForce<L>,
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
-    /// Force and couple, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T, R, A> {
+    /// Force and couple of two that touch, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
     ///
     /// Order: the normal force gives N = |F_n| (absolute value: also a tensile viscous force limits
-    /// friction), then friction and rolling, which do nothing if N = 0.
+    /// friction), then friction and rolling, which do nothing if N = 0, then adhesion, which does not enter N.
     #[inline(always)]
     pub fn act<L: Real>(
         &self,
         contact: &Contact<L>,
         dt: f64,
-        history: &mut Histories<N, T, R, L>,
+        history: &mut Histories<N, T, R, A, L>,
     ) -> Action<L> {
         let normal = self.normal.force(contact, &mut history.0);
         let normal_total = normal.total();
@@ -61,24 +66,56 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         if self.tangential.acts() {
             force += tangential;
         }
+        let mut adhesion = NormalForce::NONE;
+        if A::ACTIVE {
+            adhesion = self.adhesion.force(contact, dt, &mut history.3);
+            force += contact.normal * adhesion.total();
+        }
         Action {
             force,
             tangential,
             couple,
             normal,
+            adhesion,
         }
     }
 
-    /// Energy that the contact could still give back, J.
-    pub fn energy<L: Real>(&self, contact: &Contact<L>, history: &Histories<N, T, R, L>) -> L {
-        self.normal.energy(contact, &history.0) + self.friction_energy(contact, history)
+    /// The same for two that do not touch: adhesion alone. What the other parts remember ends with the touch.
+    #[inline(always)]
+    pub fn act_apart<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        dt: f64,
+        history: &mut Histories<N, T, R, A, L>,
+    ) -> Action<L> {
+        let bond = history.3;
+        *history = Default::default();
+        history.3 = bond;
+        let adhesion = self.adhesion.force(contact, dt, &mut history.3);
+        Action {
+            force: contact.normal * adhesion.total(),
+            tangential: Vector::ZERO,
+            couple: Vector::ZERO,
+            normal: NormalForce::NONE,
+            adhesion,
+        }
+    }
+
+    /// Energy that the contact of two that touch could still give back, J.
+    pub fn energy<L: Real>(&self, contact: &Contact<L>, history: &Histories<N, T, R, A, L>) -> L {
+        let mut energy =
+            self.normal.energy(contact, &history.0) + self.friction_energy(contact, history);
+        if A::ACTIVE {
+            energy = energy + self.adhesion.energy(contact, &history.3);
+        }
+        energy
     }
 
     /// The part of [`PairLaw::energy`] stored in the tangential, rolling and torsion springs, J.
     pub fn friction_energy<L: Real>(
         &self,
         contact: &Contact<L>,
-        history: &Histories<N, T, R, L>,
+        history: &Histories<N, T, R, A, L>,
     ) -> L {
         let mut energy = self.tangential.energy(contact, &history.1);
         if R::ACTIVE {
@@ -97,8 +134,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         &self,
         contact: &Contact,
         action: &Action,
-        before: &Histories<N, T, R>,
-        after: &Histories<N, T, R>,
+        before: &Histories<N, T, R, A>,
+        after: &Histories<N, T, R, A>,
         dt: f64,
     ) -> f64 {
         let mut last = *contact;
@@ -106,5 +143,28 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> PairLaw<N, T, R> {
         let gain =
             self.tangential.energy(contact, &after.1) - self.tangential.energy(&last, &before.1);
         -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
+    }
+
+    /// What adhesion has dissipated in a step of `dt` (s), J: its work, by the trapezoidal rule for the elastic part, less what the
+    /// energy of the bond has gained. A bond that forms on contact sets its energy free at once.
+    pub fn adhesion_loss(
+        &self,
+        contact: &Contact,
+        action: &Action,
+        before: &Histories<N, T, R, A>,
+        after: &Histories<N, T, R, A>,
+        dt: f64,
+    ) -> f64 {
+        let mut last = *contact;
+        last.overlap = contact.overlap + contact.normal_velocity * dt;
+        let mut gain = self.adhesion.energy(contact, &after.3);
+        let mut elastic = action.adhesion.elastic;
+        if -last.overlap < self.adhesion.range() {
+            let mut bond = before.3;
+            elastic += self.adhesion.force(&last, 0.0, &mut bond).elastic;
+            gain -= self.adhesion.energy(&last, &before.3);
+        }
+        let work = 0.5 * elastic * (contact.overlap - last.overlap);
+        work - gain - action.adhesion.viscous * contact.normal_velocity * dt
     }
 }

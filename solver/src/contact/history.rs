@@ -38,27 +38,36 @@ impl<L: Real> History<L> for () {
     fn read(_: &[L]) -> Self {}
 }
 
-impl<L: Real, A: History<L>, B: History<L>, C: History<L>> History<L> for (A, B, C) {
-    const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH;
+impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> History<L>
+    for (A, B, C, D)
+{
+    const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH + D::LENGTH;
 
     fn columns() -> Vec<HistoryNumber> {
-        [A::columns(), B::columns(), C::columns()].concat()
+        [A::columns(), B::columns(), C::columns(), D::columns()].concat()
     }
 
     fn swapped(self) -> Self {
-        (self.0.swapped(), self.1.swapped(), self.2.swapped())
+        (
+            self.0.swapped(),
+            self.1.swapped(),
+            self.2.swapped(),
+            self.3.swapped(),
+        )
     }
 
     fn write(&self, numbers: &mut Vec<L>) {
         self.0.write(numbers);
         self.1.write(numbers);
         self.2.write(numbers);
+        self.3.write(numbers);
     }
 
     fn read(numbers: &[L]) -> Self {
         let (a, rest) = numbers.split_at(A::LENGTH);
-        let (b, c) = rest.split_at(B::LENGTH);
-        (A::read(a), B::read(b), C::read(c))
+        let (b, rest) = rest.split_at(B::LENGTH);
+        let (c, d) = rest.split_at(C::LENGTH);
+        (A::read(a), B::read(b), C::read(c), D::read(d))
     }
 }
 

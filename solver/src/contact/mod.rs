@@ -1,8 +1,8 @@
 //! Contact laws: pure functions from geometry, kinematics, parameters and history to forces.
 //!
 //! One law per file. A pair's interaction is a [`PairLaw`] put together from a [`NormalLaw`], a
-//! [`TangentialLaw`] and a [`RollingLaw`]; a part that a scene does not need is a type of size zero
-//! ([`NoFriction`], [`NoRolling`]), so that it costs neither time nor memory. `forces` picks the
+//! [`TangentialLaw`], a [`RollingLaw`] and an [`AdhesionLaw`]; a part that a scene does not need is a type of size zero
+//! ([`NoFriction`], [`NoRolling`], [`NoAdhesion`]), so that it costs neither time nor memory. `forces` picks the
 //! instance.
 //!
 //! Laws are written over [`Real`] numbers: as `f64` for one contact, in lanes for several, of which each gets the bits that it
@@ -11,6 +11,7 @@
 //! Conventions (A = the particle of the lower row, B = its partner or the wall): the normal points from
 //! B to A, velocities are those of A relative to B at the contact point x_A - (R_A - overlap/2) n.
 
+pub mod adhesion;
 mod any;
 mod evaluation;
 mod history;
@@ -25,6 +26,7 @@ pub mod tangential;
 #[cfg(test)]
 mod tests;
 
+pub use adhesion::{AdhesionLaw, AnyAdhesion, NoAdhesion};
 pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
@@ -55,7 +57,7 @@ pub struct Contact<L = f64> {
     pub normal: Vector<L>,
     /// Distance of the centres, or of the centre from the wall, m.
     pub distance: L,
-    /// Overlap R_A + R_B - distance, m; positive.
+    /// Overlap R_A + R_B - distance, m; positive where the two touch. Adhesion is asked at a gap too, which is -overlap.
     pub overlap: L,
     /// Effective radius R* = 1/(1/R_A + 1/R_B), m; R_A at a flat wall.
     pub effective_radius: L,

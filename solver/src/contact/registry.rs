@@ -1,10 +1,11 @@
 //! The laws of all pairs of materials.
 
 use super::{
-    AnyNormal, AnyRolling, AnyTangential, NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, NormalLaw, OneOf, PairLaw,
+    RollingLaw, TangentialLaw,
 };
 /// The law of one pair of materials, as planned.
-pub type AnyPairLaw = PairLaw<AnyNormal, AnyTangential, AnyRolling>;
+pub type AnyPairLaw = PairLaw<AnyNormal, AnyTangential, AnyRolling, AnyAdhesion>;
 
 /// The laws of all pairs of materials.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,19 +32,21 @@ impl LawTable {
             .any(|law| law.tangential != AnyTangential::None || law.rolling != AnyRolling::None)
     }
 
-    /// The table for a loop that knows no other laws than `N`, `T` and `R`, if it has none; pairs that never meet get the law of
+    /// The table for a loop that knows no other laws than `N`, `T`, `R` and `A`, if it has none; pairs that never meet get the law of
     /// some pair that does.
-    pub(crate) fn narrow<N, T, R>(&self) -> Option<Vec<PairLaw<N, T, R>>>
+    pub(crate) fn narrow<N, T, R, A>(&self) -> Option<Vec<PairLaw<N, T, R, A>>>
     where
         N: OneOf<AnyNormal>,
         T: OneOf<AnyTangential>,
         R: OneOf<AnyRolling>,
+        A: OneOf<AnyAdhesion>,
     {
         let narrow = |law: &AnyPairLaw| {
             Some(PairLaw {
                 normal: N::of(law.normal)?,
                 tangential: T::of(law.tangential)?,
                 rolling: R::of(law.rolling)?,
+                adhesion: A::of(law.adhesion)?,
             })
         };
         let Some(some) = self.laws.iter().flatten().next() else {
@@ -56,7 +59,7 @@ impl LawTable {
             .collect()
     }
 
-    /// The names of its laws: normal, tangential, rolling; of each part all that occur.
+    /// The names of its laws: normal, tangential, rolling, and adhesion if there is any; of each part all that occur.
     pub(crate) fn names(&self) -> String {
         let of_part = |name: &dyn Fn(&AnyPairLaw) -> &'static str| {
             let mut names: Vec<&str> = Vec::new();
@@ -67,11 +70,14 @@ impl LawTable {
             }
             names.join(" or ")
         };
-        [
+        let mut parts = vec![
             of_part(&|law| law.normal.name()),
             of_part(&|law| law.tangential.name()),
             of_part(&|law| law.rolling.name()),
-        ]
-        .join(", ")
+        ];
+        if (self.laws.iter().flatten()).any(|law| law.adhesion != AnyAdhesion::None) {
+            parts.push(of_part(&|law| law.adhesion.name()));
+        }
+        parts.join(", ")
     }
 }

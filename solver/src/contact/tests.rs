@@ -5,11 +5,12 @@ use proptest::strategy::ValueTree;
 
 use super::rolling::FrictionSpring;
 use super::{
-    Action, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History,
-    HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, NoFriction, NoRolling,
-    NormalLaw, PairLaw, Plastic, RollingLaw, SpringRotation, TangentialLaw,
+    Action, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History,
+    HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, NoAdhesion,
+    NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw, Plastic, RollingLaw, SpringRotation,
+    TangentialLaw,
 };
-use crate::lanes::{Lanes, Real, Vector};
+use crate::lanes::{Lanes, Mask, Real, Vector};
 
 const STEP: f64 = 1e-5;
 
@@ -34,18 +35,19 @@ struct Memory {
 
 impl Memory {
     /// The numbers of the history of a contact with this law.
-    fn numbers<N: NormalLaw, T: TangentialLaw, R: RollingLaw>(
+    fn numbers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
         &self,
-        law: &PairLaw<N, T, R>,
+        law: &PairLaw<N, T, R, A>,
         contact: &Contact,
     ) -> Vec<f64> {
         // Where the law is chosen at run time, its history says which it is once the law was asked.
-        let mut history = Histories::<N, T, R>::default();
+        let mut history = Histories::<N, T, R, A>::default();
         law.act(contact, STEP, &mut history);
         [
             self.of_part(&history.0, law.normal.columns(), contact),
             self.of_part(&history.1, law.tangential.columns(), contact),
             self.of_part(&history.2, law.rolling.columns(), contact),
+            self.of_part(&history.3, law.adhesion.columns(), contact),
         ]
         .concat()
     }
@@ -63,6 +65,8 @@ impl Memory {
             _ => vector.z,
         };
         let number = |(unit, text): (&str, &str)| match text {
+            // Every second contact is bonded.
+            "bond" => f64::from(u8::from(self.largest_overlap >= 1.0)),
             "largest overlap so far" => self.largest_overlap * contact.overlap,
             "contact radius it belongs to" => self.contact_radius * contact.contact_radius(),
             _ if text.starts_with("tangential") => component(text, self.springs[0]),
@@ -90,25 +94,38 @@ fn bits(number: f64) -> u64 {
 }
 
 /// Everything that a law answers, number by number: force, tangential force, couple, normal force, history, energies.
-fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, L: Real>(
-    law: &PairLaw<N, T, R>,
+fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, L: Real>(
+    law: &PairLaw<N, T, R, A>,
     contact: &Contact<L>,
     numbers: &[L],
 ) -> Vec<L> {
-    let mut history = <Histories<N, T, R, L> as History<L>>::read(numbers);
+    let mut history = <Histories<N, T, R, A, L> as History<L>>::read(numbers);
     let Action {
         force,
         tangential,
         couple,
         normal,
+        adhesion,
     } = law.act(contact, STEP, &mut history);
     let mut answers = [force, tangential, couple].map(Vector::to_array).concat();
     answers.extend([normal.elastic, normal.viscous]);
     history.write(&mut answers);
     answers.push(law.energy(contact, &history));
     answers.push(law.friction_energy(contact, &history));
+    answers.extend([adhesion.elastic, adhesion.viscous]);
     let swapped = history.swapped();
     swapped.write(&mut answers);
+    // The same pair, as far apart as it overlapped.
+    let mut apart = *contact;
+    apart.overlap = -contact.overlap;
+    let mut history = <Histories<N, T, R, A, L> as History<L>>::read(numbers);
+    let Action {
+        force, adhesion, ..
+    } = law.act_apart(&apart, STEP, &mut history);
+    answers.extend(force.to_array());
+    answers.extend([adhesion.elastic, adhesion.viscous]);
+    answers.push(law.adhesion.energy(&apart, &history.3));
+    history.write(&mut answers);
     answers
 }
 
@@ -134,8 +151,8 @@ fn in_lanes<const N: usize>(alone: &[Alone; N]) -> Contact<Lanes<N>> {
 }
 
 /// Compares the law in `N` lanes with the law alone.
-fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, const W: usize>(
-    law: &PairLaw<N, T, R>,
+fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, const W: usize>(
+    law: &PairLaw<N, T, R, A>,
     alone: &[Alone; W],
 ) -> Result<(), TestCaseError> {
     let numbers = alone
@@ -167,8 +184,8 @@ fn compare<N: NormalLaw, T: TangentialLaw, R: RollingLaw, const W: usize>(
 }
 
 /// The same for 2, 4 and 8 lanes.
-fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw>(
-    law: PairLaw<N, T, R>,
+fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
+    law: PairLaw<N, T, R, A>,
     alone: &[Alone; 8],
 ) -> Result<(), TestCaseError> {
     compare(&law, &alone.clone())?;
@@ -181,6 +198,82 @@ fn compare_all<N: NormalLaw, T: TangentialLaw, R: RollingLaw>(
         compare(&law, two)?;
     }
     Ok(())
+}
+
+/// A bridge that forms on contact: it pulls with one force while the two touch, with less the wider the gap, and wets both ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Bridge {
+    /// N.
+    pull: f64,
+    /// m.
+    range: f64,
+    /// kg/s.
+    viscosity: f64,
+}
+
+/// 1 once they have touched.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Bond<L>(L);
+
+impl<L: Real> History<L> for Bond<L> {
+    const LENGTH: usize = 1;
+    fn columns() -> Vec<HistoryNumber> {
+        vec![("1", "bond")]
+    }
+    fn swapped(self) -> Self {
+        self
+    }
+    fn write(&self, numbers: &mut Vec<L>) {
+        numbers.push(self.0);
+    }
+    fn read(numbers: &[L]) -> Self {
+        Self(numbers[0])
+    }
+}
+
+impl Bridge {
+    /// 1 while they touch, 0 where the bridge ends or where there is none.
+    fn part<L: Real>(&self, contact: &Contact<L>, bond: &Bond<L>) -> L {
+        let part = (contact.overlap / self.range + L::ONE).min(L::ONE);
+        let holds = L::ZERO.below(part) & !bond.0.equals(L::ZERO);
+        L::select(holds, part, L::ZERO)
+    }
+}
+
+impl AdhesionLaw for Bridge {
+    type History<L: Real> = Bond<L>;
+    const ACTIVE: bool = true;
+    const FORMS_ON_CONTACT: bool = true;
+
+    fn name(&self) -> &'static str {
+        "bridge"
+    }
+
+    fn range(&self) -> f64 {
+        self.range
+    }
+
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        _: f64,
+        history: &mut Bond<L>,
+    ) -> NormalForce<L> {
+        let touches = L::ZERO.below(contact.overlap);
+        if touches.any() {
+            history.0 = L::select(touches, L::ONE, history.0);
+        }
+        let part = self.part(contact, history);
+        NormalForce {
+            elastic: part * -self.pull,
+            viscous: part * -self.viscosity * contact.normal_velocity,
+        }
+    }
+
+    fn energy<L: Real>(&self, contact: &Contact<L>, history: &Bond<L>) -> L {
+        let part = self.part(contact, history);
+        part * part * (-0.5 * self.pull * self.range) - contact.overlap.max(L::ZERO) * self.pull
+    }
 }
 
 fn normal_laws() -> Vec<AnyNormal> {
@@ -370,7 +463,7 @@ proptest! {
         for (i, normal) in normal_laws().into_iter().enumerate() {
             for (j, tangential) in tangential_laws().into_iter().enumerate() {
                 let rolling = rolling_laws[(turn + i + j) % rolling_laws.len()];
-                compare_all(PairLaw { normal, tangential, rolling }, &alone)?;
+                compare_all(PairLaw { normal, tangential, rolling, adhesion: NoAdhesion }, &alone)?;
             }
         }
     }
@@ -379,9 +472,11 @@ proptest! {
     #[test]
     fn compiled_combinations_do_too(alone in eight()) {
         let (normal, tangential) = (Hertz::new(5e6, 0.4), Mindlin::new(1.1e6, 1.0, 0.3, 0.4, 0.5));
-        compare_all(PairLaw { normal, tangential, rolling: NoRolling }, &alone)?;
+        compare_all(PairLaw { normal, tangential, rolling: NoRolling, adhesion: NoAdhesion }, &alone)?;
         let normal = Linear::with_damping_ratio(1e4, 0.3);
-        compare_all(PairLaw { normal, tangential: NoFriction, rolling: NoRolling }, &alone)?;
+        let bridge = Bridge { pull: 0.3, range: 3e-5, viscosity: 0.02 };
+        compare_all(PairLaw { normal, tangential, rolling: NoRolling, adhesion: bridge }, &alone)?;
+        compare_all(PairLaw { normal, tangential: NoFriction, rolling: NoRolling, adhesion: NoAdhesion }, &alone)?;
     }
 }
 
@@ -399,6 +494,7 @@ fn lanes_of_a_group_take_different_branches() {
             },
             tangential: Mindlin::new(1.1e6, 2.0 / 3.0, 0.0, 0.4, 0.5),
             rolling: NoRolling,
+            adhesion: NoAdhesion,
         };
         let mut seen = [[false; 2]; 4];
         for one in &alone {

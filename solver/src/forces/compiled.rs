@@ -4,7 +4,7 @@ use super::{ContactForces, ContactLoop};
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::contact::{
     AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin,
-    NoFriction, NoRolling, NormalLaw, OneOf, RollingLaw, TangentialLaw,
+    NoAdhesion, NoFriction, NoRolling, NormalLaw, OneOf, RollingLaw, TangentialLaw,
 };
 
 /// Makes a loop for a table of laws, if it knows all of them.
@@ -43,13 +43,13 @@ pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     Box::new(ContactLoop::new(laws, table.materials))
 }
 
-/// The loop compiled for these three laws, if the table has no others.
+/// The loop compiled for these three laws without adhesion, if the table has no others.
 fn loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
 where
     N: NormalLaw + OneOf<AnyNormal>,
     T: TangentialLaw + OneOf<AnyTangential>,
     R: RollingLaw + OneOf<AnyRolling>,
 {
-    let laws = table.narrow::<N, T, R>()?;
+    let laws = table.narrow::<N, T, R, NoAdhesion>()?;
     Some(Box::new(ContactLoop::new(laws, table.materials)))
 }

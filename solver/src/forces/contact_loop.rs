@@ -5,6 +5,7 @@ mod contact_point;
 mod memory;
 mod pairs;
 mod sharing;
+mod slots;
 mod walls;
 mod watching;
 
@@ -14,69 +15,18 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NearWall, Observation,
-    Partner, SavedLoads, SavedSlot, StepContext, block_size,
+    ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NearWall, Needs,
+    Observation, Partner, SavedLoads, SavedSlot, SlotState, StepContext, block_size,
 };
 use crate::contact::{
-    Histories, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
+    TangentialLaw,
 };
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Load, Particle, Particles, Row};
 use crate::walls::NearMeshes;
 use memory::Memory;
-
-/// A listed pair with its history.
-#[derive(Debug, Clone, Copy)]
-struct Slot<H> {
-    /// Row of the partner.
-    partner: u32,
-    /// Image code of the partner, [`TOUCHING`], and the owner.
-    state: u32,
-    history: H,
-}
-
-/// Set in [`Slot::state`] while the two touch.
-const TOUCHING: u32 = 1 << 8;
-/// The image code's bits in [`Slot::state`].
-const IMAGE: u32 = TOUCHING - 1;
-/// The row within the block that owns the slot stands in the upper half of [`Slot::state`].
-const OWNER_SHIFT: u32 = 16;
-
-impl<H> Slot<H> {
-    /// Row of the owner within the block.
-    #[inline(always)]
-    fn owner(&self) -> usize {
-        (self.state >> OWNER_SHIFT) as usize
-    }
-}
-
-/// A feature of a wall that a particle touches, with its history.
-#[derive(Debug, Clone, Copy)]
-struct WallSlot<H> {
-    /// Feature of the wall; [`FREE`] while the slot holds no contact.
-    feature: u32,
-    history: H,
-}
-
-const FREE: u32 = u32::MAX;
-
-impl<H: History> WallSlot<H> {
-    /// Without a contact.
-    fn free() -> Self {
-        Self {
-            feature: FREE,
-            history: H::default(),
-        }
-    }
-
-    /// The contact has ended.
-    #[inline(always)]
-    fn clear(&mut self) {
-        if self.feature != FREE {
-            *self = Self::free();
-        }
-    }
-}
+use slots::{FREE, HELD, IMAGE, Slot, WallSlot};
 
 /// A block of consecutive rows with the slots that they own.
 #[derive(Debug)]
@@ -106,7 +56,7 @@ impl<H: History> Block<H> {
         let mut reached = vec![false; self.outbox.later()];
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
         for slot in &self.slots {
-            if slot.state & TOUCHING != 0 {
+            if slot.state & HELD != 0 {
                 self.work += 25;
             }
             let index = slot.partner as usize / block_size;
@@ -121,23 +71,23 @@ impl<H: History> Block<H> {
 
 /// The loop over contacts for one combination of laws.
 #[derive(Debug)]
-pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw> {
+pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw = NoAdhesion> {
     /// Laws of all pairs of materials, row by row.
-    laws: Vec<PairLaw<N, T, R>>,
+    laws: Vec<PairLaw<N, T, R, A>>,
     materials: usize,
     memory: Memory,
     block_size: usize,
-    blocks: Vec<Block<Histories<N, T, R>>>,
+    blocks: Vec<Block<Histories<N, T, R, A>>>,
     /// Of each block: the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
     /// Loads on features of mesh walls of blocks that were cut anew since.
     feature_loads: FeatureLoads,
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
     /// Without slots; [`ContactForces::adopt`] brings them.
     #[must_use]
-    pub fn new(laws: Vec<PairLaw<N, T, R>>, materials: usize) -> Self {
+    pub fn new(laws: Vec<PairLaw<N, T, R, A>>, materials: usize) -> Self {
         Self {
             memory: Memory::of(&laws),
             laws,
@@ -147,6 +97,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
             sources: Vec::new(),
             feature_loads: FeatureLoads::default(),
         }
+    }
+
+    /// Gap up to which adhesion acts between any pair of materials, m.
+    #[must_use]
+    pub fn range(&self) -> f64 {
+        let ranges = self.laws.iter().map(|law| law.adhesion.range());
+        ranges.fold(0.0, f64::max)
     }
 
     /// Cuts `rows` rows into empty blocks.
@@ -187,7 +144,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     }
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoop<N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForces
+    for ContactLoop<N, T, R, A>
+{
+    fn needs(&self) -> Needs {
+        Needs {
+            range: self.range(),
+            ..Needs::default()
+        }
+    }
+
     fn adopt(
         &mut self,
         list: &CandidateList,
@@ -306,11 +272,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
 
     fn touching(&self) -> usize {
         let slots = self.blocks.iter().flat_map(|block| &block.slots);
-        slots.filter(|slot| slot.state & TOUCHING != 0).count()
+        slots.filter(|slot| slot.state & HELD != 0).count()
     }
 
     fn save(&self) -> (Vec<SavedSlot>, Vec<SavedSlot>) {
-        let numbers = |history: &Histories<N, T, R>| {
+        let numbers = |history: &Histories<N, T, R, A>| {
             let mut numbers = Vec::new();
             history.write(&mut numbers);
             numbers
@@ -322,7 +288,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                     row: (block.rows.start + slot.owner()) as u32,
                     partner: slot.partner,
                     image: slot.state & IMAGE,
-                    touching: slot.state & TOUCHING != 0,
+                    state: SlotState::of(slot.state),
                     feature: FREE,
                     history: numbers(&slot.history),
                 });
@@ -335,7 +301,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                         row: near.row,
                         partner: u32::from(near.wall),
                         image: u32::from(near.image),
-                        touching: slot.feature != FREE,
+                        state: SlotState::of(slot.state),
                         feature: slot.feature,
                         history: numbers(&slot.history),
                     });
@@ -353,12 +319,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
             for (owner, row) in block.rows.clone().enumerate() {
                 while next < pairs.len() && pairs[next].row as usize == row {
                     let saved = &pairs[next];
-                    let touching = if saved.touching { TOUCHING } else { 0 };
-                    block.slots.push(Slot {
-                        partner: saved.partner,
-                        state: saved.image | touching | (owner as u32) << OWNER_SHIFT,
-                        history: <Histories<N, T, R>>::read(&saved.history),
-                    });
+                    block.slots.push(Slot::new(
+                        owner,
+                        saved.partner,
+                        saved.image,
+                        saved.state.bits(),
+                        <Histories<N, T, R, A>>::read(&saved.history),
+                    ));
                     next += 1;
                 }
             }
@@ -380,7 +347,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
                 }
                 block.wall_slots.push(WallSlot {
                     feature: saved.feature,
-                    history: <Histories<N, T, R>>::read(&saved.history),
+                    state: saved.state.bits(),
+                    history: <Histories<N, T, R, A>>::read(&saved.history),
                 });
             }
         }
@@ -392,17 +360,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactForces for ContactLoo
     }
 
     fn pair_bytes(&self) -> [usize; 2] {
-        let slot = size_of::<Slot<Histories<N, T, R>>>();
-        match <Histories<N, T, R>>::LENGTH {
+        let slot = size_of::<Slot<Histories<N, T, R, A>>>();
+        match <Histories<N, T, R, A>>::LENGTH {
             0 => [slot, 0],
-            _ => [slot, size_of::<(u32, u32, Histories<N, T, R>)>()],
+            _ => [slot, size_of::<(u32, u32, Histories<N, T, R, A>)>()],
         }
     }
 }
 
 /// What all blocks of one force evaluation share.
-struct Pass<'a, N, T, R> {
-    laws: &'a [PairLaw<N, T, R>],
+struct Pass<'a, N, T, R, A> {
+    laws: &'a [PairLaw<N, T, R, A>],
     materials: usize,
     memory: &'a Memory,
     block_size: usize,
@@ -412,11 +380,11 @@ struct Pass<'a, N, T, R> {
     context: &'a StepContext<'a>,
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     /// All blocks, one after the other, on this thread.
     fn in_turn(
         &self,
-        blocks: &mut [Block<Histories<N, T, R>>],
+        blocks: &mut [Block<Histories<N, T, R, A>>],
         sources: &[Vec<usize>],
         records: &mut [Particle],
         loads: &mut [Load],
@@ -438,7 +406,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     }
 
     /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
-    fn compute(&self, block: &mut Block<Histories<N, T, R>>, rows: &Rows<'_>, loads: &mut [Load]) {
+    fn compute(
+        &self,
+        block: &mut Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+        loads: &mut [Load],
+    ) {
         loads.fill(Load::default());
         block.outbox.clear();
         if self.context.watch.is_some() {
@@ -509,4 +482,6 @@ struct Seen<'a> {
     lever: f64,
     /// Overlap over the smaller radius.
     depth: f64,
+    /// Whether the two overlap; else adhesion acts across a gap.
+    touches: bool,
 }

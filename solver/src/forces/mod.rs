@@ -70,6 +70,17 @@ impl Fastest {
     }
 }
 
+/// How a listed pair, or a particle and a feature of a wall, stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlotState {
+    /// Listed: they may touch before the list is built again, and nothing is remembered.
+    Near,
+    /// They overlap.
+    Touching,
+    /// They are apart, and adhesion holds them together: a bond across the gap.
+    Bonded,
+}
+
 /// The history of one contact, in numbers, by ids that survive sorting: for restarts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedSlot {
@@ -79,8 +90,8 @@ pub struct SavedSlot {
     pub partner: u32,
     /// Image code of the partner; for walls the image of the particle.
     pub image: u32,
-    /// Whether the two touched in the last evaluation.
-    pub touching: bool,
+    /// How the two stood in the last evaluation.
+    pub state: SlotState,
     /// Wall contacts: the feature of the wall; `u32::MAX` for a slot that is free.
     pub feature: u32,
     /// The numbers of the history.
@@ -94,8 +105,8 @@ pub trait ContactForces: Send {
         Needs::default()
     }
 
-    /// Takes a new candidate list. Histories of touching pairs go along: `new_row[old]` says where each row of the last list
-    /// went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
+    /// Takes a new candidate list. Histories of pairs that touch or are bonded go along: `new_row[old]` says where each row of the
+    /// last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
     fn adopt(
         &mut self,
         list: &CandidateList,
@@ -132,7 +143,7 @@ pub trait ContactForces: Send {
     /// Listed pairs.
     fn listed(&self) -> usize;
 
-    /// Pairs that touched in the last evaluation.
+    /// Pairs that touched or were bonded in the last evaluation.
     fn touching(&self) -> usize;
 
     /// Every slot in order, pairs first, then walls: the state that a restart needs.
@@ -148,11 +159,26 @@ pub trait ContactForces: Send {
     fn pair_bytes(&self) -> [usize; 2];
 }
 
+impl crate::state::Plain for SlotState {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        bytes.push(*self as u8);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        match u8::take(bytes)? {
+            0 => Ok(Self::Near),
+            1 => Ok(Self::Touching),
+            2 => Ok(Self::Bonded),
+            other => Err(format!("{other} is no state of a pair")),
+        }
+    }
+}
+
 crate::state::plain!(SavedSlot {
     row,
     partner,
     image,
-    touching,
+    state,
     feature,
     history
 });

@@ -47,7 +47,7 @@ pub struct ContactRecord {
     pub point: DVec3,
     /// Unit normal from B to A.
     pub normal: DVec3,
-    /// Overlap, m.
+    /// Overlap, m; negative for a bond across a gap.
     pub overlap: f64,
     /// Force on A, N.
     pub force: DVec3,
@@ -79,13 +79,13 @@ impl ContactRecord {
 /// Sums and records over the contacts of one force evaluation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observation {
-    /// Contacts between particles.
+    /// Pairs of particles that touch.
     pub particle_contacts: u64,
-    /// Contacts with walls.
+    /// Features of walls that particles touch.
     pub wall_contacts: u64,
-    /// Energy stored in the contacts, J.
+    /// Energy stored in the contacts, J; bonds by adhesion count negative.
     pub elastic_energy: f64,
-    /// Dissipated in this step by the viscous and plastic normal force, J.
+    /// Dissipated in this step by the viscous and plastic normal force and by adhesion, J.
     pub dissipated_normal: f64,
     /// Dissipated in this step by sliding friction and the tangential dashpot, J.
     pub dissipated_tangential: f64,

@@ -19,7 +19,7 @@ use crate::bodies::Clump;
 use crate::boundaries::{CountedRegion, Region};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
 use crate::plan::{NewBody, NewParticle};
 use crate::walls::{Motion, Plane, Shape, Wall};
@@ -43,6 +43,7 @@ fn law(friction: f64) -> AnyPairLaw {
             AnyTangential::None
         },
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

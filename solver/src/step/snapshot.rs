@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::BoundaryState;
-use crate::forces::{ForcePass, SavedLoads, SavedSlot};
+use crate::forces::{ContactForces, ForcePass, SavedLoads, SavedSlot, contact_loop};
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
@@ -154,7 +154,26 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        let mut engine = Self::unstarted(plan, others, threads)?;
+        let contacts = contact_loop(&plan.laws);
+        Self::unstarted(plan, contacts, others, threads)?.restored(snapshot)
+    }
+
+    /// The same for a run that was started with contact laws of its own ([`Engine::with_contacts`]).
+    ///
+    /// # Errors
+    /// As [`Engine::restore`].
+    pub fn restore_with_contacts(
+        plan: Arc<Plan>,
+        snapshot: Snapshot,
+        contacts: (Box<dyn ContactForces>, String),
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        Self::unstarted(plan, contacts, Vec::new(), threads)?.restored(snapshot)
+    }
+
+    /// An engine that is not started yet, in the state of a snapshot.
+    fn restored(self, snapshot: Snapshot) -> Result<Self, RunError> {
+        let mut engine = self;
         let rows = snapshot.particles.len();
         engine
             .forces

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
-use crate::forces::{ForcePass, Forces, Watch, contact_loop};
+use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
 use crate::neighbours::{Images, Skin};
 use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
@@ -24,7 +24,8 @@ impl Engine {
     /// # Errors
     /// As [`Engine::new`].
     pub fn with_records(plan: Arc<Plan>, threads: usize, records: bool) -> Result<Self, RunError> {
-        Self::unstarted(plan, Vec::new(), threads)?.started(records)
+        let contacts = contact_loop(&plan.laws);
+        Self::unstarted(plan, contacts, Vec::new(), threads)?.started(records)
     }
 
     /// The same with other forces beside the contacts.
@@ -36,7 +37,21 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        Self::unstarted(plan, others, threads)?.started(true)
+        let contacts = contact_loop(&plan.laws);
+        Self::unstarted(plan, contacts, others, threads)?.started(true)
+    }
+
+    /// The same with contact laws that no scene can name: a [`ContactLoop`](crate::forces::ContactLoop) over the materials of the
+    /// plan, and how the log calls it. Of the plan's own laws only counts whether particles turn.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn with_contacts(
+        plan: Arc<Plan>,
+        contacts: (Box<dyn ContactForces>, String),
+        threads: usize,
+    ) -> Result<Self, RunError> {
+        Self::unstarted(plan, contacts, Vec::new(), threads)?.started(true)
     }
 
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
@@ -62,10 +77,10 @@ impl Engine {
     /// The particles and walls of a plan as they are placed, without lists and forces.
     pub(super) fn unstarted(
         plan: Arc<Plan>,
+        (contacts, law_names): (Box<dyn ContactForces>, String),
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        let (contacts, law_names) = contact_loop(&plan.laws);
         let forces = Forces::new(contacts, others);
         let needs = forces.needs();
         let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);

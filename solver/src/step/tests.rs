@@ -12,7 +12,7 @@ use mercury_common::scene::Files;
 
 use super::{Engine, Snapshot};
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
+use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
 use crate::plan::{NewParticle, Plan, plan};
 use crate::walls::{Component, Mesh, Motion, Plane, Revolution, Shape, Side, SphereShell, Wall};
@@ -22,6 +22,7 @@ fn frictionless() -> AnyPairLaw {
         normal: AnyNormal::Linear(Linear::new(1000.0, 0.0)),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::normal::damping_ratio_clamped;
+use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin, MindlinRescaled,
-    PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin,
+    MindlinRescaled, PairLaw, SpringRotation,
 };
 use mercury_solver::forces::ContactRecord;
 use mercury_solver::state::{Particle, volume};
@@ -36,6 +37,7 @@ fn gross_sliding_of_hertz() -> Vec<Case> {
             normal: AnyNormal::Hertz(Hertz::new(1e5, 0.0)),
             tangential: AnyTangential::Mindlin(Mindlin::new(65000.0, 2.0 / 3.0, 0.0, 0.1, 0.1)),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let mut plan = plan(time_step, 6.0 / PI, law);
         plan.walls.push(plane(DVec3::ZERO, DVec3::Y));
@@ -126,7 +128,7 @@ fn gross_sliding_of_hertz() -> Vec<Case> {
 /// An oblique impact of a sphere of 0.5 m on the plane y = 0 that is over after `steps` steps. Returns it afterwards, and the
 /// velocity of its contact point with the lever R.
 fn impact(
-    law: PairLaw<AnyNormal, AnyTangential, AnyRolling>,
+    law: AnyPairLaw,
     radius: f64,
     density: f64,
     velocity: DVec3,
@@ -161,6 +163,7 @@ fn linear_rebound() -> Vec<Case> {
                     rotation: SpringRotation::Project,
                 }),
                 rolling: AnyRolling::None,
+                adhesion: AnyAdhesion::None,
             };
             let steps = 40_000;
             let time_step = linear_contact_time(stiffness, 0.0, mass) / steps as f64;
@@ -194,6 +197,7 @@ fn linear_rebound() -> Vec<Case> {
                     rotation: SpringRotation::Project,
                 }),
                 rolling: AnyRolling::None,
+                adhesion: AnyAdhesion::None,
             };
             let steps = 40_000;
             let time_step = linear_contact_time(1e6, 0.0, mass) / steps as f64;
@@ -262,6 +266,7 @@ fn mindlin_rebound() -> Vec<Case> {
                 AnyTangential::Mindlin(plain)
             },
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let kappa = 2.0 * (1.0 - POISSON) / (2.0 - POISSON);
         let duration = hertz_contact_time(modulus, density * volume(radius, 3), radius, speed);

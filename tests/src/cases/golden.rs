@@ -6,8 +6,8 @@ use glam::{DVec3, dvec3};
 use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
+    Mindlin, PairLaw, SpringRotation,
 };
 use mercury_solver::step::Engine;
 
@@ -66,6 +66,7 @@ fn linear_and_sliding() -> Vec<Case> {
                 rotation,
             }),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let spheres = [(-1.0, 5.0), (1.0, -2.0)].map(|(side, spin)| {
             let velocity = dvec3(-side * 0.5, side * 0.3, 0.0);
@@ -154,6 +155,7 @@ fn mindlin_on_wall() -> Vec<Case> {
                 0.3,
             )),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let mut plan = plan(time_step, 2500.0, law);
         plan.gravity = dvec3(0.0, 0.0, -9.81);
@@ -241,6 +243,7 @@ fn all_kinds_of_friction() -> Vec<Case> {
                 lever,
                 rotation,
             }),
+            adhesion: AnyAdhesion::None,
         };
         let one = sphere(
             DVec3::ZERO,

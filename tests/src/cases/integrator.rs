@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::step::Engine;
 
@@ -124,6 +125,7 @@ fn momentum() -> Vec<Case> {
                 rotation: SpringRotation::Project,
             }),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let one = sphere(
             DVec3::ZERO,

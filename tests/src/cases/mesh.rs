@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl, read_mesh};
 use mercury_common::random::Stream;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
@@ -122,6 +122,7 @@ fn over_a_plane(prepare: impl Fn(TriangleMesh) -> TriangleMesh) -> f64 {
             normal: AnyNormal::Hertz(Hertz::new(modulus, 0.1)),
             tangential: AnyTangential::Mindlin(Mindlin::new(0.3 * modulus, 1.0, 0.1, 0.3, 0.35)),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let mut plan = plan(step, 2500.0, law);
         plan.gravity = turn * dvec3(0.0, 0.0, -9.81);
@@ -231,6 +232,7 @@ fn swing(facets: u32) -> f64 {
             normal: AnyNormal::Hertz(Hertz::new(1e6, 0.2)),
             tangential: AnyTangential::Mindlin(Mindlin::new(3e5, 1.0, 0.2, 0.5, 0.5)),
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         };
         let mut plan = plan(1e-5, 2500.0, law);
         plan.gravity = -9.81 * DVec3::Z;

@@ -3,8 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::tangential::StoredForce;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Mindlin, MindlinRescaled, NormalLaw,
-    PairLaw, TangentialLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Mindlin, MindlinRescaled,
+    NormalLaw, PairLaw, TangentialLaw,
 };
 use mercury_solver::lanes::Vector;
 
@@ -60,6 +60,7 @@ fn cycle(factor: f64) -> f64 {
         normal: AnyNormal::Hertz(Hertz::new(MODULUS, 0.0)),
         tangential: AnyTangential::Mindlin(law(factor, MU)),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let steps = 20_000;
     let step = 2.0 * AMPLITUDE / steps as f64;

@@ -3,7 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
@@ -84,6 +85,7 @@ impl OnPlane {
                 lever: self.lever,
                 rotation: SpringRotation::Project,
             }),
+            adhesion: AnyAdhesion::None,
         };
         let angle = self.angle.to_radians();
         let mut plan = plan(STEP, 2500.0, law);

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, Luding, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Luding, PairLaw, SpringRotation,
 };
 use mercury_solver::forces::Partner;
 
@@ -33,6 +33,7 @@ fn squeezed(axis: DVec3) -> (f64, [f64; 4]) {
             lever: 2.0,
             rotation: SpringRotation::Project,
         }),
+        adhesion: AnyAdhesion::None,
     };
     let mut plan = plan(4e-4, 6.0 / PI, law);
     plan.startup_increment = true;

@@ -5,7 +5,8 @@ use glam::DVec3;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::orientation::euler_from_quaternion;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::plan::{NewParticle, Plan};
 use mercury_solver::step::Engine;
@@ -54,6 +55,7 @@ pub(super) fn extreme_overlap(data: &Data) -> Result<Comparison> {
             rotation: SpringRotation::Incremental,
         }),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     // Wider than the source's, whose particles may leave it.
     let domain = (DVec3::splat(-0.05), DVec3::splat(0.05));

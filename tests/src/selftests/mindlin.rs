@@ -3,7 +3,9 @@
 use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
-use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw};
+use mercury_solver::contact::{
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
+};
 use mercury_solver::plan::{NewParticle, Plan};
 use mercury_solver::step::Engine;
 
@@ -20,6 +22,7 @@ fn law(normal_damping: f64) -> mercury_solver::contact::registry::AnyPairLaw {
         normal: AnyNormal::Hertz(Hertz::new(MODULI.0, normal_damping)),
         tangential: AnyTangential::Mindlin(Mindlin::new(MODULI.1, 2.0 / 3.0, 0.0, 0.1, 0.1)),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
 use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, PairLaw};
+use mercury_solver::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw};
 use mercury_solver::forces::Watch;
 use mercury_solver::plan::Plan;
 use mercury_solver::state::{FIXED, Particle, inverse_inertia_factor};
@@ -72,6 +72,7 @@ pub(super) fn frictionless(normal: AnyNormal) -> AnyPairLaw {
         normal,
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

@@ -4,7 +4,8 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::plan::{NewParticle, Plan};
 
@@ -68,6 +69,7 @@ fn run(
             lever: 2.0,
             rotation: SpringRotation::Incremental,
         }),
+        adhesion: AnyAdhesion::None,
     };
     let domain = (DVec3::splat(-1.0), DVec3::splat(1.0));
     let mut plan = Plan::bare(dt, domain, 6.0 / std::f64::consts::PI, law);

@@ -5,7 +5,8 @@ use glam::DVec3;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
+    SpringRotation,
 };
 use mercury_solver::plan::{NewParticle, Plan};
 
@@ -73,6 +74,7 @@ pub(super) fn run(data: &Data, index: usize) -> Result<Comparison> {
             rotation: SpringRotation::Incremental,
         }),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let domain = (DVec3::ZERO, DVec3::new(0.005, 0.005, 0.005));
     let mut plan = Plan::bare(dt, domain, 2000.0, law);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Series};
 use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus};
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
 use mercury_solver::state::volume;
 
@@ -137,6 +137,7 @@ fn rebound(psi: f64, factor: f64) -> f64 {
         normal: AnyNormal::Hertz(normal),
         tangential: AnyTangential::Mindlin(Mindlin::new(shear, factor, 0.0, friction, friction)),
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let steps = 2000;
     let mass = density * volume(radius, 3);

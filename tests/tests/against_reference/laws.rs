@@ -4,8 +4,8 @@ use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding, Mindlin,
-    MindlinRescaled, PairLaw, Plastic, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
+    Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
 };
 
 fn normals() -> Vec<AnyNormal> {
@@ -100,6 +100,7 @@ pub(crate) fn laws() -> Vec<AnyPairLaw> {
                     normal,
                     tangential,
                     rolling,
+                    adhesion: AnyAdhesion::None,
                 });
             }
         }

@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 
 use super::t_bar;
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
+use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::plan::{NewBody, Plan};
 use crate::state::Body;
 use crate::step::Engine;
@@ -16,6 +16,7 @@ fn law() -> AnyPairLaw {
         normal: AnyNormal::Linear(Linear::new(1e4, 0.0)),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

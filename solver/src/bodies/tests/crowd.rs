@@ -8,7 +8,7 @@ use mercury_common::scene::Files;
 
 use super::{rod, t_bar};
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
+use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
 use crate::plan::{NewBody, NewParticle, Plan, plan};
 use crate::state::PEBBLE;
@@ -25,6 +25,7 @@ fn gas() -> Plan {
         normal: AnyNormal::Linear(Linear::new(1e4, 0.0)),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let mut plan = Plan::bare(5e-4, (DVec3::ZERO, DVec3::splat(16.0)), 1.0, law);
     plan.periodic = [true; 3];

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3, dvec3};
 
 use super::rod;
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear};
+use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::plan::{NewBody, Plan};
 use crate::step::Engine;
 use crate::walls::{Motion, Plane, Shape, Wall};
@@ -24,6 +24,7 @@ fn restitution(contact_point_mass: bool, tilt: f64) -> f64 {
         normal: AnyNormal::Linear(Linear::with_damping_ratio(1e6, damping_ratio())),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     };
     let mut plan = Plan::bare(1e-6, (DVec3::splat(-5.0), DVec3::splat(5.0)), 1.0, law);
     plan.contact_point_mass = contact_point_mass;

@@ -15,7 +15,7 @@ use mercury_common::sizes::SizeDistribution;
 
 use super::{Ingredient, InsertionPlan, Region, Total};
 use crate::contact::registry::AnyPairLaw;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, Linear, PairLaw};
+use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, PairLaw};
 use crate::plan::Plan;
 
 /// A size law as a scene would write it.
@@ -57,6 +57,7 @@ fn frictionless() -> AnyPairLaw {
         normal: AnyNormal::Linear(Linear::new(1000.0, 0.0)),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
     }
 }
 

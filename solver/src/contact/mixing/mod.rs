@@ -22,7 +22,7 @@ use mercury_common::scene::{
 
 use super::parameter::{Origin, Parameter, Value, short};
 use super::registry::AnyPairLaw;
-use super::{AnyNormal, PairLaw, SpringRotation};
+use super::{AnyAdhesion, AnyNormal, PairLaw, SpringRotation};
 
 /// The harmonic mean 2/(1/a + 1/b) of two numbers >= 0; 0 if either is 0.
 #[must_use]
@@ -51,6 +51,7 @@ pub(crate) fn resolve_pair(
         normal,
         tangential: tangential?,
         rolling: rolling?,
+        adhesion: AnyAdhesion::None,
     };
     Some((law, pair.parameters))
 }

@@ -24,6 +24,12 @@ pub struct NormalForce<L = f64> {
 }
 
 impl<L: Real> NormalForce<L> {
+    /// No force.
+    pub const NONE: Self = Self {
+        elastic: L::ZERO,
+        viscous: L::ZERO,
+    };
+
     /// Elastic and viscous force, N.
     #[inline(always)]
     #[must_use]

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{Block, ContactLoop, FREE, OWNER_SHIFT, Slot, TOUCHING, WallSlot};
-use crate::contact::{Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use super::slots::{FREE, HELD, Slot, TOUCHING, WallSlot};
+use super::{Block, ContactLoop};
+use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
 use crate::neighbours::CandidateList;
 use crate::state::Row;
@@ -30,12 +31,11 @@ impl<H: History> Block<H> {
                     .iter()
                     .find(|kept| kept.0 == entry.partner)
                     .map(|kept| kept.1);
-                let touching = if history.is_some() { TOUCHING } else { 0 };
-                self.slots.push(Slot {
-                    partner: entry.partner,
-                    state: entry.image | touching | (owner as u32) << OWNER_SHIFT,
-                    history: history.unwrap_or_default(),
-                });
+                // Held, in contact or by a bond: the evaluation that follows says which.
+                let state = if history.is_some() { TOUCHING } else { 0 };
+                let history = history.unwrap_or_default();
+                let slot = Slot::new(owner, entry.partner, entry.image, state, history);
+                self.slots.push(slot);
             }
         }
         let begin = near_walls.partition_point(|near| near.row < first);
@@ -104,19 +104,19 @@ fn going_on<'a, H>(
     held.iter().filter(move |kept| Some(kept.0.2) == wanted)
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
-    /// Histories of touching pairs by their new rows. Slots with histories are given up for them: memory holds them once.
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
+    /// Histories of pairs that touch or are bonded, by their new rows. Slots with histories are given up for them: memory holds them once.
     pub(super) fn carried(
         &mut self,
         new_row: &[Option<Row>],
         rows: usize,
         parallel: bool,
-    ) -> Carried<Histories<N, T, R>> {
-        let of_block = |block: &mut Block<Histories<N, T, R>>| {
+    ) -> Carried<Histories<N, T, R, A>> {
+        let of_block = |block: &mut Block<Histories<N, T, R, A>>| {
             let first = block.rows.start;
             let slots = std::mem::take(&mut block.slots);
-            let touching = |slot: &&Slot<_>| slot.state & TOUCHING != 0;
-            let pair = |slot: &Slot<Histories<N, T, R>>| {
+            let held = |slot: &&Slot<_>| slot.state & HELD != 0;
+            let pair = |slot: &Slot<Histories<N, T, R, A>>| {
                 let row = new_row[first + slot.owner()]?.number();
                 let partner = new_row[slot.partner as usize]?.number();
                 Some(if row < partner {
@@ -125,9 +125,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
                     (partner, row, slot.history.swapped())
                 })
             };
-            slots.iter().filter(touching).filter_map(pair).collect()
+            slots.iter().filter(held).filter_map(pair).collect()
         };
-        let pairs: Vec<Vec<_>> = if <Histories<N, T, R>>::LENGTH == 0 {
+        let pairs: Vec<Vec<_>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
             Vec::new()
         } else if parallel {
             self.blocks.par_iter_mut().map(of_block).collect()
@@ -141,7 +141,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> ContactLoop<N, T, R> {
     pub(super) fn carried_from_walls(
         &self,
         new_row: &[Option<Row>],
-    ) -> Vec<CarriedFromWall<Histories<N, T, R>>> {
+    ) -> Vec<CarriedFromWall<Histories<N, T, R, A>>> {
         let mut carried = Vec::new();
         for block in &self.blocks {
             let mut first = 0;

@@ -1,36 +1,40 @@
 //! What the outputs show of the histories of contacts.
 
-use crate::contact::{History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    AdhesionLaw, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
+};
 
 /// The columns that hold the histories of all contacts. Laws that remember the same share them; those of other laws are zero.
 #[derive(Debug)]
 pub(super) struct Memory {
     /// Unit and meaning of each.
     pub(super) columns: Vec<HistoryNumber>,
-    /// For each pair of materials: the first column of the normal, the tangential and the rolling law.
-    first: Vec<[usize; 3]>,
+    /// For each pair of materials: the first column of the normal, the tangential, the rolling and the adhesion law.
+    first: Vec<[usize; 4]>,
 }
 
 impl Memory {
     /// For the laws of all pairs of materials.
-    pub(super) fn of<N, T, R>(laws: &[PairLaw<N, T, R>]) -> Self
+    pub(super) fn of<N, T, R, A>(laws: &[PairLaw<N, T, R, A>]) -> Self
     where
         N: NormalLaw,
         T: TangentialLaw,
         R: RollingLaw,
+        A: AdhesionLaw,
     {
         let parts = [
             laws.iter().map(|law| law.normal.columns()).collect(),
             laws.iter().map(|law| law.tangential.columns()).collect(),
             laws.iter().map(|law| law.rolling.columns()).collect(),
+            laws.iter().map(|law| law.adhesion.columns()).collect(),
         ];
         Self::arranged(parts)
     }
 
-    /// From the columns of the three parts of each law.
-    fn arranged(parts: [Vec<Vec<HistoryNumber>>; 3]) -> Self {
+    /// From the columns of the four parts of each law.
+    fn arranged(parts: [Vec<Vec<HistoryNumber>>; 4]) -> Self {
         let mut columns = Vec::new();
-        let mut first = vec![[0; 3]; parts[0].len()];
+        let mut first = vec![[0; 4]; parts[0].len()];
         for (part, of_laws) in parts.iter().enumerate() {
             for (law, own) in of_laws.iter().enumerate() {
                 first[law][part] = match of_laws[..law].iter().position(|other| other == own) {
@@ -46,15 +50,16 @@ impl Memory {
     }
 
     /// The numbers of one contact, of the law with this index.
-    pub(super) fn show<N: History, T: History, R: History>(
+    pub(super) fn show<N: History, T: History, R: History, A: History>(
         &self,
         pair: usize,
-        (normal, tangential, rolling): &(N, T, R),
+        (normal, tangential, rolling, adhesion): &(N, T, R, A),
     ) -> Vec<f64> {
-        let mut parts = [Vec::new(), Vec::new(), Vec::new()];
+        let mut parts = [const { Vec::new() }; 4];
         normal.show(&mut parts[0]);
         tangential.show(&mut parts[1]);
         rolling.show(&mut parts[2]);
+        adhesion.show(&mut parts[3]);
         let mut numbers = vec![0.0; self.columns.len()];
         for (own, first) in parts.iter().zip(self.first[pair]) {
             numbers[first..first + own.len()].copy_from_slice(own);
@@ -71,8 +76,8 @@ mod tests {
     use crate::contact::rolling::AnyRollingHistory;
     use crate::contact::tangential::{AnyTangentialHistory, StoredForce};
     use crate::contact::{
-        AnyNormal, AnyRolling, AnyTangential, Hertz, LinearFriction, Mindlin, MindlinRescaled,
-        Plastic, SpringRotation, TangentialSpring,
+        AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, LinearFriction, Mindlin,
+        MindlinRescaled, Plastic, SpringRotation, TangentialSpring,
     };
     use crate::lanes::Vector;
 
@@ -81,6 +86,7 @@ mod tests {
             normal,
             tangential,
             rolling: AnyRolling::None,
+            adhesion: AnyAdhesion::None,
         }
     }
 
@@ -122,11 +128,13 @@ mod tests {
             AnyNormalHistory::Hertz(()),
             AnyTangentialHistory::Mindlin(spring),
             AnyRollingHistory::Empty,
+            (),
         );
         let linears = (
             AnyNormalHistory::Plastic(MaxOverlap(4.0)),
             AnyTangentialHistory::Linear(spring),
             AnyRollingHistory::Empty,
+            (),
         );
         assert_eq!(memory.show(0, &mindlins), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!(memory.show(1, &linears), [4.0, 1.0, 2.0, 3.0]);
@@ -145,6 +153,7 @@ mod tests {
             AnyNormalHistory::Empty,
             AnyTangentialHistory::Empty,
             AnyRollingHistory::Empty,
+            (),
         );
         assert_eq!(memory.show(0, &nothing), [0.0; 7]);
     }

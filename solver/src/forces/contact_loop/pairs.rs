@@ -3,18 +3,19 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::{Block, FREE, IMAGE, Pass, Rows, Seen, Slot, TOUCHING};
-use crate::contact::{Contact, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use super::slots::{FREE, HELD, IMAGE, Slot, TOUCHING, held};
+use super::{Block, Pass, Rows, Seen};
+use crate::contact::{AdhesionLaw, Contact, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::state::{Bodies, Load, Particle};
 
 /// Slots that are searched for contacts before the contacts found are evaluated.
 const CHUNK: usize = 128;
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     pub(super) fn pairs<const PERIODIC: bool, const WATCHED: bool>(
         &self,
-        block: &mut Block<Histories<N, T, R>>,
+        block: &mut Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
@@ -29,15 +30,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let b = rows.ahead(slot.partner as usize - first_row);
                 let squared = self.offset::<PERIODIC, _>(a, b, slot).length_squared();
                 let reach = a.radius + b.radius;
-                let touches = squared < reach * reach;
+                let acts = squared < reach * reach || self.acts_apart(a, b, slot, squared, reach);
                 found.slot[count] = k as u32;
                 found.distance[count] = squared;
                 found.reach[count] = reach;
                 found.radius[count] = a.radius * b.radius;
                 found.mass[count] = a.inverse_mass + b.inverse_mass;
-                count += usize::from(touches);
-                if !touches && slot.state & TOUCHING != 0 {
-                    slot.state &= !TOUCHING;
+                count += usize::from(acts);
+                if !acts && slot.state & HELD != 0 {
+                    slot.state &= !HELD;
                     slot.history = Default::default();
                 }
             }
@@ -51,12 +52,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 let a = &rows.own[owner];
                 let b = rows.ahead(slot.partner as usize - first_row);
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
-                slot.state |= TOUCHING;
                 let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
                 let pair = a.material as usize * self.materials + b.material as usize;
                 let law = &self.laws[pair];
                 let before = slot.history;
-                let action = law.act(&contact, self.context.spring_time, &mut slot.history);
+                let dt = self.context.spring_time;
+                let touches = !A::ACTIVE || contact.overlap > 0.0;
+                let action = if touches {
+                    law.act(&contact, dt, &mut slot.history)
+                } else {
+                    law.act_apart(&contact, dt, &mut slot.history)
+                };
+                if A::ACTIVE {
+                    slot.state = slot.state & !HELD | held(touches, &slot.history.3);
+                } else {
+                    slot.state |= TOUCHING;
+                }
                 let force = DVec3::from(action.force);
                 let ahead = slot.partner as usize - first_row;
                 if T::ACTIVE || R::ACTIVE {
@@ -91,7 +102,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                         row: slot.partner,
                         image: slot.state & IMAGE,
                     };
-                    block.observation.particle_contacts += 1;
+                    block.observation.particle_contacts += u64::from(touches);
                     let depth = contact.overlap / a.radius.min(b.radius);
                     let seen = Seen {
                         pair,
@@ -101,6 +112,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                         feature: FREE,
                         lever: lever_a,
                         depth,
+                        touches,
                     };
                     let histories = (before, slot.history);
                     self.see(
@@ -122,7 +134,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     fn masses_at_contacts(
         &self,
         bodies: &Bodies,
-        slots: &[Slot<Histories<N, T, R>>],
+        slots: &[Slot<Histories<N, T, R, A>>],
         first_row: usize,
         rows: &Rows<'_>,
         found: &mut Found,
@@ -136,6 +148,24 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
             found.mass[k] = 1.0 / inverse;
         }
+    }
+
+    /// Whether two that do not touch act on each other by adhesion. `squared`: distance of the centres, m^2.
+    #[inline(always)]
+    fn acts_apart<H>(
+        &self,
+        a: &Particle,
+        b: &Particle,
+        slot: &Slot<H>,
+        squared: f64,
+        reach: f64,
+    ) -> bool {
+        if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & HELD == 0) {
+            return false;
+        }
+        let pair = a.material as usize * self.materials + b.material as usize;
+        let range = reach + self.laws[pair].adhesion.range();
+        squared < range * range
     }
 
     /// x_A - x_B, of the image of B that is listed, m.
@@ -191,7 +221,7 @@ impl Found {
     }
 }
 
-/// Geometry and kinematics of two particles that overlap, contact `k` of those found, and the lever arms R - overlap/2 of
+/// Geometry and kinematics of two particles that overlap or act across a gap, contact `k` of those found, and the lever arms R - overlap/2 of
 /// both. `offset` = x_A - x_B (of the image that is near).
 #[inline(always)]
 fn meet<T: TangentialLaw, R: RollingLaw>(

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
 use super::{Block, Pass, Rows};
-use crate::contact::{Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Fastest, Finish};
 use crate::state::{Load, Particle};
 
@@ -39,11 +39,11 @@ macro_rules! locked {
     };
 }
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     /// All blocks, by the threads of `pool`.
     pub(super) fn shared(
         &self,
-        blocks: &mut [Block<Histories<N, T, R>>],
+        blocks: &mut [Block<Histories<N, T, R, A>>],
         sources: &[Vec<usize>],
         mut records: &mut [Particle],
         mut loads: &mut [Load],
@@ -97,7 +97,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     }
 
     /// Computes the contacts of one block.
-    fn compute_shared(&self, stations: &[Station<'_, Histories<N, T, R>>], index: usize) {
+    fn compute_shared(&self, stations: &[Station<'_, Histories<N, T, R, A>>], index: usize) {
         let station = &stations[index];
         let mut block = locked!(station.block.write());
         let mut loads = locked!(station.loads.lock());

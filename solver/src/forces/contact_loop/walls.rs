@@ -3,17 +3,20 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::{Block, FREE, Pass, Rows, Seen, WallSlot};
-use crate::contact::{Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use super::slots::{FREE, HELD, TOUCHING, WallSlot, held};
+use super::{Block, Pass, Rows, Seen};
+use crate::contact::{
+    AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+};
 use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     pub(super) fn walls(
         &self,
-        block: &mut Block<Histories<N, T, R>>,
+        block: &mut Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
         loads: &mut [Load],
     ) {
@@ -52,7 +55,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let slot = &mut block.wall_slots[first];
             first += near.features as usize;
             let touch = if state.present {
-                plane.touch(state.into_wall(centre), a.radius)
+                plane.touch(state.into_wall(centre), self.wall_reach(a, wall))
             } else {
                 None
             };
@@ -74,7 +77,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         &self,
         a: &Particle,
         side: &WallSide<'_>,
-        wall_slots: &mut Vec<WallSlot<Histories<N, T, R>>>,
+        wall_slots: &mut Vec<WallSlot<Histories<N, T, R, A>>>,
         first: usize,
         (index, near_meshes): (usize, &mut NearMeshes),
         (touches, scratch): &mut (Touches, Scratch),
@@ -84,14 +87,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
     ) -> u8 {
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
+        let reach = self.wall_reach(a, side.wall);
         touches.clear();
         if state.present {
             match side.wall.shape() {
                 Shape::Mesh(mesh) => {
-                    near_meshes.touches(index, mesh, place, a.radius, scratch, touches);
+                    near_meshes.touches(index, mesh, place, reach, scratch, touches);
                 }
-                shape => shape.touches(place, a.radius, touches),
+                shape => shape.touches(place, reach, touches),
             }
+        }
+        if A::ACTIVE {
+            // A centre deeper than its radius is on the other side, however far adhesion reaches.
+            let all = std::mem::take(touches);
+            let outside = |touch: &&Touch| touch.distance > -a.radius;
+            all.iter()
+                .filter(outside)
+                .for_each(|&touch| touches.push(touch));
         }
         let mut features = near.features;
         // On its way into a concave corner a particle may meet a face onto which its centre did not project when
@@ -119,6 +131,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         features
     }
 
+    /// From how far (m) the centre of a particle may feel a wall: its radius, and the range of adhesion.
+    #[inline(always)]
+    fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
+        if A::ACTIVE {
+            let pair = a.material as usize * self.materials + wall.material as usize;
+            a.radius + self.laws[pair].adhesion.range()
+        } else {
+            a.radius
+        }
+    }
+
     /// The contact of a particle with one feature of a wall; its load is added to `feature_loads` if they are there.
     #[inline(always)]
     fn touch_wall(
@@ -126,19 +149,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         a: &Particle,
         side: &WallSide<'_>,
         touch: &Touch,
-        slot: &mut WallSlot<Histories<N, T, R>>,
+        slot: &mut WallSlot<Histories<N, T, R, A>>,
         load: &mut Load,
         observation: &mut Observation,
         feature_loads: Option<&mut FeatureLoads>,
     ) {
         let (context, state) = (self.context, side.state);
+        let overlap = a.radius - touch.distance;
+        let touches = !A::ACTIVE || overlap > 0.0;
+        if !touches && A::FORMS_ON_CONTACT && slot.state & HELD == 0 {
+            return;
+        }
         let normal = state.out_of_wall(touch.normal);
         // First, while there is little that the call could push out of registers.
         let effective_mass = match self.bodies {
             None => 1.0 / a.inverse_mass,
             Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
         };
-        let overlap = a.radius - touch.distance;
         let lever = a.radius - 0.5 * overlap;
         let arm = normal * -lever;
         let mut velocity = a.velocity + a.angular_velocity.cross(arm);
@@ -166,27 +193,36 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         let pair = a.material as usize * self.materials + side.wall.material as usize;
         let law = &self.laws[pair];
         let before = slot.history;
-        let action = law.act(&contact, context.spring_time, &mut slot.history);
+        let dt = context.spring_time;
+        let action = if touches {
+            law.act(&contact, dt, &mut slot.history)
+        } else {
+            law.act_apart(&contact, dt, &mut slot.history)
+        };
+        slot.state = if A::ACTIVE {
+            held(touches, &slot.history.3)
+        } else {
+            TOUCHING
+        };
         let (force, couple) = (DVec3::from(action.force), DVec3::from(action.couple));
         let tangential = DVec3::from(action.tangential);
         load.add(force, couple + arm.cross(tangential));
         if let Some(sums) = feature_loads {
+            let slip = if touches {
+                law.sliding_loss(&contact, &action, &before, &slot.history, dt)
+            } else {
+                0.0
+            };
             let on_wall = FeatureLoad {
                 force: state.turn_into_wall(-force),
                 shear: state.turn_into_wall(-tangential),
                 normal: action.normal.total(),
-                slip: law.sliding_loss(
-                    &contact,
-                    &action,
-                    &before,
-                    &slot.history,
-                    context.spring_time,
-                ),
+                slip,
             };
             sums.add((side.near.wall, touch.feature), &on_wall);
         }
         if context.watch.is_some() {
-            observation.wall_contacts += 1;
+            observation.wall_contacts += u64::from(touches);
             let partner = Partner::Wall {
                 wall: side.near.wall,
                 image: u32::from(side.near.image),
@@ -200,6 +236,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
                 feature: touch.feature,
                 lever,
                 depth,
+                touches,
             };
             self.see(
                 observation,
@@ -216,11 +253,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             let watts =
                 force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
             *power += watts;
-            observation.grips[side.near.wall as usize].add_contact(
-                contact.effective_mass,
-                (action.normal.elastic, overlap),
-                (action.normal.viscous, normal_velocity),
-            );
+            if touches {
+                observation.grips[side.near.wall as usize].add_contact(
+                    contact.effective_mass,
+                    (action.normal.elastic, overlap),
+                    (action.normal.viscous, normal_velocity),
+                );
+            }
             if let Some(Watch {
                 audit: Some(dt), ..
             }) = context.watch

@@ -3,12 +3,14 @@
 use glam::DVec3;
 
 use super::{Pass, Seen};
-use crate::contact::{Action, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
+use crate::contact::{
+    Action, AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+};
 use crate::forces::{ContactRecord, Observation, Partner};
 use crate::neighbours::opposite;
 use crate::state::Particle;
 
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
     /// Adds a contact to an observation.
     #[inline(never)]
     pub(super) fn see(
@@ -18,15 +20,27 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         seen: Seen<'_>,
         contact: &Contact,
         action: &Action,
-        (before, after): (Histories<N, T, R>, Histories<N, T, R>),
+        (before, after): (Histories<N, T, R, A>, Histories<N, T, R, A>),
     ) {
         let law = &self.laws[seen.pair];
-        observation.elastic_energy += law.energy(contact, &after);
+        observation.elastic_energy += if seen.touches {
+            law.energy(contact, &after)
+        } else {
+            law.adhesion.energy(contact, &after.3)
+        };
         observation.largest_overlap = observation.largest_overlap.max(seen.depth);
         let Some(watch) = self.context.watch else {
             return;
         };
-        if let Some(dt) = watch.audit {
+        if let Some(dt) = watch.audit
+            && A::ACTIVE
+        {
+            observation.dissipated_normal +=
+                law.adhesion_loss(contact, action, &before, &after, dt);
+        }
+        if let Some(dt) = watch.audit
+            && seen.touches
+        {
             // The elastic work by the trapezoidal rule over this step's overlaps: exact for straight branches.
             let mut last = *contact;
             last.overlap = contact.overlap + contact.normal_velocity * dt;
@@ -68,7 +82,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
         seen: Seen<'_>,
         contact: &Contact,
         action: &Action,
-        memory: Histories<N, T, R>,
+        memory: Histories<N, T, R, A>,
     ) -> ContactRecord {
         let mut record = ContactRecord {
             row: seen.row as u32,
@@ -99,7 +113,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw> Pass<'_, N, T, R> {
             record.couple = -record.couple;
             memory = memory.swapped();
         }
-        record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        if seen.touches {
+            record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
+        }
         record.history = self.memory.show(seen.pair, &memory);
         record
     }

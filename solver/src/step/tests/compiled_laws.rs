@@ -7,8 +7,7 @@ use crate::plan::parse_scene;
 use mercury_common::scene::Files;
 
 use super::super::{Engine, Snapshot};
-use crate::forces::{Forces, Watch};
-use crate::forces::{contact_loop, dispatching_loop};
+use crate::forces::{Watch, contact_loop, dispatching_loop};
 use crate::plan::{Plan, plan};
 
 const LINEAR: &str = r#"normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }"#;
@@ -88,9 +87,8 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
         let (_, name) = contact_loop(&plan.laws);
         assert!(name.ends_with("(compiled together)"), "{name}");
         let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
-        let mut dispatching = Engine::unstarted(Arc::clone(&plan), Vec::new(), 2).unwrap();
-        dispatching.forces = Forces::new(dispatching_loop(&plan.laws), Vec::new());
-        let mut dispatching = dispatching.started(true).unwrap();
+        let contacts = (dispatching_loop(&plan.laws), String::new());
+        let mut dispatching = Engine::with_contacts(Arc::clone(&plan), contacts, 2).unwrap();
         assert_eq!(compiled.history_columns(), dispatching.history_columns());
         let watch = Some(Watch {
             records: true,

@@ -1,0 +1,107 @@
+//! What is kept of a listed pair, and of a feature of a wall that a particle is near.
+
+use crate::contact::History;
+use crate::forces::SlotState;
+
+/// A listed pair with its history.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slot<H> {
+    /// Row of the partner.
+    pub(super) partner: u32,
+    /// Image code of the partner, [`TOUCHING`], [`BONDED`], and the owner.
+    pub(super) state: u32,
+    pub(super) history: H,
+}
+
+/// Set in [`Slot::state`] while the two touch.
+pub(super) const TOUCHING: u32 = 1 << 8;
+/// Set in [`Slot::state`] while the two are apart and adhesion holds them together.
+pub(super) const BONDED: u32 = 1 << 9;
+/// Either: there is a history.
+pub(super) const HELD: u32 = TOUCHING | BONDED;
+/// The image code's bits in [`Slot::state`].
+pub(super) const IMAGE: u32 = TOUCHING - 1;
+/// The row within the block that owns the slot stands in the upper half of [`Slot::state`].
+const OWNER_SHIFT: u32 = 16;
+
+impl<H> Slot<H> {
+    /// `owner`: row within the block.
+    pub(super) fn new(owner: usize, partner: u32, image: u32, state: u32, history: H) -> Self {
+        Self {
+            partner,
+            state: image | state | (owner as u32) << OWNER_SHIFT,
+            history,
+        }
+    }
+
+    /// Row of the owner within the block.
+    #[inline(always)]
+    pub(super) fn owner(&self) -> usize {
+        (self.state >> OWNER_SHIFT) as usize
+    }
+}
+
+/// A feature of a wall that a particle is near, with its history.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct WallSlot<H> {
+    /// Feature of the wall; [`FREE`] while the slot holds none.
+    pub(super) feature: u32,
+    /// [`TOUCHING`], [`BONDED`], or neither.
+    pub(super) state: u32,
+    pub(super) history: H,
+}
+
+pub(super) const FREE: u32 = u32::MAX;
+
+impl<H: History> WallSlot<H> {
+    /// Without a feature.
+    pub(super) fn free() -> Self {
+        Self {
+            feature: FREE,
+            state: 0,
+            history: H::default(),
+        }
+    }
+
+    /// The contact has ended.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        if self.feature != FREE {
+            *self = Self::free();
+        }
+    }
+}
+
+/// The bits of a slot whose pair was just evaluated: `touches`, or else is bonded if adhesion remembers anything (`bond`).
+#[inline(always)]
+pub(super) fn held<H: History>(touches: bool, bond: &H) -> u32 {
+    if touches {
+        TOUCHING
+    } else if *bond != H::default() {
+        BONDED
+    } else {
+        0
+    }
+}
+
+impl SlotState {
+    /// From the bits of a slot.
+    pub(super) fn of(state: u32) -> Self {
+        if state & TOUCHING != 0 {
+            Self::Touching
+        } else if state & BONDED != 0 {
+            Self::Bonded
+        } else {
+            Self::Near
+        }
+    }
+
+    /// Its bits in a slot.
+    pub(super) fn bits(self) -> u32 {
+        match self {
+            Self::Near => 0,
+            Self::Touching => TOUCHING,
+            Self::Bonded => BONDED,
+        }
+    }
+}
