@@ -343,9 +343,9 @@ fn everything_written() -> Arc<Plan> {
         velocity = [0, 0, -1]
         [clumps.rod]
         file = "rod.clump.toml"
+        material = "m"
         [[particles]]
         clump = "rod"
-        material = "m"
         position = [0.45, 0.45, 0.3]
     "#;
     let scene = parse_scene(&folder.join("all.toml"), text, &[], Files::MustExist).unwrap();

@@ -114,7 +114,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         depth,
                         touches,
                     };
-                    let histories = (before, slot.history);
+                    let histories = [before, slot.history];
                     self.see(
                         &mut block.observation,
                         a,

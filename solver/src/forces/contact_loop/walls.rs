@@ -244,7 +244,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 seen,
                 &contact,
                 &action,
-                (before, slot.history),
+                [before, slot.history],
             );
             let point = side.centre + arm;
             let (wall_load, power) = &mut observation.walls[side.near.wall as usize];

@@ -20,7 +20,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         seen: Seen<'_>,
         contact: &Contact,
         action: &Action,
-        (before, after): (Histories<N, T, R, A>, Histories<N, T, R, A>),
+        [before, after]: [Histories<N, T, R, A>; 2],
     ) {
         let law = &self.laws[seen.pair];
         observation.elastic_energy += if seen.touches {
