@@ -127,8 +127,11 @@ impl Overview {
             _ => {
                 let area = |extent: &Extent| extent.size().x * extent.size().y;
                 let shows_bed = |extent: &Extent| area(&self.bed) >= SMALLEST_BED * area(extent);
-                let candidates = [self.bed.union(around), self.bed.union(self.walls)];
-                candidates.into_iter().find(shows_bed).unwrap_or_else(|| {
+                // A scene without walls has no such picture between that with the domain and that of the bed.
+                let with_walls = (!self.walls.is_empty()).then(|| self.bed.union(self.walls));
+                let candidates = [Some(self.bed.union(around)), with_walls];
+                let fitting = candidates.into_iter().flatten().find(shows_bed);
+                fitting.unwrap_or_else(|| {
                     let size = self.bed.size();
                     let reach = (NEAR * size.x.max(size.y)).max(NEAR_RADII * self.median);
                     self.bed.union(around.within(&self.bed.widened(reach)))
