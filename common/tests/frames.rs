@@ -391,7 +391,7 @@ fn frames_that_do_not_fit_are_refused_and_change_nothing() {
     let nowhere = folder.path().join("no").join("a.arrow");
     let error = FrameWriter::create(nowhere, one_column()).unwrap_err();
     assert!(
-        error.to_string().contains("the file cannot be created"),
+        error.to_string().contains("the file cannot be written"),
         "{error}"
     );
 }
