@@ -45,7 +45,7 @@ use crate::error::FormatError;
 /// let frame = Temperatures { time: 0.5, step: 10, id: vec![0, 3], temperature: vec![293.0, 301.5] };
 /// let mut writer = TableWriter::create(&path, &FramesHeader::default(), &())?;
 /// writer.append(frame.clone())?;
-/// assert_eq!(TableReader::open(&path)?.frame(0)?, frame);
+/// assert_eq!(TableReader::<Temperatures>::open(&path)?.frame(0)?, frame);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Table: Default {
