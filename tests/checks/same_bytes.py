@@ -6,7 +6,7 @@
 --short   cuts each run to a few seconds; without it the scenes run as they stand (some take minutes).
 --keep    keeps the runs of OLD in DIR and takes them from there when called again.
 --set     for both builds, as in mercury-solve.
---new     for the new build alone (a key whose default it changed).
+--new-set for the new build alone (a key whose default it changed).
 NAME      only scenes whose path ends in NAME.
 
 Compared: frames, .data, .ene, .fstat, tracks, walls, regions, VTU and PVD, particles tables, and summary.json but for times,
