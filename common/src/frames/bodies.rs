@@ -21,7 +21,7 @@ pub struct BodyFrame {
     pub id: Vec<u32>,
     /// Index of its clump, see [`BodyReader::kinds`].
     pub clump: Vec<u32>,
-    /// Index of the material of its surface, see [`FramesHeader::materials`].
+    /// Index of the material of its surface, see [`FramesHeader::materials`](super::FramesHeader::materials).
     pub material: Vec<u32>,
     /// Bits: [`FLAG_FIXED`](super::FLAG_FIXED), [`FLAG_PRESCRIBED`](super::FLAG_PRESCRIBED).
     pub flags: Vec<u8>,

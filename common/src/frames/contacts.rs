@@ -37,7 +37,7 @@ pub struct ContactFrame {
     pub i: Vec<u32>,
     /// Id of the other particle.
     pub j: Vec<Option<u32>>,
-    /// Index of the wall, see [`FramesHeader::walls`].
+    /// Index of the wall, see [`FramesHeader::walls`](super::FramesHeader::walls).
     pub wall: Vec<Option<u32>>,
     /// Contact point, in m, beside particle i where the domain is periodic.
     pub point: Vec<DVec3>,

@@ -42,7 +42,7 @@ pub struct ParticleFrame {
     pub step: u64,
     /// The number that names the particle, the same for all its life.
     pub id: Vec<u32>,
-    /// Index of the material, see [`FramesHeader::materials`].
+    /// Index of the material, see [`FramesHeader::materials`](super::FramesHeader::materials).
     pub material: Vec<u32>,
     /// Bits: [`FLAG_FIXED`], [`FLAG_PRESCRIBED`].
     pub flags: Vec<u8>,

@@ -40,7 +40,7 @@ fn mesh_path(walls: &Path) -> PathBuf {
 
 impl Table for WallFrame {
     const KIND: &'static str = "walls";
-    /// The surfaces of the walls in the order of [`FramesHeader::walls`].
+    /// The surfaces of the walls in the order of [`FramesHeader::walls`](super::FramesHeader::walls).
     type Layout = Vec<Surface>;
 
     fn moment(&mut self) -> (&mut f64, &mut u64) {

@@ -83,7 +83,7 @@ impl WallNow {
         &self.shape
     }
 
-    /// Puts the corners of its mesh to new places, m, in the wall's frame ([`Mesh::reshape`]).
+    /// Puts the corners of its mesh to new places, m, in the wall's frame ([`Mesh::reshape`](super::Mesh::reshape)).
     ///
     /// # Errors
     /// If it is no mesh, or the mesh cannot take these places; it stays as it was then.
