@@ -1,0 +1,573 @@
+//! From states to blocks of fields: which fields, of which materials, averaged how.
+
+use std::collections::{HashMap, VecDeque};
+
+use glam::DVec3;
+
+use crate::CgError;
+use crate::average::Blocking;
+use crate::evaluate::Evaluator;
+use crate::fields::{Field, MERCURY_SUMS};
+use crate::state::{Space, State};
+use crate::sums::{Layout, Sum, Sums};
+
+/// How frames are put together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TimeMode {
+    /// A block for each frame.
+    Frames,
+    /// One block: the mean over all frames.
+    Average,
+    /// Blocks at equal distances in time: means weighted by a Gaussian, cut at three widths.
+    Smooth {
+        /// Standard deviation, s.
+        width: f64,
+        /// From one block to the next, s.
+        step: f64,
+    },
+}
+
+/// Where a Gaussian in time is cut, in widths.
+pub const TIME_CUTOFF: f64 = 3.0;
+
+/// Since when displacements are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Reference {
+    /// The frame before.
+    #[default]
+    Previous,
+    /// The first frame.
+    First,
+}
+
+/// What is summed separately: everything, or one material.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// In front of the names of its columns; nothing for everything.
+    pub name: Option<String>,
+    /// Index of the material; nothing for all.
+    pub material: Option<u32>,
+}
+
+impl Part {
+    /// All flowing particles.
+    #[must_use]
+    pub fn everything() -> Self {
+        Self {
+            name: None,
+            material: None,
+        }
+    }
+}
+
+/// What is computed.
+#[derive(Debug, Clone)]
+pub struct Analysis {
+    /// Where and how.
+    pub evaluator: Evaluator,
+    /// Which fields.
+    pub fields: Vec<&'static Field>,
+    /// Of what.
+    pub parts: Vec<Part>,
+    /// How frames are put together.
+    pub time: TimeMode,
+    /// Whether means come with standard errors.
+    pub errors: bool,
+    /// Since when displacements are counted.
+    pub reference: Reference,
+    /// Whether the sums of MercuryCG's files are kept beside the fields.
+    pub keep_sums: bool,
+    /// Whether a mean is given after each frame, as far as it has come, and not only at the end.
+    pub running: bool,
+}
+
+/// The values of one component of a field at all points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Which field.
+    pub field: &'static Field,
+    /// In front of the name: the material.
+    pub part: Option<String>,
+    /// Which component.
+    pub component: usize,
+    /// What tables call it.
+    pub name: String,
+    /// The values.
+    pub values: Vec<f64>,
+    /// Standard errors of the mean.
+    pub errors: Option<Vec<f64>>,
+}
+
+/// Fields of one time, or of an average.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Time of the frame, of the last frame of an average, or of the middle of a smoothed one, s.
+    pub time: f64,
+    /// Times of the first and last frame in it, s.
+    pub span: (f64, f64),
+    /// How many frames are in it.
+    pub frames: usize,
+    /// Where the particles of the last frame live.
+    pub space: Space,
+    /// The fields.
+    pub columns: Vec<Column>,
+    /// The sums of everything, if they are kept.
+    pub sums: Option<Sums>,
+}
+
+/// Sums of a time that is not complete yet.
+struct Open {
+    time: f64,
+    weight: f64,
+    frames: usize,
+    span: (f64, f64),
+    space: Space,
+    parts: Vec<Sums>,
+}
+
+impl Open {
+    fn add(&mut self, state: &State, parts: &[Sums], weight: f64) {
+        for (mine, theirs) in self.parts.iter_mut().zip(parts) {
+            mine.add(theirs, weight);
+        }
+        self.weight += weight;
+        self.frames += 1;
+        self.span.1 = state.time;
+        self.space = state.space;
+    }
+}
+
+impl Analysis {
+    /// The sums that the fields need.
+    #[must_use]
+    pub fn layout(&self) -> Layout {
+        let mut wanted: Vec<Sum> = self
+            .fields
+            .iter()
+            .flat_map(|field| field.sums)
+            .copied()
+            .collect();
+        if self.keep_sums {
+            wanted.extend(MERCURY_SUMS);
+        }
+        Layout::new(&wanted)
+    }
+
+    /// Computes the blocks of all states and gives each to `write` as soon as it is complete; returns the number of frames.
+    ///
+    /// # Errors
+    /// Those of the states and of `write`; blocks that are complete before are written. What is wrong with the end of the states is returned
+    /// after the frames before it have been used.
+    pub fn run(
+        &self,
+        states: impl Iterator<Item = Result<State, CgError>>,
+        mut write: impl FnMut(Block) -> Result<(), CgError>,
+    ) -> Result<(usize, Option<CgError>), CgError> {
+        let layout = self.layout();
+        let displaced = self.fields.iter().any(|field| field.needs_displacement());
+        let mut before: Option<HashMap<u32, DVec3>> = None;
+        let mut open: VecDeque<Open> = VecDeque::new();
+        let mut next_time = None;
+        let mut blocking = Blocking::default();
+        let (mut frames, mut damage, mut dimensions) = (0, None, None);
+        for state in states {
+            let mut state = match state {
+                Ok(state) => state,
+                Err(error) => {
+                    damage = Some(error);
+                    break;
+                }
+            };
+            let first = *dimensions.get_or_insert(state.space.dimensions);
+            if first != state.space.dimensions {
+                let found = state.space.dimensions;
+                return Err(CgError::Input(format!(
+                    "the frame at t = {} has {found} dimensions, those before {first}",
+                    state.time
+                )));
+            }
+            if displaced {
+                let known = before.as_ref();
+                state.displacement = Some(displacement(&state, known));
+                if self.reference == Reference::Previous || before.is_none() {
+                    let positions = state.particles.id.iter().zip(&state.particles.position);
+                    before = Some(positions.map(|(&id, &x)| (id, x)).collect());
+                }
+            }
+            let parts: Vec<Sums> = self
+                .parts
+                .iter()
+                .map(|part| self.evaluator.sums(&state, &layout, part.material))
+                .collect();
+            frames += 1;
+            match self.time {
+                TimeMode::Frames => {
+                    let span = (state.time, state.time);
+                    write(self.block(state.time, span, 1, state.space, parts, None))?;
+                }
+                TimeMode::Average => {
+                    if self.errors {
+                        blocking.add(self.values(&parts, state.space.dimensions));
+                    }
+                    if open.is_empty() {
+                        open.push_back(self.open(&layout, &state, 0.0));
+                    }
+                    if let Some(sums) = open.front_mut() {
+                        sums.add(&state, &parts, 1.0);
+                        sums.time = state.time;
+                        if self.running {
+                            let mut parts = sums.parts.clone();
+                            parts
+                                .iter_mut()
+                                .for_each(|part| part.scale(1.0 / sums.weight));
+                            write(self.block(
+                                sums.time,
+                                sums.span,
+                                sums.frames,
+                                sums.space,
+                                parts,
+                                blocking.errors(),
+                            ))?;
+                        }
+                    }
+                }
+                TimeMode::Smooth { width, step } => {
+                    let reach = TIME_CUTOFF * width;
+                    // Output times whose weight has ended are complete.
+                    while open
+                        .front()
+                        .is_some_and(|sums| sums.time + reach < state.time)
+                    {
+                        if let Some(done) = open.pop_front() {
+                            self.close(done, &mut write)?;
+                        }
+                    }
+                    let next = next_time.get_or_insert(state.time);
+                    while *next - reach <= state.time {
+                        if *next + reach >= state.time {
+                            open.push_back(self.open(&layout, &state, *next));
+                        }
+                        *next += step;
+                    }
+                    for sums in &mut open {
+                        let distance = (state.time - sums.time) / width;
+                        sums.add(&state, &parts, libm::exp(-0.5 * distance * distance));
+                    }
+                }
+            }
+        }
+        if self.time == TimeMode::Average && !self.running {
+            let errors = blocking.errors();
+            if let Some(mut sums) = open.pop_front() {
+                sums.parts
+                    .iter_mut()
+                    .for_each(|part| part.scale(1.0 / sums.weight));
+                write(self.block(
+                    sums.time,
+                    sums.span,
+                    sums.frames,
+                    sums.space,
+                    sums.parts,
+                    errors,
+                ))?;
+            }
+        }
+        if self.time == TimeMode::Average {
+            open.clear();
+        }
+        // Output times behind the last frame would be made of one side only.
+        let last = open
+            .iter()
+            .map(|sums| sums.span.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        for done in open {
+            if done.time <= last {
+                self.close(done, &mut write)?;
+            }
+        }
+        Ok((frames, damage))
+    }
+
+    fn open(&self, layout: &Layout, state: &State, time: f64) -> Open {
+        let zeros = || Sums::zeros(layout.clone(), self.evaluator.place.len());
+        Open {
+            time,
+            weight: 0.0,
+            frames: 0,
+            span: (state.time, state.time),
+            space: state.space,
+            parts: self.parts.iter().map(|_| zeros()).collect(),
+        }
+    }
+
+    fn close(
+        &self,
+        mut sums: Open,
+        write: &mut impl FnMut(Block) -> Result<(), CgError>,
+    ) -> Result<(), CgError> {
+        if sums.weight > 0.0 {
+            sums.parts
+                .iter_mut()
+                .for_each(|part| part.scale(1.0 / sums.weight));
+            write(self.block(
+                sums.time,
+                sums.span,
+                sums.frames,
+                sums.space,
+                sums.parts,
+                None,
+            ))?;
+        }
+        Ok(())
+    }
+
+    /// All components of all fields of all parts, point by point, one behind the other.
+    fn values(&self, parts: &[Sums], dimensions: u8) -> Vec<f64> {
+        let mut out = Vec::new();
+        for sums in parts {
+            for field in &self.fields {
+                let count = field.components.count();
+                let begin = out.len();
+                out.resize(begin + count * sums.points, 0.0);
+                for (point, values) in out[begin..].chunks_exact_mut(count).enumerate() {
+                    field.compute(sums, point, dimensions, values);
+                }
+            }
+        }
+        out
+    }
+
+    fn block(
+        &self,
+        time: f64,
+        span: (f64, f64),
+        frames: usize,
+        space: Space,
+        mut parts: Vec<Sums>,
+        errors: Option<Vec<f64>>,
+    ) -> Block {
+        let axes = self.evaluator.axis_names();
+        let values = self.values(&parts, space.dimensions);
+        let points = self.evaluator.place.len();
+        let mut columns = Vec::new();
+        let mut begin = 0;
+        for part in &self.parts {
+            for &field in &self.fields {
+                let count = field.components.count();
+                let pick = |from: &[f64], component: usize| -> Vec<f64> {
+                    from[begin..begin + count * points]
+                        .iter()
+                        .skip(component)
+                        .step_by(count)
+                        .copied()
+                        .collect()
+                };
+                for (component, suffix) in field.components.suffixes(axes).into_iter().enumerate() {
+                    let prefix = part
+                        .name
+                        .as_ref()
+                        .map_or(String::new(), |name| format!("{name}."));
+                    columns.push(Column {
+                        field,
+                        part: part.name.clone(),
+                        component,
+                        name: format!("{prefix}{}{suffix}", field.name),
+                        values: pick(&values, component),
+                        errors: errors.as_ref().map(|errors| pick(errors, component)),
+                    });
+                }
+                begin += count * points;
+            }
+        }
+        let sums = (self.keep_sums && !parts.is_empty()).then(|| parts.swap_remove(0));
+        Block {
+            time,
+            span,
+            frames,
+            space,
+            columns,
+            sums,
+        }
+    }
+}
+
+/// How far each particle has come, by the shortest way; NaN for those that were not there.
+fn displacement(state: &State, before: Option<&HashMap<u32, DVec3>>) -> Vec<DVec3> {
+    let particles = &state.particles;
+    let way = |(id, x): (&u32, &DVec3)| match before.and_then(|before| before.get(id)) {
+        Some(from) => state.space.nearest(*x - *from),
+        None => DVec3::NAN,
+    };
+    particles
+        .id
+        .iter()
+        .zip(&particles.position)
+        .map(way)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coordinates::{Coordinates, Place};
+    use crate::kernel::{KernelChoice, KernelShape};
+
+    /// One particle of 2 kg in a box of 1 m^3, with a velocity.
+    fn state(time: f64, vx: f64, x: f64) -> State {
+        let mut state = State {
+            time,
+            ..State::default()
+        };
+        state.space.max = DVec3::ONE;
+        let p = &mut state.particles;
+        p.id.push(7);
+        p.material.push(0);
+        p.flowing.push(true);
+        p.position.push(DVec3::new(x, 0.5, 0.5));
+        p.velocity.push(DVec3::new(vx, 0.0, 0.0));
+        p.mass.push(2.0);
+        p.volume.push(0.1);
+        p.radius.push(0.1);
+        p.angular_velocity.push(DVec3::ZERO);
+        p.spin.push(DVec3::ZERO);
+        state
+    }
+
+    fn analysis(time: TimeMode, fields: &[&str]) -> Analysis {
+        let place = Place::Points(vec![Vec::new()]);
+        let kernel = KernelChoice::new(KernelShape::Gaussian, 0.1);
+        Analysis {
+            evaluator: Evaluator::new(Coordinates::Cartesian([false; 3]), place, kernel),
+            fields: fields
+                .iter()
+                .map(|name| Field::by_name(name).unwrap())
+                .collect(),
+            parts: vec![Part::everything()],
+            time,
+            errors: true,
+            reference: Reference::Previous,
+            keep_sums: false,
+            running: false,
+        }
+    }
+
+    fn run(analysis: &Analysis, states: Vec<State>) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        let (frames, damage) = analysis
+            .run(states.iter().cloned().map(Ok), |block| {
+                blocks.push(block);
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!((frames, damage.is_none()), (states.len(), true));
+        blocks
+    }
+
+    #[test]
+    fn averages_are_of_sums_and_fluctuations_in_time_are_temperature() {
+        let analysis = analysis(TimeMode::Average, &["velocity", "granular_temperature"]);
+        let blocks = run(&analysis, vec![state(0.0, 1.0, 0.5), state(1.0, 3.0, 0.5)]);
+        assert_eq!(blocks.len(), 1);
+        let block = &blocks[0];
+        assert_eq!((block.time, block.span, block.frames), (1.0, (0.0, 1.0), 2));
+        assert_eq!(block.columns[0].name, "velocity_x");
+        assert_eq!(block.columns[0].values, [2.0]);
+        // Two frames: half their distance.
+        assert_eq!(block.columns[0].errors, Some(vec![1.0]));
+        // <v^2> - <v>^2 = 1, a third of it.
+        assert!((block.columns[3].values[0] - 1.0 / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn smoothed_blocks_are_weighted_means_at_equal_distances() {
+        let analysis = analysis(
+            TimeMode::Smooth {
+                width: 1.0,
+                step: 2.0,
+            },
+            &["velocity"],
+        );
+        let states: Vec<State> = (0..=10)
+            .map(|k| state(f64::from(k), f64::from(k), 0.5))
+            .collect();
+        let blocks = run(&analysis, states);
+        let times: Vec<f64> = blocks.iter().map(|block| block.time).collect();
+        assert_eq!(times, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        // Symmetric weights of a linear course.
+        for (k, frames) in [(2, 7), (3, 7)] {
+            assert!((blocks[k].columns[0].values[0] - blocks[k].time).abs() < 1e-12);
+            assert_eq!(blocks[k].frames, frames);
+        }
+        assert_eq!(blocks[0].frames, 4);
+    }
+
+    #[test]
+    fn displacements_are_the_shortest_way_since_the_frame_before() {
+        let analysis = Analysis {
+            reference: Reference::First,
+            ..analysis(TimeMode::Frames, &["displacement"])
+        };
+        let mut states = vec![
+            state(0.0, 0.0, 0.9),
+            state(1.0, 0.0, 0.95),
+            state(2.0, 0.0, 0.05),
+        ];
+        for state in &mut states {
+            state.space.periodic[0] = true;
+        }
+        let values = |analysis: &Analysis| -> Vec<f64> {
+            run(analysis, states.clone())
+                .iter()
+                .map(|block| block.columns[0].values[0])
+                .collect()
+        };
+        let since_first = values(&analysis);
+        let since_previous = values(&Analysis {
+            reference: Reference::Previous,
+            ..analysis
+        });
+        for (found, expected) in since_first
+            .iter()
+            .zip([0.0, 0.05, 0.15])
+            .chain(since_previous.iter().zip([0.0, 0.05, 0.1]))
+        {
+            assert!(
+                (found - expected).abs() < 1e-15,
+                "{since_first:?} {since_previous:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_good_is_used_before_what_is_damaged() {
+        let analysis = analysis(TimeMode::Average, &["density"]);
+        let states = vec![
+            Ok(state(0.0, 1.0, 0.5)),
+            Err(CgError::Input("cut".to_owned())),
+            Ok(state(1.0, 1.0, 0.5)),
+        ];
+        let mut blocks = 0;
+        let (frames, damage) = analysis
+            .run(states.into_iter(), |_| {
+                blocks += 1;
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!((frames, blocks), (1, 1));
+        assert_eq!(damage.unwrap().to_string(), "cut");
+    }
+
+    #[test]
+    fn frames_of_other_dimensions_are_refused() {
+        let analysis = analysis(TimeMode::Frames, &["density"]);
+        let mut flat = state(1.0, 1.0, 0.5);
+        flat.space.dimensions = 2;
+        let error = analysis
+            .run([Ok(state(0.0, 1.0, 0.5)), Ok(flat)].into_iter(), |_| Ok(()))
+            .unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the frame at t = 1 has 2 dimensions, those before 3"
+        );
+    }
+}

@@ -1,0 +1,140 @@
+//! Where a particle or contact is seen from the grid: periodic and mirror images.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::spread::Placed;
+use crate::state::Space;
+
+/// Faces of the domain that mirror: of each axis the lower and the upper one.
+pub type Mirrors = [[bool; 2]; 3];
+
+/// Something to be placed, in Cartesian coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Original {
+    pub middle: DVec3,
+    pub segment: DVec3,
+}
+
+/// One way to be seen along one axis.
+#[derive(Debug, Clone, Copy)]
+struct Image {
+    at: f64,
+    mirrored: bool,
+}
+
+/// Originals that a thread places in one go.
+const CHUNK: usize = 4096;
+
+/// What images are made of.
+pub(crate) struct Imager<'a> {
+    pub space: &'a Space,
+    pub mirrors: &'a Mirrors,
+    /// Box of the points, in Cartesian coordinates; of no meaning along axes that are not resolved.
+    pub low: DVec3,
+    pub high: DVec3,
+    pub resolved: [bool; 3],
+    pub reach: f64,
+}
+
+impl Imager<'_> {
+    fn along(&self, axis: usize, at: f64, half: f64, out: &mut Vec<Image>) {
+        out.clear();
+        if !self.resolved[axis] {
+            out.push(Image {
+                at: 0.0,
+                mirrored: false,
+            });
+            return;
+        }
+        let reach = self.reach + half;
+        let (low, high) = (self.low[axis] - reach, self.high[axis] + reach);
+        let mut push = |at: f64, mirrored: bool| {
+            if at >= low && at <= high {
+                out.push(Image { at, mirrored });
+            }
+        };
+        if let Some(period) = self.space.period(axis) {
+            let first = ((low - at) / period).ceil();
+            let last = ((high - at) / period).floor();
+            let mut k = first;
+            while k <= last {
+                push(at + k * period, false);
+                k += 1.0;
+            }
+            return;
+        }
+        push(at, false);
+        let faces = [self.space.min[axis], self.space.max[axis]];
+        for (face, mirrors) in faces.into_iter().zip(self.mirrors[axis]) {
+            if mirrors {
+                push(2.0 * face - at, true);
+            }
+        }
+    }
+
+    /// All images that the points can see, in the order of the originals; `project` brings vectors into the order of the grid.
+    pub(crate) fn place(
+        &self,
+        originals: &[Original],
+        project: impl Fn(DVec3) -> DVec3 + Sync,
+    ) -> Vec<Placed> {
+        let parts: Vec<Vec<Placed>> = originals
+            .par_chunks(CHUNK)
+            .enumerate()
+            .map(|(k, originals)| {
+                let mut images = [const { Vec::new() }; 3];
+                let mut placed = Vec::with_capacity(originals.len());
+                for (row, original) in originals.iter().enumerate() {
+                    self.place_one(
+                        original,
+                        (k * CHUNK + row) as u32,
+                        &mut images,
+                        &project,
+                        &mut placed,
+                    );
+                }
+                placed
+            })
+            .collect();
+        parts.concat()
+    }
+
+    fn place_one(
+        &self,
+        original: &Original,
+        row: u32,
+        images: &mut [Vec<Image>; 3],
+        project: &impl Fn(DVec3) -> DVec3,
+        placed: &mut Vec<Placed>,
+    ) {
+        for (axis, images) in images.iter_mut().enumerate() {
+            self.along(
+                axis,
+                original.middle[axis],
+                0.5 * original.segment[axis].abs(),
+                images,
+            );
+        }
+        let [xs, ys, zs] = images;
+        for x in &*xs {
+            for y in &*ys {
+                for z in &*zs {
+                    let turned = [x.mirrored, y.mirrored, z.mirrored];
+                    let sign =
+                        DVec3::from_array(turned.map(|turned| if turned { -1.0 } else { 1.0 }));
+                    let bits = turned
+                        .iter()
+                        .rev()
+                        .fold(0, |bits, &turned| bits << 1 | u8::from(turned));
+                    placed.push(Placed {
+                        centre: project(DVec3::new(x.at, y.at, z.at)),
+                        segment: project(original.segment * sign),
+                        row,
+                        mirrored: bits,
+                    });
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! Where states come from: run folders, `.data` with `.fstat`, MercuryDPM's `.restart`.
+
+mod choice;
+mod data;
+mod fstat;
+mod restart;
+mod run;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use flate2::bufread::MultiGzDecoder;
+use glam::DVec3;
+use mercury_common::error::FormatError;
+
+use crate::CgError;
+use crate::state::State;
+pub use choice::FrameChoice;
+pub use data::DataSource;
+pub use restart::read_restart;
+pub use run::RunSource;
+
+/// From one look for new frames to the next.
+pub const PAUSE: Duration = Duration::from_millis(500);
+
+/// What the user says that files do not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Given {
+    /// Density of all materials, kg/m^3 (2D: kg/m^2).
+    pub density: Option<f64>,
+    /// Densities by index of material.
+    pub densities: BTreeMap<u32, f64>,
+    /// Numbers of fixed particles, as ranges with both ends.
+    pub fixed: Vec<(u32, u32)>,
+    /// The file of contacts, if it does not lie beside the particles.
+    pub fstat: Option<PathBuf>,
+}
+
+/// What of the input is needed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Masses.
+    pub mass: bool,
+    /// Contacts.
+    pub contacts: bool,
+    /// Couples of contacts.
+    pub couples: bool,
+    /// Angular velocities.
+    pub rotation: bool,
+}
+
+/// Frames of particles of whose time there are no contacts.
+#[derive(Debug, Default)]
+pub struct Skipped(Mutex<(usize, Option<String>)>);
+
+impl Skipped {
+    /// One more: at which time, and at which time contacts were found instead.
+    fn add(&self, time: f64, contacts: Option<f64>) {
+        let mut found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        found.0 += 1;
+        found.1.get_or_insert_with(|| match contacts {
+            Some(other) => format!("particles at t = {time}, contacts at t = {other}"),
+            None => format!("particles at t = {time}, no contacts at all"),
+        });
+    }
+
+    /// How many there were, and the times of the first.
+    #[must_use]
+    pub fn found(&self) -> (usize, Option<String>) {
+        self.0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .clone()
+    }
+}
+
+/// An input, opened.
+#[derive(Debug)]
+pub enum Source {
+    /// Native frames of a run.
+    Run(Box<RunSource>),
+    /// `.data`, with `.fstat` if contacts are needed.
+    Data(Box<DataSource>),
+    /// One state of MercuryDPM.
+    Restart(PathBuf, Box<State>),
+}
+
+/// States, and what is wrong with the rest.
+pub type States<'a> = Box<dyn Iterator<Item = Result<State, CgError>> + Send + 'a>;
+
+impl Source {
+    /// Opens a run folder, `<prefix>.particles.arrow`, `.data` (also `.data.gz` and the first of a series, `.data.0000`) or a `.restart` of
+    /// MercuryDPM.
+    ///
+    /// # Errors
+    /// When there is nothing of this kind, several runs lie in the folder, or the file lacks what is needed.
+    pub fn open(path: &Path, given: &Given, needs: Needs) -> Result<Self, CgError> {
+        if path.is_dir() {
+            return Self::open_folder(path, given, needs);
+        }
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if name.ends_with(".particles.arrow") {
+            return Ok(Self::Run(Box::new(RunSource::open(path, needs)?)));
+        }
+        if name.ends_with(".data")
+            || name.ends_with(".data.gz")
+            || data::series_number(&name).is_some()
+        {
+            return Ok(Self::Data(Box::new(DataSource::open(path, given, needs)?)));
+        }
+        if name.ends_with(".restart") {
+            let state = read_restart(path)?.state;
+            check(&state, &path.display().to_string())?;
+            return Ok(Self::Restart(path.to_owned(), Box::new(state)));
+        }
+        let found = if path.exists() {
+            "neither a run folder nor a file of particles"
+        } else {
+            "there is no such file or folder"
+        };
+        let error = FormatError {
+            expected:
+                "a folder of mercury-solve, a .particles.arrow, .data, .data.gz or .restart file"
+                    .to_owned(),
+            ..FormatError::of_file(path, found)
+        };
+        Err(error.into())
+    }
+
+    fn open_folder(folder: &Path, given: &Given, needs: Needs) -> Result<Self, CgError> {
+        let entries = std::fs::read_dir(folder).map_err(|error| {
+            FormatError::of_file(folder, format!("the folder cannot be read: {error}"))
+        })?;
+        let mut paths: Vec<PathBuf> = entries
+            .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+            .collect();
+        paths.sort();
+        for kind in [
+            ".particles.arrow",
+            ".data",
+            ".data.gz",
+            ".data.0000",
+            ".data.0",
+        ] {
+            let mut found = paths
+                .iter()
+                .filter(|path| path.to_string_lossy().ends_with(kind));
+            match (found.next(), found.next()) {
+                (None, _) => {}
+                (Some(path), None) => return Self::open(path, given, needs),
+                (Some(first), Some(second)) => {
+                    let found = format!("several runs: {}, {}", first.display(), second.display());
+                    let help = "name the file instead of the folder";
+                    return Err(FormatError::of_file(folder, found).with_help(help).into());
+                }
+            }
+        }
+        let error = FormatError {
+            expected: "a folder of mercury-solve, with a .particles.arrow or .data file".to_owned(),
+            ..FormatError::of_file(folder, "no particles in this folder")
+        };
+        Err(error.into())
+    }
+
+    /// The file of particles.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Run(run) => run.path(),
+            Self::Data(data) => data.path(),
+            Self::Restart(path, _) => path,
+        }
+    }
+
+    /// What the names of the run's files begin with.
+    #[must_use]
+    pub fn prefix(&self) -> String {
+        let name = self
+            .path()
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        for ending in [".particles.arrow", ".restart"] {
+            if let Some(prefix) = name.strip_suffix(ending) {
+                return prefix.to_owned();
+            }
+        }
+        name.find(".data")
+            .map_or(name.clone(), |place| name[..place].to_owned())
+    }
+
+    /// Names of materials by index, as far as the input knows any.
+    #[must_use]
+    pub fn materials(&self) -> &[String] {
+        match self {
+            Self::Run(run) => run.materials(),
+            _ => &[],
+        }
+    }
+
+    /// Whether contacts are at hand.
+    #[must_use]
+    pub fn has_contacts(&self) -> bool {
+        match self {
+            Self::Run(run) => run.has_contacts(),
+            Self::Data(data) => data.has_contacts(),
+            Self::Restart(..) => true,
+        }
+    }
+
+    /// How many frames were left out so far for want of contacts of their time, and the times of the first.
+    #[must_use]
+    pub fn skipped(&self) -> (usize, Option<String>) {
+        match self {
+            Self::Run(run) => run.skipped().found(),
+            Self::Data(data) => data.skipped().found(),
+            Self::Restart(..) => (0, None),
+        }
+    }
+
+    /// The chosen states, one in memory at a time; after an error nothing follows.
+    #[must_use]
+    pub fn states(&self, choice: FrameChoice) -> States<'_> {
+        match self {
+            Self::Run(run) => run.states(choice),
+            Self::Data(data) => data.states(choice),
+            Self::Restart(_, state) => {
+                let wanted = choice == FrameChoice::Last || choice.has(0);
+                Box::new(wanted.then(|| Ok((**state).clone())).into_iter())
+            }
+        }
+    }
+}
+
+/// Opens a file, unpacking it on the way if it is compressed; the name is only used in messages.
+fn open_text(path: &Path) -> Result<Box<dyn BufRead + Send>, FormatError> {
+    let cannot = |error| FormatError::of_file(path, format!("the file cannot be opened: {error}"));
+    let mut file = BufReader::with_capacity(1 << 17, File::open(path).map_err(cannot)?);
+    let start = file.fill_buf().map_err(cannot)?;
+    if start.starts_with(&[0x1f, 0x8b]) {
+        return Ok(Box::new(BufReader::with_capacity(
+            1 << 17,
+            MultiGzDecoder::new(file),
+        )));
+    }
+    Ok(Box::new(file))
+}
+
+/// Reads a whole file, unpacking it if it is compressed.
+fn read_text(path: &Path) -> Result<String, FormatError> {
+    let mut text = String::new();
+    open_text(path)?
+        .read_to_string(&mut text)
+        .map_err(|error| FormatError::of_file(path, format!("the file cannot be read: {error}")))?;
+    Ok(text)
+}
+
+/// Refuses numbers that no field can be made of.
+///
+/// # Errors
+/// When a position, velocity, radius, mass or force is not finite, or a size is negative.
+pub fn check(state: &State, origin: &str) -> Result<(), CgError> {
+    let time = state.time;
+    let wrong = |what: &str, row: usize, value: String| {
+        CgError::Input(format!(
+            "{origin}: frame at t = {time}: {what} {row} {value}"
+        ))
+    };
+    if !time.is_finite() {
+        return Err(CgError::Input(format!(
+            "{origin}: a frame at the time {time}"
+        )));
+    }
+    let p = &state.particles;
+    for row in 0..p.len() {
+        for (name, vector) in [("position", p.position[row]), ("velocity", p.velocity[row])] {
+            if !vector.is_finite() {
+                return Err(wrong("particle", row, format!("has the {name} {vector}")));
+            }
+        }
+        let mass = p.mass.get(row).copied().unwrap_or(0.0);
+        for (name, size) in [
+            ("radius", p.radius[row]),
+            ("volume", p.volume[row]),
+            ("mass", mass),
+        ] {
+            if !(size >= 0.0 && size.is_finite()) {
+                return Err(wrong("particle", row, format!("has the {name} {size}")));
+            }
+        }
+    }
+    if let Some(contacts) = &state.contacts {
+        for row in 0..contacts.len() {
+            let vectors = [
+                ("force", contacts.force[row]),
+                ("contact point", contacts.point[row]),
+                ("normal", contacts.normal[row]),
+            ];
+            if let Some((name, vector)) = vectors.iter().find(|(_, vector)| !vector.is_finite()) {
+                return Err(wrong("contact", row, format!("has the {name} {vector}")));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Volume of a sphere, or area of a disc.
+fn ball(radius: f64, dimensions: u8) -> f64 {
+    let area = std::f64::consts::PI * radius * radius;
+    if dimensions == 2 {
+        area
+    } else {
+        4.0 / 3.0 * area * radius
+    }
+}
+
+/// Angular momentum of a sphere or a disc.
+fn spin_of_ball(mass: f64, radius: f64, angular_velocity: DVec3, dimensions: u8) -> DVec3 {
+    let factor = if dimensions == 2 { 0.5 } else { 0.4 };
+    factor * mass * radius * radius * angular_velocity
+}

@@ -1,0 +1,288 @@
+//! MercuryDPM's `.restart`, as far as fields need it: species' densities, particles, contacts, the box.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::error::FormatError;
+
+use super::{ball, read_text, spin_of_ball};
+use crate::state::{Contacts, Partner, State};
+
+/// What stands in a restart file.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Restart {
+    /// Particles with their masses, contacts with their forces and torques.
+    pub state: State,
+    /// Density of each species.
+    pub densities: Vec<f64>,
+    /// 2: discs, 3: spheres.
+    pub particle_dimensions: u8,
+}
+
+impl Restart {
+    /// Whether the particle with this number is fixed.
+    #[must_use]
+    pub(super) fn fixed(&self, row: usize) -> bool {
+        self.state.particles.flowing.get(row) == Some(&false)
+    }
+}
+
+/// Whether a file begins as MercuryDPM's restart files do.
+pub(super) fn is_of_mercury_dpm(path: &Path) -> bool {
+    use std::io::Read as _;
+    let mut start = [0; 10];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && &start == b"MercuryDPM"
+}
+
+/// A record: words, some of which are keys followed by numbers.
+struct Record<'a> {
+    path: &'a Path,
+    line: usize,
+    words: Vec<&'a str>,
+}
+
+impl Record<'_> {
+    fn error(&self, found: String, expected: &str) -> FormatError {
+        FormatError::at(self.path, self.line, None, found, expected)
+    }
+
+    fn try_numbers<const N: usize>(&self, key: &str) -> Option<Result<[f64; N], FormatError>> {
+        let place = self.words.iter().position(|word| *word == key)?;
+        let mut out = [0.0; N];
+        for (k, out) in out.iter_mut().enumerate() {
+            match self
+                .words
+                .get(place + 1 + k)
+                .and_then(|word| word.parse().ok())
+            {
+                Some(value) => *out = value,
+                None => {
+                    return Some(Err(self.error(
+                        format!("the word {key} without its numbers"),
+                        "numbers behind it",
+                    )));
+                }
+            }
+        }
+        Some(Ok(out))
+    }
+
+    fn numbers<const N: usize>(&self, key: &str) -> Result<[f64; N], FormatError> {
+        self.try_numbers(key).unwrap_or_else(|| {
+            Err(self.error(
+                format!("no word {key}"),
+                "a record of MercuryDPM's version 1.0",
+            ))
+        })
+    }
+
+    fn number(&self, key: &str) -> Result<f64, FormatError> {
+        self.numbers::<1>(key).map(|[value]| value)
+    }
+
+    fn vector(&self, key: &str) -> Result<DVec3, FormatError> {
+        self.numbers(key).map(DVec3::from_array)
+    }
+}
+
+/// Reads a restart file of version 1.0 (or 0.14, which is laid out alike).
+///
+/// # Errors
+/// When the file cannot be read, is of another version, or lacks what particles and contacts are made of.
+pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
+    let text = read_text(path)?;
+    let mut lines = text.lines().enumerate().map(|(k, line)| Record {
+        path,
+        line: k + 1,
+        words: line.split_ascii_whitespace().collect(),
+    });
+    let first = lines
+        .next()
+        .filter(|record| record.words.first() == Some(&"MercuryDPM"));
+    let Some(first) = first else {
+        let expected = "a restart file of MercuryDPM, which begins with that word";
+        return Err(FormatError {
+            expected: expected.to_owned(),
+            ..FormatError::of_file(path, "another kind of file")
+        });
+    };
+    if !matches!(first.words.get(1), Some(&("1.0" | "0.14"))) {
+        let found = format!("version {}", first.words.get(1).unwrap_or(&""));
+        return Err(first.error(found, "version 1.0 or 0.14"));
+    }
+    let mut restart = Restart {
+        particle_dimensions: 3,
+        ..Restart::default()
+    };
+    let mut rows: Vec<u64> = Vec::new();
+    while let Some(record) = lines.next() {
+        let Some(&word) = record.words.first() else {
+            continue;
+        };
+        let count = || -> Result<usize, FormatError> {
+            let number = record.words.get(1).and_then(|word| word.parse().ok());
+            number.ok_or_else(|| {
+                record.error(
+                    format!("the word {word} without a number"),
+                    "the number of records",
+                )
+            })
+        };
+        match word {
+            "xMin" => {
+                let part = |key: &str| record.number(key);
+                restart.state.space.min = DVec3::new(part("xMin")?, part("yMin")?, part("zMin")?);
+                restart.state.space.max = DVec3::new(part("xMax")?, part("yMax")?, part("zMax")?);
+            }
+            "timeStep" => restart.state.time = record.number("time")?,
+            "systemDimensions" => {
+                let dimensions = |key: &str| {
+                    record
+                        .number(key)
+                        .map(|value| if value < 3.0 { 2 } else { 3 })
+                };
+                restart.state.space.dimensions = dimensions("systemDimensions")?;
+                restart.particle_dimensions = dimensions("particleDimensions")?;
+            }
+            "Species" => {
+                let mut left = count()?;
+                while left > 0 {
+                    let Some(record) = lines.next() else {
+                        return Err(record.error(
+                            "the file ends within the species".to_owned(),
+                            "a line for each",
+                        ));
+                    };
+                    // Mixed species stand between and have no density.
+                    if let Some(density) = record.try_numbers::<1>("density") {
+                        restart.densities.push(density?[0]);
+                        left -= 1;
+                    }
+                }
+            }
+            "Boundaries" => {
+                for _ in 0..count()? {
+                    let Some(record) = lines.next() else { break };
+                    if record.words.first() == Some(&"PeriodicBoundary") {
+                        let normal = record.vector("normal")?;
+                        for axis in 0..3 {
+                            restart.state.space.periodic[axis] |= normal[axis].abs() > 0.5;
+                        }
+                    }
+                }
+            }
+            "Particles" => {
+                for _ in 0..count()? {
+                    let Some(record) = lines.next() else {
+                        return Err(record.error(
+                            "the file ends within the particles".to_owned(),
+                            "a line for each",
+                        ));
+                    };
+                    rows.push(push_particle(&mut restart, &record)?);
+                }
+            }
+            "Interactions" => {
+                let mut contacts = Contacts::default();
+                for _ in 0..count()? {
+                    let Some(record) = lines.next() else {
+                        return Err(record.error(
+                            "the file ends within the interactions".to_owned(),
+                            "a line for each",
+                        ));
+                    };
+                    push_contact(&restart, &rows, &record, &mut contacts)?;
+                }
+                restart.state.contacts = Some(contacts);
+            }
+            _ => {}
+        }
+    }
+    if restart.state.contacts.is_none() {
+        let expected = "sections up to Interactions";
+        return Err(FormatError {
+            expected: expected.to_owned(),
+            ..FormatError::of_file(path, "a file that is cut")
+        });
+    }
+    Ok(restart)
+}
+
+fn push_particle(restart: &mut Restart, record: &Record) -> Result<u64, FormatError> {
+    let (radius, inverse_mass) = (record.number("radius")?, record.number("invMass")?);
+    let species = record.number("indSpecies")? as usize;
+    let angular_velocity = record.vector("angularVelocity")?;
+    let dimensions = restart.particle_dimensions;
+    let volume = ball(radius, dimensions);
+    let density = restart.densities.get(species).copied();
+    let density = density
+        .ok_or_else(|| record.error(format!("species {species}"), "one of the species before"))?;
+    // The mass of fixed particles, which the file leaves out, matters to nobody.
+    let mass = if inverse_mass > 0.0 {
+        1.0 / inverse_mass
+    } else {
+        density * volume
+    };
+    let particles = &mut restart.state.particles;
+    particles.id.push(record.number("id")? as u32);
+    particles.material.push(species as u32);
+    particles.flowing.push(inverse_mass > 0.0);
+    particles.position.push(record.vector("position")?);
+    particles.velocity.push(record.vector("velocity")?);
+    particles.mass.push(mass);
+    particles.volume.push(volume);
+    particles.radius.push(radius);
+    particles.angular_velocity.push(angular_velocity);
+    particles
+        .spin
+        .push(spin_of_ball(mass, radius, angular_velocity, dimensions));
+    Ok(record.number("id")? as u64)
+}
+
+fn push_contact(
+    restart: &Restart,
+    rows: &[u64],
+    record: &Record,
+    out: &mut Contacts,
+) -> Result<(), FormatError> {
+    let row = |id: f64| {
+        let row = rows.iter().position(|&other| other == id as u64);
+        row.ok_or_else(|| record.error(format!("particle {id}"), "one of the particles before"))
+    };
+    let (point, normal) = (record.vector("contactPoint")?, record.vector("normal")?);
+    let (particle, partner, partner_arm) = match record.try_numbers::<2>("particleIds") {
+        Some(ids) => {
+            let [p, i] = ids?;
+            let (p, i) = (row(p)?, row(i)?);
+            let arm = restart
+                .state
+                .space
+                .nearest(restart.state.particles.position[p] - point);
+            (
+                p,
+                Partner::Particle(i as u32),
+                arm - record.number("distance")? * normal,
+            )
+        }
+        None => {
+            let [p, wall] = record.numbers::<2>("particleWallIds")?;
+            (row(p)?, Partner::Wall(wall as u32), DVec3::ZERO)
+        }
+    };
+    out.particle.push(particle as u32);
+    out.partner.push(partner);
+    out.point.push(point);
+    out.arm.push(
+        restart
+            .state
+            .space
+            .nearest(restart.state.particles.position[particle] - point),
+    );
+    out.partner_arm.push(partner_arm);
+    out.normal.push(normal);
+    out.force.push(record.vector("force")?);
+    // Rolling and torsion resistance; the lever arm of the force comes on top.
+    out.couple.push(record.vector("torque")?);
+    Ok(())
+}

@@ -1,0 +1,414 @@
+//! Native frames of a run.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+use mercury_common::error::FormatError;
+use mercury_common::frames::{
+    BodyFrame, BodyReader, ContactFrame, ContactReader, FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader,
+    ParticleFrame, ParticleReader,
+};
+
+use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
+use crate::CgError;
+use crate::state::{Contacts, Particles, Partner, Space, State};
+
+/// A run: particles, and contacts and bodies beside them.
+#[derive(Debug)]
+pub struct RunSource {
+    path: PathBuf,
+    particles: ParticleReader,
+    contacts: Option<ContactReader>,
+    bodies: Option<BodyReader>,
+    needs: Needs,
+    skipped: Skipped,
+}
+
+impl RunSource {
+    pub(super) fn open(path: &Path, needs: Needs) -> Result<Self, CgError> {
+        let particles = ParticleReader::open(path)?;
+        let name = path.to_string_lossy().into_owned();
+        let prefix = name
+            .strip_suffix(".particles.arrow")
+            .unwrap_or(&name)
+            .to_owned();
+        let beside = |kind: &str| PathBuf::from(format!("{prefix}.{kind}.arrow"));
+        let contacts = beside("contacts");
+        if needs.contacts && !contacts.exists() {
+            return Err(CgError::Input(format!(
+                "{}: there is no such file; fields of contacts need it\nhelp: `fstat = true` in [output] of the scene makes it, --fields chooses fields without contacts",
+                contacts.display()
+            )));
+        }
+        let contacts = if contacts.exists() {
+            Some(ContactReader::open(contacts)?)
+        } else {
+            None
+        };
+        let bodies = if particles.layout().body {
+            Some(BodyReader::open_alone(beside("bodies"))?)
+        } else {
+            None
+        };
+        if needs.rotation && !particles.layout().angular_velocity {
+            return Err(CgError::Input(format!(
+                "{name}: no angular velocities: nothing turns in this run, so there are no fields of rotation"
+            )));
+        }
+        let needs = if contacts.is_some() {
+            needs
+        } else {
+            Needs {
+                contacts: false,
+                ..needs
+            }
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            particles,
+            contacts,
+            bodies,
+            needs,
+            skipped: Skipped::default(),
+        })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(super) fn materials(&self) -> &[String] {
+        &self.particles.header().materials
+    }
+
+    pub(super) fn has_contacts(&self) -> bool {
+        self.contacts.is_some()
+    }
+
+    pub(super) fn skipped(&self) -> &Skipped {
+        &self.skipped
+    }
+
+    /// The number of frames.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.particles.frames().len()
+    }
+
+    /// Whether there are no frames.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Looks for frames that were added since; returns how many there are.
+    pub fn refresh(&mut self) -> usize {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.refresh();
+        }
+        if let Some(bodies) = &mut self.bodies {
+            bodies.refresh();
+        }
+        self.particles.refresh()
+    }
+
+    /// The chosen states, see [`Source::states`](super::Source::states).
+    #[must_use]
+    pub fn states(&self, choice: FrameChoice) -> States<'_> {
+        let damage = self
+            .particles
+            .frames()
+            .damage()
+            .cloned()
+            .map(|damage| Err(damage.into()));
+        let count = self.len();
+        if choice == FrameChoice::Last {
+            // The last one that has contacts, if they are needed.
+            let last = (0..count).rev().find_map(|k| self.state(k).transpose());
+            return Box::new(last.into_iter().chain(damage));
+        }
+        let wanted = (0..count).filter(move |&k| choice.has(k));
+        let mut stopped = false;
+        let states = wanted
+            .filter_map(|k| self.state(k).transpose())
+            .chain(damage);
+        Box::new(states.take_while(move |item| !std::mem::replace(&mut stopped, item.is_err())))
+    }
+
+    /// The chosen states as they come, until a file says that the run is over and all that is there has been given.
+    pub fn follow(
+        &mut self,
+        choice: FrameChoice,
+        end: PathBuf,
+    ) -> impl Iterator<Item = Result<State, CgError>> + Send + '_ {
+        let mut next = 0;
+        std::iter::from_fn(move || {
+            loop {
+                // Asked first: what was written before the end was told is seen by the look that follows.
+                let over = end.exists();
+                self.refresh();
+                while next < self.len() && !choice.ends_before(next) {
+                    // The contacts of a frame are written after its particles.
+                    let waits = self.needs.contacts && !over && self.contacts_lag(next);
+                    if waits {
+                        break;
+                    }
+                    let k = next;
+                    next += 1;
+                    if choice.has(k)
+                        && let Some(state) = self.state(k).transpose()
+                    {
+                        return Some(state);
+                    }
+                }
+                if choice.ends_before(next) || (over && next >= self.len()) {
+                    return None;
+                }
+                std::thread::sleep(PAUSE);
+            }
+        })
+    }
+
+    /// Whether contacts may still come for a frame.
+    fn contacts_lag(&self, k: usize) -> bool {
+        let step = self.particles.frames().info(k).map(|info| info.step);
+        let last = self
+            .contacts
+            .as_ref()
+            .and_then(|contacts| contacts.frames().infos().last());
+        step.is_some_and(|step| last.is_none_or(|last| last.step < step))
+    }
+
+    /// Frame `k`; nothing if contacts are needed and there are none of its time.
+    ///
+    /// # Errors
+    /// When the frames are damaged or do not fit together.
+    pub fn state(&self, k: usize) -> Result<Option<State>, CgError> {
+        let frame = self.particles.frame(k)?;
+        let twin = if self.needs.contacts {
+            self.contacts.as_ref()
+        } else {
+            None
+        };
+        let contacts = match twin {
+            None => None,
+            Some(contacts) => {
+                let same = contacts
+                    .frames()
+                    .infos()
+                    .position(|info| info.step == frame.step);
+                let Some(same) = same else {
+                    let nearest = contacts
+                        .frames()
+                        .infos()
+                        .map(|info| info.time)
+                        .find(|&time| time >= frame.time);
+                    self.skipped.add(frame.time, nearest);
+                    return Ok(None);
+                };
+                Some(contacts.frame(same)?)
+            }
+        };
+        let bodies = match &self.bodies {
+            None => None,
+            Some(bodies) => {
+                let same = bodies
+                    .frames()
+                    .infos()
+                    .position(|info| info.step == frame.step);
+                let missing = || {
+                    FormatError::of_file(
+                        bodies.frames().path(),
+                        format!("no frame of step {}", frame.step),
+                    )
+                };
+                Some(bodies.frame(same.ok_or_else(missing)?)?)
+            }
+        };
+        let space = space_of(self.particles.header(), &frame);
+        let state =
+            assemble(&frame, bodies.as_ref(), contacts.as_ref(), space).map_err(|found| {
+                CgError::Input(format!("{}: frame {k}: {found}", self.path.display()))
+            })?;
+        check(&state, &self.path.display().to_string())?;
+        Ok(Some(state))
+    }
+}
+
+fn space_of(header: &FramesHeader, frame: &ParticleFrame) -> Space {
+    let spheres = || frame.position.iter().zip(&frame.radius);
+    let (min, max) = header.domain.unwrap_or_else(|| {
+        let min = spheres().fold(DVec3::INFINITY, |low, (x, r)| low.min(*x - *r));
+        let max = spheres().fold(DVec3::NEG_INFINITY, |high, (x, r)| high.max(*x + *r));
+        if frame.is_empty() {
+            (DVec3::ZERO, DVec3::ZERO)
+        } else {
+            (min, max)
+        }
+    });
+    Space {
+        min,
+        max,
+        periodic: header.periodic,
+        dimensions: header.dimensions.unwrap_or(3),
+    }
+}
+
+fn moves(flags: u8) -> bool {
+    flags & (FLAG_FIXED | FLAG_PRESCRIBED) == 0
+}
+
+/// Spheres and bodies as particles: a clump counts as one, at its centre of mass.
+fn assemble(
+    frame: &ParticleFrame,
+    bodies: Option<&BodyFrame>,
+    contacts: Option<&ContactFrame>,
+    space: Space,
+) -> Result<State, String> {
+    let mut particles = Particles::default();
+    let mut row_of: HashMap<u32, u32> = HashMap::with_capacity(frame.len());
+    let body_of = |k: usize| frame.body.as_ref().and_then(|body| body[k]);
+    for k in 0..frame.len() {
+        if body_of(k).is_some() {
+            continue;
+        }
+        row_of.insert(frame.id[k], particles.len() as u32);
+        particles.id.push(frame.id[k]);
+        particles.material.push(frame.material[k]);
+        particles.flowing.push(moves(frame.flags[k]));
+        particles.position.push(frame.position[k]);
+        particles.velocity.push(frame.velocity[k]);
+        particles.mass.push(frame.mass[k]);
+        particles.volume.push(frame.volume[k]);
+        particles.radius.push(frame.radius[k]);
+        let turning = frame
+            .angular_velocity
+            .as_ref()
+            .map_or(DVec3::ZERO, |all| all[k]);
+        particles.angular_velocity.push(turning);
+        particles.spin.push(spin_of_ball(
+            frame.mass[k],
+            frame.radius[k],
+            turning,
+            space.dimensions,
+        ));
+    }
+    let spheres = particles.len();
+    if let Some(bodies) = bodies {
+        let first = particles.len() as u32;
+        let row_of_body: HashMap<u32, u32> = bodies
+            .id
+            .iter()
+            .zip(first..)
+            .map(|(&id, row)| (id, row))
+            .collect();
+        for k in 0..bodies.len() {
+            particles.id.push(bodies.id[k]);
+            particles.material.push(bodies.material[k]);
+            particles.flowing.push(moves(bodies.flags[k]));
+            particles.position.push(bodies.position[k]);
+            particles.velocity.push(bodies.velocity[k]);
+            particles.mass.push(bodies.mass[k]);
+            particles.volume.push(bodies.volume[k]);
+            particles
+                .radius
+                .push(equal_ball(bodies.volume[k], space.dimensions));
+            let turning = bodies.angular_velocity[k];
+            particles.angular_velocity.push(turning);
+            particles.spin.push(spin_of_body(
+                bodies.orientation[k],
+                bodies.principal_moments[k],
+                turning,
+            ));
+        }
+        for k in 0..frame.len() {
+            if let Some(body) = body_of(k) {
+                let row = row_of_body.get(&body).ok_or_else(|| {
+                    format!(
+                        "particle {} is of body {body}, which is not there",
+                        frame.id[k]
+                    )
+                })?;
+                row_of.insert(frame.id[k], *row);
+            }
+        }
+    }
+    let contacts = match contacts {
+        None => None,
+        Some(contacts) => {
+            let id_to_place: HashMap<u32, usize> = frame
+                .id
+                .iter()
+                .enumerate()
+                .map(|(k, &id)| (id, k))
+                .collect();
+            let mut out = Contacts::default();
+            let find = |id: u32| -> Result<(u32, usize), String> {
+                let missing = || format!("a contact names particle {id}, which is not there");
+                Ok((
+                    *row_of.get(&id).ok_or_else(missing)?,
+                    *id_to_place.get(&id).ok_or_else(missing)?,
+                ))
+            };
+            for k in 0..contacts.len() {
+                let (row, place) = find(contacts.i[k])?;
+                let point = contacts.point[k];
+                // Where the file has wrapped the particle, its image beside the point.
+                let sphere_arm = space.nearest(frame.position[place] - point);
+                let arm_to = |row: u32, sphere: DVec3| {
+                    if (row as usize) < spheres {
+                        sphere
+                    } else {
+                        space.nearest(particles.position[row as usize] - point)
+                    }
+                };
+                let (partner, partner_arm) = match (contacts.j[k], contacts.wall[k]) {
+                    (Some(j), _) => {
+                        let (other, _) = find(j)?;
+                        if other == row {
+                            continue;
+                        }
+                        (
+                            Partner::Particle(other),
+                            arm_to(other, sphere_arm - contacts.branch[k]),
+                        )
+                    }
+                    (None, wall) => (Partner::Wall(wall.unwrap_or(0)), DVec3::ZERO),
+                };
+                out.particle.push(row);
+                out.partner.push(partner);
+                out.point.push(point);
+                out.arm.push(arm_to(row, sphere_arm));
+                out.partner_arm.push(partner_arm);
+                out.normal.push(contacts.normal[k]);
+                out.force.push(contacts.force[k]);
+                // Laws without rolling and torsion transmit none.
+                out.couple
+                    .push(contacts.torque.as_ref().map_or(DVec3::ZERO, |all| all[k]));
+            }
+            Some(out)
+        }
+    };
+    Ok(State {
+        time: frame.time,
+        space,
+        particles,
+        contacts,
+        displacement: None,
+    })
+}
+
+/// Radius of the sphere (or disc) of a volume.
+fn equal_ball(volume: f64, dimensions: u8) -> f64 {
+    let area = volume / std::f64::consts::PI;
+    if dimensions == 2 {
+        area.sqrt()
+    } else {
+        libm::cbrt(0.75 * area)
+    }
+}
+
+fn spin_of_body(orientation: DQuat, moments: DVec3, angular_velocity: DVec3) -> DVec3 {
+    orientation * (moments * (orientation.inverse() * angular_velocity))
+}

@@ -1,0 +1,171 @@
+//! Pictures of fields: profiles over one coordinate, heat maps over two.
+
+use mercury_pictures::ColourMap;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, HeatMap, Series};
+
+use crate::CgError;
+use crate::analysis::{Block, Column, TimeMode};
+use crate::coordinates::{GridAxis, Place};
+use crate::evaluate::Evaluator;
+
+/// Most charts on a page.
+const MOST: usize = 36;
+
+/// A page of all fields of a block: of one coordinate a chart for each field, its components as lines and their standard errors (doubled: 95 %)
+/// as bands; of two a heat map for each component.
+///
+/// # Errors
+/// When the fields are of none or three coordinates or at points, or there are more charts than a page takes.
+pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<ChartPage, CgError> {
+    let Place::Grid(grid) = &evaluator.place else {
+        return Err(refused(
+            "pictures show fields on a grid of one or two coordinates",
+        ));
+    };
+    let (names, units) = (evaluator.coordinates.names(), evaluator.coordinates.units());
+    let charts = match grid[..] {
+        [x] => profiles(block, &x, &Axis::linear(names[0], units[0])),
+        [x, y] => maps(
+            block,
+            [&x, &y],
+            [
+                &Axis::linear(names[0], units[0]),
+                &Axis::linear(names[1], units[1]),
+            ],
+        ),
+        _ => {
+            return Err(refused(
+                "pictures show fields of one or two coordinates; three are for .vti",
+            ));
+        }
+    };
+    if charts.len() > MOST {
+        let found = format!(
+            "{} charts do not fit on a page, at most {MOST} do",
+            charts.len()
+        );
+        return Err(CgError::Input(format!("{found}\nhelp: --fields chooses")));
+    }
+    let columns = if charts.len() < 3 { charts.len() } else { 3 };
+    let mut page = ChartPage::new("", columns, charts);
+    page.title = match time {
+        TimeMode::Average => format!(
+            "Mean of {} frames, t = {:?} to {:?} s",
+            block.frames, block.span.0, block.span.1
+        ),
+        _ => format!("t = {:?} s", block.time),
+    };
+    Ok(page)
+}
+
+fn refused(found: &str) -> CgError {
+    CgError::Input(format!(
+        "{found}\nhelp: --coordinates Z or --coordinates XZ, with --grid or --spacing"
+    ))
+}
+
+/// The columns of each field of each part.
+fn groups(block: &Block) -> Vec<&[Column]> {
+    let mut rest = &block.columns[..];
+    let mut found = Vec::new();
+    while let Some(first) = rest.first() {
+        let (group, others) = rest.split_at(first.field.components.count());
+        found.push(group);
+        rest = others;
+    }
+    found
+}
+
+/// A unit as axes take it: nothing for pure numbers.
+fn unit(column: &Column) -> String {
+    match column.field.unit {
+        "1" => String::new(),
+        "m^(q-3)" => format!("m^{}", column.component as i32 - 3),
+        unit => unit.to_owned(),
+    }
+}
+
+fn title(column: &Column) -> String {
+    let name = column.field.name.replace('_', " ");
+    column
+        .part
+        .as_ref()
+        .map_or(name.clone(), |part| format!("{name}, {part}"))
+}
+
+fn profiles(block: &Block, x: &GridAxis, axis: &Axis) -> Vec<Chart> {
+    let at = |values: &[f64]| -> Vec<(f64, f64)> {
+        values
+            .iter()
+            .enumerate()
+            .map(|(k, value)| (x.at(k), *value))
+            .collect()
+    };
+    let chart = |group: &[Column]| {
+        let first = &group[0];
+        let mut chart = Chart::new(
+            &title(first),
+            axis.clone(),
+            Axis::linear(&first.field.name.replace('_', " "), &unit(first)),
+        );
+        for column in group {
+            let name = if group.len() == 1 {
+                String::new()
+            } else {
+                component(column)
+            };
+            if let Some(errors) = &column.errors {
+                let edge = |sign: f64| {
+                    let values: Vec<f64> = column
+                        .values
+                        .iter()
+                        .zip(errors)
+                        .map(|(value, error)| value + sign * 2.0 * error)
+                        .collect();
+                    at(&values)
+                };
+                chart = chart.with(Series::band("", edge(-1.0), edge(1.0)));
+            }
+            chart = chart.with(Series::line(&name, at(&column.values)));
+        }
+        chart
+    };
+    groups(block).into_iter().map(chart).collect()
+}
+
+/// `xx` of `stress_xx`.
+fn component(column: &Column) -> String {
+    let known = column.part.as_ref().map_or(0, |part| part.len() + 1) + column.field.name.len();
+    column.name[known..].trim_start_matches('_').to_owned()
+}
+
+fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> Vec<Chart> {
+    let edges = |axis: &GridAxis| -> Vec<f64> {
+        (0..=axis.count)
+            .map(|k| axis.min + k as f64 * axis.step())
+            .collect()
+    };
+    let chart = |column: &Column| {
+        let component = component(column);
+        let name = if component.is_empty() {
+            title(column)
+        } else {
+            format!("{} {component}", title(column))
+        };
+        // Our grids run fastest along the last coordinate, maps along x.
+        let value = |row: usize, k: usize| column.values[k * y.count + row];
+        let cells = (0..y.count).flat_map(|row| (0..x.count).map(move |k| (row, k)));
+        let values = cells.map(|(row, k)| value(row, k)).collect();
+        let map = HeatMap {
+            x_edges: edges(x),
+            y_edges: edges(y),
+            values,
+            name: String::new(),
+            unit: unit(column),
+            map: ColourMap::Viridis,
+            range: None,
+        };
+        Chart::new(&name, x_axis.clone(), y_axis.clone()).with(Series::heat(map))
+    };
+    block.columns.iter().map(chart).collect()
+}
