@@ -1,0 +1,237 @@
+//! What the program does once it knows what is wanted.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
+
+use mercury_cg::CgError;
+use mercury_cg::analysis::{Analysis, TimeMode};
+use mercury_cg::input::{FrameChoice, Given, PAUSE, Source, States};
+use mercury_cg::options::{Scan, Width};
+use mercury_cg::output::{Format, Succession, Writer};
+use mercury_cg::scan;
+use mercury_cg::setup::mean_diameter;
+use mercury_cg::state::State;
+use mercury_common::cli::Progress;
+
+use super::Arguments;
+
+/// Reads, computes and writes; returns what there is to say.
+pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
+    if let Some(threads) = arguments.threads {
+        // Only fails where threads run already, and none do.
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global();
+    }
+    let input = arguments.input.clone().unwrap_or_default();
+    let (wanted, given) = (arguments.wanted(), arguments.given());
+    let (mut source, fields) = wanted.open(&input, &given)?;
+    let follow = arguments.follow;
+    let end = end_of_run(&input);
+    match &mut source {
+        Source::Run(_) if given != Given::default() => {
+            let found = "--density, --fixed and --fstat: the frames of a run say it themselves";
+            return Err(CgError::Input(found.to_owned()));
+        }
+        Source::Run(run) => {
+            while follow && run.is_empty() && !end.exists() {
+                std::thread::sleep(PAUSE);
+                run.refresh();
+            }
+        }
+        _ if follow => {
+            let found = "--follow: only the Arrow frames of a run can be followed";
+            return Err(CgError::Input(found.to_owned()));
+        }
+        _ => {}
+    }
+    let first = match arguments.between(source.states(arguments.frames)).next() {
+        Some(state) => state?,
+        None => return Err(CgError::Input(nothing(&source))),
+    };
+    let mut analysis = wanted.analysis(&source, &first, fields)?;
+    analysis.running = follow;
+    if wanted.fields.is_empty() && !source.has_contacts() && !arguments.quiet {
+        let note = "there are no contacts beside the particles; fields of contacts are left out";
+        let _ = writeln!(std::io::stderr(), "note: {note}");
+    }
+    let outputs = outputs(arguments, &source);
+    if let Some(scan) = arguments.scan {
+        return scan_widths(arguments, &source, &analysis, &first, scan, &outputs);
+    }
+    let succession = succession(arguments, &analysis);
+    let mut writers = outputs
+        .iter()
+        .map(|path| Writer::new(path, succession, follow, wanted.compat, arguments.force))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (states, count): (States, Option<usize>) = match &mut source {
+        Source::Run(run) if follow => (Box::new(run.follow(arguments.frames, end)), None),
+        Source::Run(run) if arguments.frames == FrameChoice::All => {
+            (run.states(FrameChoice::All), Some(run.len()))
+        }
+        source => (source.states(arguments.frames), None),
+    };
+    let states = arguments.between(states);
+    let mut flowing = 0;
+    let (frames, damage) = std::thread::scope(|scope| {
+        // The next frame is read while the last one is computed.
+        let (sender, receiver) = sync_channel(1);
+        scope.spawn(move || {
+            for state in states {
+                // The receiver is gone after an error of its own.
+                if sender.send(state).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut progress = Progress::new(arguments.quiet);
+        let mut number = 0;
+        let states = receiver
+            .into_iter()
+            .inspect(|state: &Result<State, CgError>| {
+                if let Ok(state) = state {
+                    flowing += state
+                        .particles
+                        .flowing
+                        .iter()
+                        .filter(|&&flows| flows)
+                        .count();
+                    number += 1;
+                    progress.count("frame", number, count);
+                }
+            });
+        analysis.run(states, |block| {
+            writers
+                .iter_mut()
+                .try_for_each(|writer| writer.write(&analysis, &block))
+        })
+    })?;
+    if frames == 0 {
+        return Err(damage.unwrap_or_else(|| CgError::Input(nothing(&source))));
+    }
+    let mut report = String::new();
+    for writer in writers {
+        let (path, blocks) = writer.finish()?;
+        let [blocks, frames, fields, points] = [
+            counted(blocks, "time"),
+            counted(frames, "frame"),
+            counted(analysis.fields.len(), "field"),
+            counted(analysis.evaluator.place.len(), "point"),
+        ];
+        report += &format!(
+            "{blocks} from {frames}, {fields} at {points}: {}\n",
+            path.display()
+        );
+    }
+    warn(&source, flowing == 0, damage, frames);
+    Ok(report)
+}
+
+/// Where a run says that it is over.
+fn end_of_run(input: &Path) -> PathBuf {
+    let name = "summary.json";
+    if input.is_dir() {
+        input.join(name)
+    } else {
+        input.with_file_name(name)
+    }
+}
+
+fn outputs(arguments: &Arguments, source: &Source) -> Vec<PathBuf> {
+    if arguments.output.is_empty() {
+        vec![
+            source
+                .path()
+                .with_file_name(format!("{}.fields.csv", source.prefix())),
+        ]
+    } else {
+        arguments.output.clone()
+    }
+}
+
+/// Whether there is one block, or may be several.
+fn succession(arguments: &Arguments, analysis: &Analysis) -> Succession {
+    let one_frame = match arguments.frames {
+        FrameChoice::Last => true,
+        FrameChoice::Range {
+            from, to: Some(to), ..
+        } => to == from + 1,
+        _ => false,
+    };
+    if one_frame || analysis.time == TimeMode::Average {
+        Succession::Single
+    } else {
+        Succession::Series
+    }
+}
+
+/// Tells what the user must know of the input.
+fn warn(source: &Source, empty: bool, damage: Option<CgError>, frames: usize) {
+    let say = |text: String| {
+        // Whoever closed standard error does not want to know.
+        let _ = writeln!(std::io::stderr(), "warning: {text}");
+    };
+    if empty {
+        say("no frame has a flowing particle: all fields are zero".to_owned());
+    }
+    if let (skipped @ 1.., Some(times)) = source.skipped() {
+        let skipped = counted(skipped, "frame");
+        say(format!(
+            "{skipped} left out: no contacts of their times ({times}, ...)"
+        ));
+    }
+    if let Some(damage) = damage {
+        let frames = counted(frames, "frame");
+        say(format!(
+            "the input is damaged; {frames} before it were used\n{damage}"
+        ));
+    }
+}
+
+/// Why there is no frame.
+fn nothing(source: &Source) -> String {
+    let name = source.path().display();
+    match source.skipped() {
+        (0, _) => format!("{name}: no frame is selected, or the input has none"),
+        (count, times) => {
+            let (count, times) = (counted(count, "frame"), times.unwrap_or_default());
+            let help = "particles and contacts must come from one run";
+            format!("{name}: no frame has contacts of its time ({count}: {times})\nhelp: {help}")
+        }
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+fn scan_widths(
+    arguments: &Arguments,
+    source: &Source,
+    analysis: &Analysis,
+    first: &State,
+    scan: Scan,
+    outputs: &[PathBuf],
+) -> Result<String, CgError> {
+    let [output] = outputs else {
+        return Err(CgError::Input("--scan: one table, -o NAME.csv".to_owned()));
+    };
+    if Format::of(output)? != Format::Csv {
+        let found = format!("{}: --scan writes a table, .csv", output.display());
+        return Err(CgError::Input(found));
+    }
+    if output.exists() && !arguments.force {
+        return Err(CgError::Exists(output.clone()));
+    }
+    let diameter = match scan.from {
+        Width::Metres(_) => 1.0,
+        Width::Diameters(_) => mean_diameter(first)?,
+    };
+    let widths = scan.widths(diameter);
+    let states = || arguments.between(source.states(arguments.frames));
+    let (frames, damage) = scan::write(analysis, &widths, states, output)?;
+    warn(source, false, damage, frames);
+    let (widths, frames) = (counted(widths.len(), "width"), counted(frames, "frame"));
+    Ok(format!("{widths} from {frames}: {}", output.display()))
+}

@@ -1,0 +1,501 @@
+//! The program as users call it.
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/data/dense2k")
+        .join(name)
+}
+
+fn run(words: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mercury-cg"))
+        .args(words)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn good(words: &[&str], folder: &Path) -> String {
+    let output = run(words, folder);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{words:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn bad(words: &[&str], folder: &Path, expected: &str) {
+    let output = run(words, folder);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{words:?}: {errors}");
+    assert!(errors.contains(expected), "{words:?}: {errors}");
+}
+
+/// The columns of a table by name.
+fn columns(text: &str) -> Vec<(String, Vec<f64>)> {
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<String> = lines
+        .next()
+        .unwrap()
+        .split(',')
+        .map(str::to_owned)
+        .collect();
+    let rows: Vec<Vec<f64>> = lines
+        .map(|line| line.split(',').map(|word| word.parse().unwrap()).collect())
+        .collect();
+    names
+        .into_iter()
+        .enumerate()
+        .map(|(k, name)| (name, rows.iter().map(|row| row[k]).collect()))
+        .collect()
+}
+
+fn column(text: &str, name: &str) -> Vec<f64> {
+    let all = columns(text);
+    all.into_iter()
+        .find(|(other, _)| other == name)
+        .unwrap_or_else(|| panic!("no column {name}"))
+        .1
+}
+
+#[test]
+fn a_profile_as_table_as_stat_and_as_mercury_cg_writes_it() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let input = input.to_str().unwrap();
+    let said = good(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--coordinates",
+            "Z",
+            "--grid",
+            "50",
+            "--width",
+            "0.002",
+            "--compat",
+            "mercury",
+            "-o",
+            "a.csv",
+            "-o",
+            "a.stat",
+        ],
+        folder.path(),
+    );
+    assert!(
+        said.contains("a.csv") && said.contains("1 frame,"),
+        "{said}"
+    );
+    // Digit by digit, header included.
+    let (found, expected) = (
+        fs::read_to_string(folder.path().join("a.stat")).unwrap(),
+        fs::read_to_string(data("dense2k.Z.Gauss.stat")).unwrap(),
+    );
+    for (line, (a, b)) in found.lines().zip(expected.lines()).enumerate() {
+        if line < 2 {
+            assert_eq!(a, b);
+            continue;
+        }
+        for (a, b) in a.split_ascii_whitespace().zip(b.split_ascii_whitespace()) {
+            let (a, b): (f64, f64) = (a.parse().unwrap(), b.parse().unwrap());
+            assert!(
+                (a - b).abs() <= 1.1e-5 * b.abs() + 1e-9,
+                "line {line}: {a} {b}"
+            );
+        }
+    }
+    let table = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert!(
+        table.starts_with("# mercury-cg ") && table.contains("\n# units: s,m,1,kg/m^3,"),
+        "{}",
+        &table[..200]
+    );
+    let density = column(&table, "density");
+    let names: Vec<String> = columns(&table).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(
+        (density.len(), &names[..2]),
+        (50, &["time".to_owned(), "z".to_owned()][..])
+    );
+    assert!((density[10] / 1380.0 - 1.0).abs() < 0.05, "{}", density[10]);
+    let (pressure, xx, yy, zz) = (
+        column(&table, "pressure"),
+        column(&table, "stress_xx"),
+        column(&table, "stress_yy"),
+        column(&table, "stress_zz"),
+    );
+    assert!((pressure[5] - (xx[5] + yy[5] + zz[5]) / 3.0).abs() < 1e-9 * pressure[5]);
+}
+
+#[test]
+fn images_for_paraview_hold_every_field() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    good(
+        &[
+            input.to_str().unwrap(),
+            "--density",
+            "2500",
+            "--coordinates",
+            "XZ",
+            "--grid",
+            "4x5",
+            "--frames",
+            "last",
+            "--fields",
+            "density,velocity,fabric",
+            "-o",
+            "a.vti",
+        ],
+        folder.path(),
+    );
+    let bytes = fs::read(folder.path().join("a.vti")).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    let head = text.split("  <AppendedData").next().unwrap().to_owned() + "</VTKFile>";
+    let document = roxmltree::Document::parse(&head).unwrap();
+    let image = document
+        .descendants()
+        .find(|node| node.has_tag_name("ImageData"))
+        .unwrap();
+    assert_eq!(image.attribute("WholeExtent"), Some("0 4 0 1 0 5"));
+    let arrays: Vec<(String, usize)> = document
+        .descendants()
+        .filter(|node| {
+            node.has_tag_name("DataArray") && node.attribute("format") == Some("appended")
+        })
+        .map(|node| {
+            (
+                node.attribute("Name").unwrap().to_owned(),
+                node.attribute("NumberOfComponents")
+                    .map_or(1, |n| n.parse().unwrap()),
+            )
+        })
+        .collect();
+    assert_eq!(
+        arrays,
+        [
+            ("density".to_owned(), 1),
+            ("velocity".to_owned(), 3),
+            ("fabric".to_owned(), 9)
+        ]
+    );
+    // The blocks are as long as they say.
+    let marker = b"encoding=\"raw\">\n_";
+    let start = bytes
+        .windows(marker.len())
+        .position(|window| window == marker)
+        .unwrap()
+        + marker.len();
+    let length = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    assert_eq!(length(start), 20 * 8);
+    assert_eq!(length(start + 8 + 20 * 8), 20 * 24);
+}
+
+#[test]
+fn pictures_show_profiles_and_maps() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let with = |words: &[&'static str]| -> Vec<String> {
+        [input.to_str().unwrap(), "--density", "2500"]
+            .into_iter()
+            .chain(words.iter().copied())
+            .map(str::to_owned)
+            .collect()
+    };
+    let call = |words: &[&'static str]| {
+        let words = with(words);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        good(&words, folder.path());
+    };
+    call(&[
+        "--coordinates",
+        "Z",
+        "--grid",
+        "9",
+        "--average",
+        "time",
+        "-o",
+        "a.svg",
+        "-o",
+        "a.png",
+    ]);
+    let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(roxmltree::Document::parse(&svg).is_ok() && svg.contains("granular temperature"));
+    assert!(
+        fs::read(folder.path().join("a.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    // One file per frame of a series.
+    call(&[
+        "--coordinates",
+        "XZ",
+        "--grid",
+        "3x4",
+        "--fields",
+        "density,velocity",
+        "-o",
+        "b.svg",
+    ]);
+    let svg = fs::read_to_string(folder.path().join("b.0000.svg")).unwrap();
+    assert!(svg.contains("velocity x") && svg.contains("density"));
+    let words = with(&["--grid", "2x2x2", "-o", "c.svg"]);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    bad(&words, folder.path(), "of one or two coordinates");
+}
+
+#[test]
+fn a_scan_has_the_width_in_front() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    good(
+        &[
+            input.to_str().unwrap(),
+            "--density",
+            "2500",
+            "--coordinates",
+            "Z",
+            "--grid",
+            "3",
+            "--scan",
+            "0.5d..2d/3",
+            "--fields",
+            "density",
+            "-o",
+            "a.csv",
+        ],
+        folder.path(),
+    );
+    let table = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    let widths = column(&table, "width");
+    assert_eq!(widths.len(), 9);
+    for (found, expected) in [(widths[0], 0.002), (widths[3], 0.004), (widths[8], 0.008)] {
+        assert!((found - expected).abs() < 1e-12, "{widths:?}");
+    }
+}
+
+#[test]
+fn points_of_a_file_and_round_coordinates() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let input = input.to_str().unwrap();
+    fs::write(
+        folder.path().join("points.csv"),
+        "# two points\nx,z\n0.01,0.02\n0.03 0.02\n",
+    )
+    .unwrap();
+    good(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--coordinates",
+            "XZ",
+            "--points",
+            "points.csv",
+            "-o",
+            "a.csv",
+        ],
+        folder.path(),
+    );
+    assert_eq!(
+        column(
+            &fs::read_to_string(folder.path().join("a.csv")).unwrap(),
+            "x"
+        ),
+        [0.01, 0.03]
+    );
+    good(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--coordinates",
+            "RZ",
+            "--spacing",
+            "0.006",
+            "--fields",
+            "density,velocity",
+            "-o",
+            "r.csv",
+        ],
+        folder.path(),
+    );
+    let table = fs::read_to_string(folder.path().join("r.csv")).unwrap();
+    let names: Vec<String> = columns(&table).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(
+        names,
+        [
+            "time",
+            "r",
+            "z",
+            "density",
+            "velocity_r",
+            "velocity_phi",
+            "velocity_z"
+        ]
+    );
+}
+
+#[test]
+fn materials_and_no_contacts() {
+    let folder = TempDir::new().unwrap();
+    fs::copy(data("dense2k.data.gz"), folder.path().join("alone.data.gz")).unwrap();
+    let output = run(
+        &[
+            "alone.data.gz",
+            "--density",
+            "2500",
+            "--coordinates",
+            "O",
+            "--by-material",
+        ],
+        folder.path(),
+    );
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.success() && said.contains("fields of contacts are left out"),
+        "{said}"
+    );
+    let table = fs::read_to_string(folder.path().join("alone.fields.csv")).unwrap();
+    assert_eq!(
+        column(&table, "density"),
+        column(&table, "material_0.density")
+    );
+    assert!(!table.contains("contact_stress"));
+    bad(
+        &[
+            "alone.data.gz",
+            "--density",
+            "2500",
+            "--fields",
+            "stress",
+            "-o",
+            "b.csv",
+        ],
+        folder.path(),
+        "alone.fstat: there is no such file",
+    );
+}
+
+#[test]
+fn mistakes_are_told_with_a_way_out() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let input = input.to_str().unwrap();
+    let with = |words: &[&'static str]| -> Vec<String> {
+        [input, "--density", "2500"]
+            .into_iter()
+            .chain(words.iter().copied())
+            .map(str::to_owned)
+            .collect()
+    };
+    for (words, expected) in [
+        (&["--fields", "densty"][..], "there is no field densty"),
+        (&["--fields", "couple_stress"][..], "no torques"),
+        (&["--coordinates", "YX"][..], "expected O, X, Y"),
+        (
+            &["--coordinates", "Z", "--grid", "2x3"][..],
+            "2 numbers for the coordinates Z",
+        ),
+        (&["--grid", "0"][..], "expected numbers of cells"),
+        (&["--grid", "2x2x2", "--spacing", "0.1"][..], "one of them"),
+        (&["--spacing", "1e-6"][..], "a larger --spacing"),
+        (
+            &["--coordinates", "Z", "--limits", "x=0..1"][..],
+            "x is not among the coordinates",
+        ),
+        (
+            &["--points", "nothing.csv"][..],
+            "nothing.csv: the file cannot be read",
+        ),
+        (&["--width", "0"][..], "expected a positive length"),
+        (
+            &["--kernel", "lucy", "--cutoff", "3"][..],
+            "the kernel lucy ends at its width",
+        ),
+        (
+            &["--kernel", "heaviside", "--fields", "shear_rate"][..],
+            "has a jump and no gradient",
+        ),
+        (&["--mirror", "w"][..], "expected faces"),
+        (&["--frames", "7"][..], "no frame is selected"),
+        (&["--from", "1"][..], "no frame is selected"),
+        (&["--follow"][..], "only the Arrow frames"),
+        (
+            &["-o", "a.txt"][..],
+            "must end in .stat, .csv, .vti, .svg or .png",
+        ),
+        (
+            &["--coordinates", "R", "-o", "a.vti"][..],
+            "on a grid of x, y, z",
+        ),
+        (
+            &["--scan", "1d..2d/3", "-o", "a.stat"][..],
+            "writes a table",
+        ),
+        (&["--material", "5", "--fixed", "1..1"][..], "is empty"),
+    ] {
+        let words = with(words);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        bad(&words, folder.path(), expected);
+    }
+    bad(&[input], folder.path(), "no masses");
+    bad(
+        &["nothing"],
+        folder.path(),
+        "there is no such file or folder",
+    );
+    // What is there is kept.
+    fs::write(folder.path().join("a.csv"), "mine").unwrap();
+    bad(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--coordinates",
+            "O",
+            "-o",
+            "a.csv",
+        ],
+        folder.path(),
+        "--force replaces it",
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("a.csv")).unwrap(),
+        "mine"
+    );
+    good(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--coordinates",
+            "O",
+            "-o",
+            "a.csv",
+            "--force",
+        ],
+        folder.path(),
+    );
+    let names: Vec<String> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert_eq!(names, ["a.csv"], "nothing is left behind");
+}
+
+#[test]
+fn help_lists_every_field() {
+    let folder = TempDir::new().unwrap();
+    let listed = good(&["--list-fields"], folder.path());
+    assert_eq!(listed.lines().count(), mercury_cg::fields::FIELDS.len());
+    assert!(listed.contains("compression positive"));
+    assert!(good(&["--help"], folder.path()).contains("--coordinates"));
+    assert!(good(&["--completions", "bash"], folder.path()).contains("mercury-cg"));
+}
