@@ -1,0 +1,361 @@
+//! What evaluation costs: `cargo run --release -p mercury-cg --example speed [-- precision | sizes]`.
+//!
+//! Without a word: a settled packing of 20,000 spheres (`scenes/bench/dense-20k.csv`) with its contacts onto 20x20x20 and 50x50x50 points,
+//! Gaussian of one diameter cut at three widths, on one and two threads: what MercuryCG's standard fields cost per frame, without reading and
+//! writing. `precision`: error against time for cut-offs, tolerances and grids. `sizes`: cost over the number of particles.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use mercury_cg::coordinates::{Coordinates, GridAxis, Place};
+use mercury_cg::evaluate::Evaluator;
+use mercury_cg::fields::{Field, MERCURY_SUMS};
+use mercury_cg::kernel::{KernelChoice, KernelShape, LineCut};
+use mercury_cg::state::{Contacts, Particles, Partner, Space, State};
+use mercury_cg::sums::{Layout, Sums};
+
+const DENSITY: f64 = 2500.0;
+
+/// Spheres of a table, and contacts where they overlap; forces as a spring gives them.
+fn packing(copies: usize) -> State {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/bench/dense-20k.csv");
+    let text = std::fs::read_to_string(path).expect("scenes/bench/dense-20k.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
+    let place = |name: &str| {
+        names
+            .iter()
+            .position(|other| other.trim() == name)
+            .unwrap_or_else(|| panic!("no column {name}"))
+    };
+    let columns = ["x", "y", "z", "radius"].map(place);
+    let size = DVec3::new(0.104, 0.104, 0.1552);
+    let mut particles = Particles::default();
+    let rows: Vec<[f64; 4]> = lines
+        .map(|line| {
+            let words: Vec<&str> = line.split(',').collect();
+            columns.map(|k| words[k].trim().parse().expect("a number"))
+        })
+        .collect();
+    for copy in 0..copies {
+        for [x, y, z, r] in &rows {
+            let volume = 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
+            particles.id.push(particles.len() as u32);
+            particles.material.push(0);
+            particles.flowing.push(true);
+            particles
+                .position
+                .push(DVec3::new(x + copy as f64 * size.x, *y, *z));
+            particles.velocity.push(DVec3::new(0.1 * z, 0.0, 0.01 * x));
+            particles.mass.push(DENSITY * volume);
+            particles.volume.push(volume);
+            particles.radius.push(*r);
+            particles.angular_velocity.push(DVec3::ZERO);
+            particles.spin.push(DVec3::ZERO);
+        }
+    }
+    let space = Space {
+        min: DVec3::ZERO,
+        max: DVec3::new(size.x * copies as f64, size.y, size.z),
+        ..Space::default()
+    };
+    let contacts = contacts(&particles, &space);
+    State {
+        time: 0.0,
+        space,
+        particles,
+        contacts: Some(contacts),
+        displacement: None,
+    }
+}
+
+fn contacts(p: &Particles, space: &Space) -> Contacts {
+    let cell = 2.0 * p.radius.iter().fold(0.0f64, |a, b| a.max(*b));
+    let counts = [0, 1, 2].map(|a| (space.max[a] / cell) as usize + 1);
+    let at = |x: DVec3| [0, 1, 2].map(|a| ((x[a] / cell).max(0.0) as usize).min(counts[a] - 1));
+    let index = |c: [usize; 3]| (c[0] * counts[1] + c[1]) * counts[2] + c[2];
+    let mut members = vec![Vec::new(); counts.iter().product()];
+    for (k, &x) in p.position.iter().enumerate() {
+        members[index(at(x))].push(k);
+    }
+    let mut c = Contacts::default();
+    let mut push = |i: usize, partner: Partner, n: DVec3, overlap: f64, distance: f64| {
+        let arm = (p.radius[i] - 0.5 * overlap) * n;
+        c.particle.push(i as u32);
+        c.partner.push(partner);
+        c.point.push(p.position[i] - arm);
+        c.arm.push(arm);
+        c.partner_arm.push(if distance > 0.0 {
+            arm - distance * n
+        } else {
+            DVec3::ZERO
+        });
+        c.normal.push(n);
+        c.force
+            .push(1e3 * overlap * (n + 0.1 * n.any_orthonormal_vector()));
+    };
+    for (i, &x) in p.position.iter().enumerate() {
+        let own = at(x);
+        let around = |a: usize| own[a].saturating_sub(1)..(own[a] + 2).min(counts[a]);
+        for a in around(0) {
+            for b in around(1) {
+                for d in around(2) {
+                    for &j in members[index([a, b, d])].iter().filter(|&&j| j > i) {
+                        let between = x - p.position[j];
+                        let overlap = p.radius[i] + p.radius[j] - between.length();
+                        if overlap > 0.0 {
+                            push(
+                                i,
+                                Partner::Particle(j as u32),
+                                between.normalize(),
+                                overlap,
+                                between.length(),
+                            );
+                        }
+                    }
+                }
+            }
+        }
+        for (wall, n, distance) in [
+            (0, DVec3::X, x.x),
+            (1, -DVec3::X, space.max.x - x.x),
+            (2, DVec3::Y, x.y),
+            (3, -DVec3::Y, space.max.y - x.y),
+            (4, DVec3::Z, x.z),
+        ] {
+            if distance < p.radius[i] {
+                push(i, Partner::Wall(wall), n, p.radius[i] - distance, 0.0);
+            }
+        }
+    }
+    c
+}
+
+fn evaluator(state: &State, count: usize, kernel: KernelChoice) -> Evaluator {
+    let axis = |a: usize| GridAxis {
+        min: state.space.min[a],
+        max: state.space.max[a],
+        count,
+    };
+    Evaluator::new(
+        Coordinates::default(),
+        Place::Grid(vec![axis(0), axis(1), axis(2)]),
+        kernel,
+    )
+}
+
+/// Median of several evaluations, in s.
+fn time(evaluator: &Evaluator, state: &State, layout: &Layout, threads: usize) -> (f64, Sums) {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads");
+    pool.install(|| {
+        let mut last = evaluator.sums(state, layout, None);
+        let mut times: Vec<f64> = (0..7)
+            .map(|_| {
+                let begin = Instant::now();
+                last = evaluator.sums(state, layout, None);
+                begin.elapsed().as_secs_f64()
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        (times[times.len() / 2], last)
+    })
+}
+
+fn gaussian(width: f64, cutoff: f64, tolerance: f64) -> KernelChoice {
+    KernelChoice {
+        cutoff,
+        tolerance,
+        ..KernelChoice::new(KernelShape::Gaussian, width)
+    }
+}
+
+fn speed() {
+    let state = packing(1);
+    let layout = Layout::new(&MERCURY_SUMS);
+    let d = 2.0 * state.particles.radius[0];
+    let count = state.contacts.as_ref().map_or(0, Contacts::len);
+    println!(
+        "{} particles, {count} contacts, w = d = {d} m",
+        state.particles.len()
+    );
+    println!(
+        "{:<42}{:>10}{:>10}{:>8}",
+        "grid and kernel", "1 thread", "2 threads", ""
+    );
+    let compat = KernelChoice {
+        line_cut: LineCut::Cylinder,
+        ..gaussian(d, 3.0, 1e-5)
+    };
+    for (name, kernel) in [
+        ("gaussian cut at 3 w", gaussian(d, 3.0, 1e-5)),
+        ("gaussian cut at 3 w, cylinders (compat)", compat),
+        (
+            "gaussian, default",
+            KernelChoice::new(KernelShape::Gaussian, d),
+        ),
+        ("gaussian, --fast", gaussian(d, 2.5, 1e-2)),
+        ("lucy of radius d", KernelChoice::new(KernelShape::Lucy, d)),
+    ] {
+        for count in [20, 50] {
+            let evaluator = evaluator(&state, count, kernel);
+            let one = time(&evaluator, &state, &layout, 1).0;
+            let two = time(&evaluator, &state, &layout, 2).0;
+            println!(
+                "{:<42}{:>8.1}ms{:>8.1}ms{:>7.2}x",
+                format!("{count}^3 {name}"),
+                1e3 * one,
+                1e3 * two,
+                one / two
+            );
+        }
+    }
+}
+
+/// Largest difference of a sum, relative to its largest value.
+fn difference(a: &Sums, b: &Sums) -> (f64, f64) {
+    let of = |spread: usize| {
+        let largest = b.values[spread].iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        let worst = a.values[spread]
+            .iter()
+            .zip(&b.values[spread])
+            .fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
+        worst / largest
+    };
+    (of(0), of(2))
+}
+
+fn precision() {
+    let state = packing(1);
+    let d = 2.0 * state.particles.radius[0];
+    let fields = ["density", "contact_stress"].map(|name| Field::by_name(name).expect("a field"));
+    let layout = Layout::new(
+        &fields
+            .iter()
+            .flat_map(|field| field.sums)
+            .copied()
+            .collect::<Vec<_>>(),
+    );
+    let exact = evaluator(&state, 30, gaussian(d, 8.8, 1e-15)).sums(&state, &layout, None);
+    println!(
+        "{:>8}{:>11}{:>12}{:>12}{:>10}",
+        "cut-off", "tolerance", "density", "stress", "time"
+    );
+    for cutoff in [2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.8] {
+        for tolerance in [1e-2, 1e-3, 1e-5, 1e-8, 1e-15] {
+            let (seconds, sums) = time(
+                &evaluator(&state, 30, gaussian(d, cutoff, tolerance)),
+                &state,
+                &layout,
+                1,
+            );
+            let (density, stress) = difference(&sums, &exact);
+            println!(
+                "{cutoff:>8}{tolerance:>11.0e}{density:>12.1e}{stress:>12.1e}{:>8.0}ms",
+                1e3 * seconds
+            );
+        }
+    }
+    // What a grid misses: the mass in the box by the sum over cells.
+    println!("{:>8}{:>14}", "h / w", "mass error");
+    let total: f64 = state.particles.mass.iter().sum();
+    for ratio in [0.5, 0.75, 1.0, 1.25, 1.5, 2.0] {
+        let h = ratio * d;
+        let margin = 10.0 * d;
+        let axis = |a: usize| {
+            let length = state.space.max[a] + 2.0 * margin;
+            let count = (length / h).ceil();
+            GridAxis {
+                min: -margin,
+                max: count * h - margin,
+                count: count as usize,
+            }
+        };
+        let evaluator = Evaluator {
+            place: Place::Grid(vec![axis(0), axis(1), axis(2)]),
+            ..evaluator(&state, 1, gaussian(d, 8.8, 1e-15))
+        };
+        let sums = evaluator.sums(&state, &Layout::new(fields[0].sums), None);
+        let mass = h * h * h * sums.values[0].iter().sum::<f64>();
+        println!("{ratio:>8}{:>14.1e}", (mass / total - 1.0).abs());
+    }
+}
+
+fn sizes() {
+    println!(
+        "{:>10}{:>10}{:>10}{:>12}{:>22}",
+        "particles", "contacts", "points", "time", "ns per (item, point)"
+    );
+    let layout = Layout::new(&MERCURY_SUMS);
+    for count in [1_000, 10_000, 20_000, 100_000, 1_000_000] {
+        let mut state = packing(count / 20_000 + usize::from(count % 20_000 != 0));
+        if count < state.particles.len() {
+            // The lowest ones: a packing as dense as the whole.
+            let mut order: Vec<usize> = (0..state.particles.len()).collect();
+            order.sort_by(|&a, &b| {
+                state.particles.position[a]
+                    .z
+                    .total_cmp(&state.particles.position[b].z)
+            });
+            let top = state.particles.position[order[count]].z;
+            let keep: Vec<usize> = order[..count].to_vec();
+            let p = &state.particles;
+            let mut fewer = Particles::default();
+            for &k in &keep {
+                fewer.id.push(p.id[k]);
+                fewer.material.push(0);
+                fewer.flowing.push(true);
+                fewer.position.push(p.position[k]);
+                fewer.velocity.push(p.velocity[k]);
+                fewer.mass.push(p.mass[k]);
+                fewer.volume.push(p.volume[k]);
+                fewer.radius.push(p.radius[k]);
+                fewer.angular_velocity.push(DVec3::ZERO);
+                fewer.spin.push(DVec3::ZERO);
+            }
+            state.space.max.z = top;
+            state.contacts = Some(contacts(&fewer, &state.space));
+            state.particles = fewer;
+        }
+        let d = 2.0 * state.particles.radius[0];
+        let kernel = gaussian(d, 3.0, 1e-5);
+        let axis = |a: usize| {
+            let count = (state.space.max[a] / d).ceil() as usize;
+            GridAxis {
+                min: 0.0,
+                max: count as f64 * d,
+                count,
+            }
+        };
+        let evaluator = Evaluator {
+            place: Place::Grid(vec![axis(0), axis(1), axis(2)]),
+            ..evaluator(&state, 1, kernel)
+        };
+        let (seconds, _) = time(&evaluator, &state, &layout, 1);
+        let contacts = state.contacts.as_ref().map_or(0, Contacts::len);
+        // Points in a ball of 3 w and in the ellipsoid around a segment of w, at h = w.
+        let (ball, ellipsoid) = (
+            4.0 / 3.0 * std::f64::consts::PI * 27.0,
+            4.0 / 3.0 * std::f64::consts::PI * 9.0 * 3.5,
+        );
+        let pairs = state.particles.len() as f64 * ball + contacts as f64 * ellipsoid;
+        println!(
+            "{:>10}{contacts:>10}{:>10}{:>10.1}ms{:>22.2}",
+            state.particles.len(),
+            evaluator.place.len(),
+            1e3 * seconds,
+            1e9 * seconds / pairs
+        );
+    }
+}
+
+fn main() {
+    match std::env::args().nth(1).as_deref() {
+        None => speed(),
+        Some("precision") => precision(),
+        Some("sizes") => sizes(),
+        Some(other) => println!("{other}: expected nothing, precision or sizes"),
+    }
+}
