@@ -108,6 +108,28 @@ fn damaged_states_are_named_and_never_taken() {
         .expect("no damage passes");
 }
 
+#[test]
+fn a_state_of_another_plan_is_refused_in_words() {
+    let scene = |name: &str| {
+        planned(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml")))
+    };
+    let refused = |state: &Snapshot, plan: Arc<Plan>| match Engine::restore(plan, state.clone(), 1)
+    {
+        Err(RunError::OtherPlan(reason)) => reason,
+        _ => panic!("a state of another plan is taken"),
+    };
+    let engine = Engine::new(scene("bench/dense-2k"), 1).expect("an example scene starts");
+    let state = engine.snapshot();
+    assert!(Engine::restore(scene("bench/dense-2k"), state.clone(), 1).is_ok());
+    let reason = refused(&state, scene("two-spheres"));
+    assert!(reason.contains("walls, the plan"), "{reason}");
+    // The same walls, and laws that remember nothing.
+    let mut plan = Plan::clone(&scene("bench/dense-2k"));
+    plan.laws = scene("bench/dense-20k-frictionless").laws.clone();
+    let reason = refused(&state, Arc::new(plan));
+    assert!(reason.contains("remember"), "{reason}");
+}
+
 /// Gravity between all pairs, F = k m m / d^2, counted: a force across any gap that comes after the contacts.
 struct Attraction {
     strength: f64,

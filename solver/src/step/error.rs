@@ -30,6 +30,12 @@ pub enum RunError {
     /// The forces beside the contacts are not those that the state came from.
     #[error("the state does not fit the forces of this run: {0}")]
     Forces(String),
+    /// The state comes from a run of another plan.
+    #[error(
+        "the state does not fit this plan: {0}\n\
+         help: go on with the scene that the state was saved from"
+    )]
+    OtherPlan(String),
     /// A wall cannot take another surface.
     #[error("walls.{wall}: {error}")]
     Wall {

@@ -139,7 +139,7 @@ impl Engine {
     /// differ. [`Engine::observation`] is empty until the next watched step.
     ///
     /// # Errors
-    /// If threads cannot be started, or a wall of the snapshot cannot have come from the plan's.
+    /// If threads cannot be started, or the snapshot cannot have come from a run of this plan.
     pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
         Self::restore_with_forces(plan, snapshot, Vec::new(), threads)
     }
@@ -171,8 +171,53 @@ impl Engine {
         Self::unstarted(plan, contacts, Vec::new(), threads)?.restored(snapshot)
     }
 
+    /// Whether a snapshot can have come from a run of this engine's plan: as many of everything, and histories of the same length.
+    fn fits(&self, snapshot: &Snapshot) -> Result<(), RunError> {
+        let plan = &self.plan;
+        let counts = [
+            ("walls", snapshot.walls.len(), plan.walls.len()),
+            (
+                "insertions",
+                snapshot.boundaries.insertions.len(),
+                plan.insertions.len(),
+            ),
+            (
+                "deletions",
+                snapshot.boundaries.deletions.len(),
+                plan.deletions.len(),
+            ),
+        ];
+        let unlike = counts.iter().find(|(_, found, planned)| found != planned);
+        if let Some((what, found, planned)) = unlike {
+            let reason = format!("it has {found} {what}, the plan {planned}");
+            return Err(RunError::OtherPlan(reason));
+        }
+        let numbers = self.forces.contacts.history_columns().len();
+        let mut slots = snapshot.pairs.iter().chain(&snapshot.near_walls);
+        if let Some(slot) = slots.find(|slot| slot.history.len() != numbers) {
+            let found = slot.history.len();
+            let reason = format!(
+                "its contacts remember {found} numbers each, those of the plan's laws {numbers}"
+            );
+            return Err(RunError::OtherPlan(reason));
+        }
+        let is_wall = |slot: &SavedSlot| (slot.partner as usize) < plan.walls.len();
+        if !snapshot.near_walls.iter().all(is_wall) {
+            let reason = "it has contacts with walls that are not there".to_owned();
+            return Err(RunError::OtherPlan(reason));
+        }
+        let records = &snapshot.particles.records;
+        let is_material = |index: u32| (index as usize) < plan.materials.len();
+        if !records.iter().all(|record| is_material(record.material)) {
+            let reason = "it has particles of materials that are not there".to_owned();
+            return Err(RunError::OtherPlan(reason));
+        }
+        Ok(())
+    }
+
     /// An engine that is not started yet, in the state of a snapshot.
     fn restored(self, snapshot: Snapshot) -> Result<Self, RunError> {
+        self.fits(&snapshot)?;
         let mut engine = self;
         let rows = snapshot.particles.len();
         engine
