@@ -328,7 +328,7 @@ fn an_attraction_acts_before_contact() {
     }
     engine.complete_step().unwrap();
     assert!(gap(&engine) > start);
-    // Fastest at the touch, where it has fallen by WORK; in the end as fast as before. Kicks stand half a step off.
+    // MotionBound at the touch, where it has fallen by WORK; in the end as fast as before. Kicks stand half a step off.
     let touch = (speed * speed + WORK / MASS).sqrt();
     let change = BRIDGE.pull / MASS * dt;
     assert!(

@@ -96,7 +96,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 12, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Two among hundreds shoot through the others, which hardly move: they get leeway, and lists last longer. Through faces
+    /// Two among hundreds shoot through the others, which hardly move: they get extra skin, and lists last longer. Through faces
     /// and walls of spheres that are fixed too.
     #[test]
     fn is_that_of_brute_force_while_few_are_fast(
@@ -120,17 +120,17 @@ proptest! {
             })
             .collect();
         let mut engine = start(plan.with_particles(particles));
-        let mut with_leeway = 0;
+        let mut with_extra_skin = 0;
         for _ in 0..150 {
             engine.step(RECORDS).unwrap();
             let found = recorded(&engine);
             let expected = overlapping(&engine, size, periodic);
             prop_assert_eq!(&found, &expected, "in step {}", engine.steps());
-            let leeway = engine.snapshot().lists.leeway;
-            with_leeway += usize::from(leeway.iter().any(|&leeway| leeway > 0.0));
+            let extra_skin = engine.snapshot().lists.extra_skin;
+            with_extra_skin += usize::from(extra_skin.iter().any(|&extra_skin| extra_skin > 0.0));
         }
         // Later the skin of so thin a gas is as thick as it may be, and leaves no room for more.
-        prop_assert!(with_leeway > 2, "leeway in {with_leeway} steps only");
+        prop_assert!(with_extra_skin > 2, "extra skin in {with_extra_skin} steps only");
     }
 }
 

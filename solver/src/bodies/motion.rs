@@ -5,7 +5,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::rotation::{angular_velocity, free_rotation};
-use crate::forces::Fastest;
+use crate::forces::MotionBound;
 use crate::state::{
     Bodies, Body, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex, PrescribedBody,
 };
@@ -58,7 +58,7 @@ impl Bodies {
         records: &mut [Particle],
         step: &BodyStep,
         pool: Option<&ThreadPool>,
-    ) -> Fastest {
+    ) -> MotionBound {
         match pool {
             Some(pool) if self.all.len() > CHUNK => pool.install(|| {
                 let chunks = self.all.par_chunks_mut(CHUNK);
@@ -78,7 +78,7 @@ impl Bodies {
                     let places = records.iter_mut().zip(of_row);
                     let pebbles_only =
                         places.filter_map(|(record, pebble)| Some((record, (*pebble)?)));
-                    pebbles_only.fold(Fastest::default(), |fastest, (record, pebble)| {
+                    pebbles_only.fold(MotionBound::default(), |fastest, (record, pebble)| {
                         let pebble = &pebbles[pebble.index()];
                         let body = &all[pebble.body.index()];
                         fastest.merge(put(record, pebble, body, step.drift))
@@ -86,35 +86,40 @@ impl Bodies {
                 };
                 chunks
                     .map(put_chunk)
-                    .reduce(Fastest::default, Fastest::merge)
+                    .reduce(MotionBound::default, MotionBound::merge)
             }),
-            _ => pebbles.iter().fold(Fastest::default(), |fastest, pebble| {
-                let record = &mut records[pebble.row.index()];
-                let body = &all[pebble.body.index()];
-                fastest.merge(put(record, pebble, body, step.drift))
-            }),
+            _ => pebbles
+                .iter()
+                .fold(MotionBound::default(), |fastest, pebble| {
+                    let record = &mut records[pebble.row.index()];
+                    let body = &all[pebble.body.index()];
+                    fastest.merge(put(record, pebble, body, step.drift))
+                }),
         }
     }
 }
 
 /// Puts a pebble where its body has it.
 #[inline]
-fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, drift: f64) -> Fastest {
+fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, drift: f64) -> MotionBound {
     if body.flags & FIXED != 0 {
-        return Fastest::default();
+        return MotionBound::default();
     }
     let lever = body.orientation * pebble.offset;
     let velocity = body.velocity + body.angular_velocity.cross(lever);
     record.velocity = velocity;
     record.angular_velocity = body.angular_velocity;
     let mut squared_speed = velocity.length_squared();
-    let sum = squared_speed + body.angular_velocity.length_squared();
+    let sum_of_squares = squared_speed + body.angular_velocity.length_squared();
     if drift > 0.0 {
         let position = body.position + lever + pebble.shift;
         squared_speed = (position - record.position).length_squared() / (drift * drift);
         record.position = position;
     }
-    Fastest { squared_speed, sum }
+    MotionBound {
+        squared_speed,
+        sum_of_squares,
+    }
 }
 
 impl BodyStep {

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, Fastest, FeatureKey, FeatureLoad, FeatureLoads, Finish, NearWall, Needs,
+    ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall, Needs,
     Observation, Partner, SavedLoads, SavedSlot, SlotState, StepContext, block_size,
 };
 use crate::contact::{
@@ -184,7 +184,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
-    ) -> Fastest {
+    ) -> MotionBound {
         let Particles {
             records,
             loads,
@@ -389,8 +389,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         records: &mut [Particle],
         loads: &mut [Load],
         finish: &Finish<'_>,
-    ) -> Fastest {
-        let mut fastest = Fastest::default();
+    ) -> MotionBound {
+        let mut fastest = MotionBound::default();
         for (index, sources) in sources.iter().enumerate() {
             let (earlier, rest) = blocks.split_at_mut(index);
             let block = &mut rest[0];
@@ -469,7 +469,7 @@ impl<'a> Rows<'a> {
 }
 
 /// A contact that is being observed.
-struct Seen<'a> {
+struct ContactSite<'a> {
     /// Index of its law.
     pair: usize,
     row: usize,

@@ -48,24 +48,24 @@ pub struct StepContext<'a> {
 pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 
 /// What is done with a block of particles, by its number, once the loads on them are known.
-pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> Fastest + Sync + 'a;
+pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> MotionBound + Sync + 'a;
 
 /// The largest squared speed of some particles, and the sum of their squared speeds, which is not finite if any of them is not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Fastest {
+pub struct MotionBound {
     /// Largest v^2, m^2/s^2.
     pub squared_speed: f64,
     /// Sum of v^2 and w^2 without regard to units: a test for numbers.
-    pub sum: f64,
+    pub sum_of_squares: f64,
 }
 
-impl Fastest {
+impl MotionBound {
     /// Of both groups.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {
         Self {
             squared_speed: self.squared_speed.max(other.squared_speed),
-            sum: self.sum + other.sum,
+            sum_of_squares: self.sum_of_squares + other.sum_of_squares,
         }
     }
 }
@@ -123,7 +123,7 @@ pub trait ContactForces: Send {
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
-    ) -> Fastest;
+    ) -> MotionBound;
 
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;

@@ -21,7 +21,7 @@ pub struct NearWall {
 
 const _: () = assert!(MAX_TOUCHES <= u8::MAX as usize);
 
-/// Finds every particle whose surface is closer than `margin` and its `leeway` (m; empty for none) to a wall, by rows, and within a
+/// Finds every particle whose surface is closer than `margin` and its `extra_skin` (m; empty for none) to a wall, by rows, and within a
 /// row by walls and images. `grid`: the cells by which the particles are sorted.
 ///
 /// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once, a mesh that goes on for
@@ -32,7 +32,7 @@ const _: () = assert!(MAX_TOUCHES <= u8::MAX as usize);
 #[must_use]
 pub fn find_near_walls(
     particles: &Particles,
-    leeway: &[f64],
+    extra_skin: &[f64],
     grid: &Grid,
     walls: &[WallNow],
     images: &Images,
@@ -43,7 +43,7 @@ pub fn find_near_walls(
         return Vec::new();
     }
     let records = &particles.records;
-    let boxes = Boxes::new(grid, records, leeway, parallel);
+    let boxes = Boxes::new(grid, records, extra_skin, parallel);
     let near_wall = |index: usize| {
         let (wall, mut scratch) = (&walls[index], Scratch::default());
         let (mut blocks, mut near) = (Vec::new(), Vec::new());
@@ -65,7 +65,7 @@ pub fn find_near_walls(
     let search = |near: &[(u16, u8, u32)]| {
         let mut tests = Tests {
             records,
-            leeway,
+            extra_skin,
             images,
             margin,
             touches: Touches::default(),
@@ -103,7 +103,7 @@ const CHUNK: usize = 64;
 /// What tests a single particle, with memory that is used again.
 struct Tests<'a> {
     records: &'a [Particle],
-    leeway: &'a [f64],
+    extra_skin: &'a [f64],
     images: &'a Images,
     margin: f64,
     touches: Touches,
@@ -121,8 +121,8 @@ impl Tests<'_> {
         }
         let image = wall.image_of(self.images, record.position, met_by);
         let centre = (wall.state).into_wall(record.position + self.images.shift(image));
-        let leeway = self.leeway.get(row).copied().unwrap_or_default();
-        let reach = record.radius + leeway + self.margin;
+        let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
+        let reach = record.radius + extra_skin + self.margin;
         let features = match wall.shape() {
             // Most walls of most scenes.
             Shape::Plane(plane) => usize::from(plane.touch(centre, reach).is_some()),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::state::Load;
-use crate::walls::WallGrip;
+use crate::walls::WallStiffness;
 
 /// What to see in a force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -96,7 +96,7 @@ pub struct Observation {
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
     pub walls: Vec<(Load, f64)>,
     /// How the contacts of each wall answer to its motion, for servos.
-    pub grips: Vec<WallGrip>,
+    pub wall_stiffness: Vec<WallStiffness>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
     /// Records, if asked for.
@@ -109,7 +109,7 @@ impl Observation {
     pub fn empty(walls: usize) -> Self {
         Self {
             walls: vec![(Load::default(), 0.0); walls],
-            grips: vec![WallGrip::default(); walls],
+            wall_stiffness: vec![WallStiffness::default(); walls],
             ..Self::default()
         }
     }
@@ -128,7 +128,7 @@ impl Observation {
             mine.0.add(theirs.0.force, theirs.0.torque);
             mine.1 += theirs.1;
         }
-        for (mine, theirs) in self.grips.iter_mut().zip(&other.grips) {
+        for (mine, theirs) in self.wall_stiffness.iter_mut().zip(&other.wall_stiffness) {
             mine.add(theirs);
         }
         self.records.extend_from_slice(&other.records);

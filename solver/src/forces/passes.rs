@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::{ContactForces, Fastest, Finish, NearWall, Observation, StepContext};
+use super::{ContactForces, Finish, MotionBound, NearWall, Observation, StepContext};
 use crate::neighbours::CandidateList;
 use crate::state::{Particles, Row};
 
@@ -73,7 +73,7 @@ pub trait ForcePass: Send {
     fn add_loads(&mut self, particles: &mut Particles, context: &StepContext<'_>);
 
     /// Adds what it saw in the last watched evaluation: energy stored, what it dissipated, its loads on walls.
-    fn observe(&self, seen: &mut Observation);
+    fn observe(&self, observation: &mut Observation);
 
     /// All that it remembers, by ids that survive sorting, so that [`ForcePass::restore`] can go on with the same numbers.
     fn save(&self) -> Vec<u8>;
@@ -163,7 +163,7 @@ impl Forces {
         context: &StepContext<'_>,
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
-    ) -> Fastest {
+    ) -> MotionBound {
         let bound = self.contacts.compute(particles, context, pool, finish);
         for pass in &mut self.others {
             if pass.needs().after_contacts {
@@ -187,19 +187,19 @@ impl Forces {
     /// What the last watched evaluation saw.
     #[must_use]
     pub fn observation(&self, walls: usize) -> Observation {
-        let mut seen = self.contacts.observation(walls);
+        let mut observation = self.contacts.observation(walls);
         for pass in &self.others {
-            pass.observe(&mut seen);
+            pass.observe(&mut observation);
         }
-        seen
+        observation
     }
 
     /// The same, with the records of contacts taken out of the contact loop.
     pub fn take_observation(&mut self, walls: usize) -> Observation {
-        let mut seen = self.contacts.take_observation(walls);
+        let mut observation = self.contacts.take_observation(walls);
         for pass in &self.others {
-            pass.observe(&mut seen);
+            pass.observe(&mut observation);
         }
-        seen
+        observation
     }
 }

@@ -19,7 +19,7 @@ pub struct Block {
     pub low: DVec3,
     /// Highest coordinates of a centre, m; below the lowest if nobody is there.
     pub high: DVec3,
-    /// Largest radius with its leeway, m.
+    /// Largest radius with its extra skin, m.
     pub radius: f64,
 }
 
@@ -58,10 +58,10 @@ pub struct Boxes<'a> {
 }
 
 impl<'a> Boxes<'a> {
-    /// Of particles sorted by the cells of `grid`; `leeway` (m; empty for none) counts as part of the radius. `parallel`: with the
+    /// Of particles sorted by the cells of `grid`; `extra_skin` (m; empty for none) counts as part of the radius. `parallel`: with the
     /// threads of the pool from within which it is called.
     #[must_use]
-    pub fn new(grid: &'a Grid, records: &[Particle], leeway: &[f64], parallel: bool) -> Self {
+    pub fn new(grid: &'a Grid, records: &[Particle], extra_skin: &[f64], parallel: bool) -> Self {
         let cells = grid.ordered_counts();
         let counts = [0, 1, 2].map(|k| cells[k].div_ceil(BLOCK[k]));
         let of_rows = |rows: Range<usize>| {
@@ -71,8 +71,8 @@ impl<'a> Boxes<'a> {
                 if record.inverse_mass > 0.0 {
                     block.low = block.low.min(record.position);
                     block.high = block.high.max(record.position);
-                    let leeway = leeway.get(row).copied().unwrap_or_default();
-                    block.radius = block.radius.max(record.radius + leeway);
+                    let extra_skin = extra_skin.get(row).copied().unwrap_or_default();
+                    block.radius = block.radius.max(record.radius + extra_skin);
                 }
             }
             block
@@ -216,8 +216,8 @@ mod tests {
                 material: 0,
                 flags: 0,
             }).collect();
-            let leeway: Vec<f64> = (0..count).map(|row| f64::from(row % 11 == 3)).collect();
-            let boxes = Boxes::new(&grid, &records, &leeway, parallel);
+            let extra_skin: Vec<f64> = (0..count).map(|row| f64::from(row % 11 == 3)).collect();
+            let boxes = Boxes::new(&grid, &records, &extra_skin, parallel);
             let mut seen = vec![0; count];
             for (index, block) in boxes.levels[0].blocks.iter().enumerate() {
                 for row in boxes.rows(index as u32) {
@@ -226,7 +226,7 @@ mod tests {
                     let x = record.position;
                     prop_assert!(record.inverse_mass == 0.0 ||
                         (x.cmpge(block.low).all() && x.cmple(block.high).all()
-                            && record.radius + leeway[row] <= block.radius));
+                            && record.radius + extra_skin[row] <= block.radius));
                 }
             }
             prop_assert!(seen.iter().all(|&times| times == 1));
@@ -236,7 +236,7 @@ mod tests {
             boxes.find(|block| near(place.clamp(block.low, block.high), block.radius), &mut found);
             let rows: Vec<usize> = found.iter().flat_map(|&block| boxes.rows(block)).collect();
             for (row, record) in records.iter().enumerate() {
-                let asked = record.inverse_mass > 0.0 && near(record.position, record.radius + leeway[row]);
+                let asked = record.inverse_mass > 0.0 && near(record.position, record.radius + extra_skin[row]);
                 prop_assert!(!asked || rows.contains(&row));
             }
         }

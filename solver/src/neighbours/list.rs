@@ -57,14 +57,14 @@ pub struct Built {
 }
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + l_i + l_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. `leeway`: l of
+/// R_i + R_j + l_i + l_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. `extra_skin`: l of
 /// each row (m), above zero for few, and put into the new order; empty for none. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
 pub fn build(
     particles: &mut Particles,
-    leeway: &mut Vec<f64>,
+    extra_skin: &mut Vec<f64>,
     skin: f64,
     images: &Images,
     parallel: bool,
@@ -84,10 +84,10 @@ pub fn build(
     for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
         *listed = record.position;
     }
-    if !leeway.is_empty() {
-        *leeway = order.iter().map(|&old| leeway[old as usize]).collect();
+    if !extra_skin.is_empty() {
+        *extra_skin = order.iter().map(|&old| extra_skin[old as usize]).collect();
     }
-    let members = Members::new(&particles.records, leeway, &levels);
+    let members = Members::new(&particles.records, extra_skin, &levels);
     let mut list = list(&members, &grid, skin, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
@@ -116,17 +116,17 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 
 /// The particles as the search sees them.
 struct Members {
-    /// All of them, with radii that hold their leeway too.
+    /// All of them, with radii that hold their extra skin too.
     all: Vec<Spot>,
-    /// The level of each. Those with leeway have a level of their own, the highest: they are few, and their reach must not widen
+    /// The level of each. Those with extra skin have a level of their own, the highest: they are few, and their reach must not widen
     /// the cells of all others.
     level: Vec<u8>,
-    /// Largest radius of each level, m, leeway included.
+    /// Largest radius of each level, m, extra skin included.
     largest: Vec<f64>,
 }
 
 impl Members {
-    fn new(records: &[Particle], leeway: &[f64], levels: &Levels) -> Self {
+    fn new(records: &[Particle], extra_skin: &[f64], levels: &Levels) -> Self {
         let mut members = Self {
             all: Vec::with_capacity(records.len()),
             level: Vec::with_capacity(records.len()),
@@ -134,14 +134,14 @@ impl Members {
         };
         let own = levels.largest.len();
         for (row, record) in records.iter().enumerate() {
-            let leeway = leeway.get(row).copied().unwrap_or_default();
-            let radius = record.radius + leeway;
+            let extra_skin = extra_skin.get(row).copied().unwrap_or_default();
+            let radius = record.radius + extra_skin;
             let fixed = record.inverse_mass == 0.0;
             members.all.push(Spot {
                 position: record.position.to_array(),
                 radius: if fixed { -radius } else { radius },
             });
-            if leeway > 0.0 {
+            if extra_skin > 0.0 {
                 members.largest.resize(own + 1, 0.0);
                 members.largest[own] = members.largest[own].max(radius);
                 members.level.push(own as u8);
@@ -401,7 +401,7 @@ impl Search<'_> {
         let here = (own > 0).then_some(NO_SHIFT);
         let images = self.images;
         let (low, high) = (images.min, images.min + images.size);
-        // Those with leeway need not be the largest.
+        // Those with extra skin need not be the largest.
         let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
         for image in here.into_iter().chain(images.neighbours()) {
             let position = DVec3::from_array(spot.position) + images.shift(image);
@@ -498,7 +498,7 @@ mod tests {
             skin in 0.0..0.02f64,
             fixed_every in 0usize..5,
             outside in any::<bool>(),
-            leeway_every in 0usize..8,
+            extra_skin_every in 0usize..8,
         ) {
             let size = DVec3::new(0.5, 0.7, if flat { 0.45 } else { 1.3 });
             let mut particles = cloud(seed, count, size, ratio, fixed_every);
@@ -513,20 +513,20 @@ mod tests {
             let largest = particles.records.iter().fold(0.0f64, |r, p| r.max(p.radius));
             let ahead = |k: usize| {
                 let small = particles.records[k].radius < 0.2 * largest;
-                match (k.is_multiple_of(leeway_every), seed % 3 > 0) {
+                match (k.is_multiple_of(extra_skin_every), seed % 3 > 0) {
                     (true, true) => 0.01 * (k % 3) as f64,
                     (true, false) if small => 0.002,
                     _ => 0.0,
                 }
             };
-            let with_leeway = if leeway_every > 0 { count } else { 0 };
-            let mut leeway: Vec<f64> = (0..with_leeway).map(ahead).collect();
-            let given = leeway.clone();
-            let Built { list, new_row, .. } = build(&mut particles, &mut leeway, skin, &images, seed % 2 == 0);
-            for (old, leeway_then) in given.iter().enumerate() {
-                prop_assert_eq!(leeway[new_row[old].index()], *leeway_then);
+            let with_extra_skin = if extra_skin_every > 0 { count } else { 0 };
+            let mut extra_skin: Vec<f64> = (0..with_extra_skin).map(ahead).collect();
+            let given = extra_skin.clone();
+            let Built { list, new_row, .. } = build(&mut particles, &mut extra_skin, skin, &images, seed % 2 == 0);
+            for (old, extra_skin_then) in given.iter().enumerate() {
+                prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);
             }
-            let leeway = |row: usize| leeway.get(row).copied().unwrap_or_default();
+            let extra_skin = |row: usize| extra_skin.get(row).copied().unwrap_or_default();
 
             let mut moved = new_row.clone();
             moved.sort_unstable();
@@ -542,7 +542,7 @@ mod tests {
                     for image in 0..27 {
                         let allowed = image == NO_SHIFT || images.neighbours().any(|c| c == image);
                         let gap = (a.position - b.position - images.shift(image)).length();
-                        if allowed && gap < a.radius + b.radius + leeway(i) + leeway(j) + skin {
+                        if allowed && gap < a.radius + b.radius + extra_skin(i) + extra_skin(j) + skin {
                             expected.push((i as u32, j as u32, image));
                         }
                     }

@@ -1,21 +1,21 @@
 //! Finding neighbours: cells, the sort, and the list of candidate pairs.
 //!
 //! The list holds every pair whose surfaces are closer than a skin. It stays valid until a particle has moved half the
-//! skin, or its leeway more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
+//! skin, or its extra skin more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
 
 mod boxes;
+mod extra_skin;
 mod grid;
 mod images;
-mod leeway;
 mod levels;
 mod list;
 mod skin;
 mod validity;
 
 pub use boxes::{Block, Boxes};
+pub use extra_skin::extra_skins;
 pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
-pub use leeway::leeways;
 pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};
 pub use skin::Skin;

@@ -2,7 +2,7 @@
 
 use crate::state::Particles;
 
-/// Upper bound of the largest displacement since the list was built, less the leeway of who made it.
+/// Upper bound of the largest displacement since the list was built, less the extra skin of who made it.
 ///
 /// The bound grows by the largest speed times the step, which costs nothing. When it reaches its limit, the true largest
 /// displacement is taken once and the bound goes on from there, so that particles which rattle about do not force rebuilds.
@@ -20,14 +20,14 @@ impl Validity {
     }
 
     /// A step of `dt` (s) was made in which no particle was faster than `speed` (m/s). Returns whether every particle is
-    /// surely within `limit` (m), and its `leeway` (m; empty for none), of where it was listed.
+    /// surely within `limit` (m), and its `extra_skin` (m; empty for none), of where it was listed.
     pub fn advance(
         &mut self,
         speed: f64,
         dt: f64,
         limit: f64,
         particles: &Particles,
-        leeway: &[f64],
+        extra_skin: &[f64],
     ) -> bool {
         self.steps += 1;
         // Round-off of the positions is far below this factor's margin.
@@ -37,7 +37,7 @@ impl Validity {
         }
         self.bound = displacements(particles)
             .enumerate()
-            .map(|(row, moved)| moved - leeway.get(row).copied().unwrap_or_default())
+            .map(|(row, moved)| moved - extra_skin.get(row).copied().unwrap_or_default())
             .fold(0.0, f64::max);
         // Close to the limit a true measurement would be due in every step: rebuild instead.
         self.bound + 2.0 * speed * dt <= 0.97 * limit

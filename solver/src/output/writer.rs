@@ -52,12 +52,12 @@ enum Message {
 pub struct Positions {
     /// Of each stream, in the order in which the plan asks for them.
     streams: Vec<u64>,
-    seen: Seen,
+    sums: RunningSums,
 }
 
 /// The sums over all states that were handed over.
 #[derive(Debug, Clone, PartialEq)]
-struct Seen {
+struct RunningSums {
     energies: Vec<EnergyRow>,
     initial: Option<DVec3>,
     deep_frames: u64,
@@ -189,7 +189,7 @@ fn write_all(
     gravity: DVec3,
     dimensions: u8,
 ) -> Result<Written, OutputError> {
-    let mut seen = Seen {
+    let mut sums = RunningSums {
         energies: Vec::new(),
         initial: None,
         deep_frames: 0,
@@ -205,7 +205,7 @@ fn write_all(
                 for stream in &mut streams {
                     stream.write(&state)?;
                 }
-                seen.take_in(&state, gravity, dimensions);
+                sums.take_in(&state, gravity, dimensions);
                 // They are written, and as large as all particles together.
                 state.observation.records = Vec::new();
                 last = Some(state);
@@ -213,7 +213,7 @@ fn write_all(
             Message::Tell(answer) => {
                 let positions = Positions {
                     streams: streams.iter().map(|stream| stream.position()).collect(),
-                    seen: seen.clone(),
+                    sums: sums.clone(),
                 };
                 // Whoever asked may not want to know any more.
                 let _ = answer.send(positions);
@@ -222,21 +222,21 @@ fn write_all(
                 for (stream, position) in streams.iter_mut().zip(positions.streams) {
                     stream.cut_back(position)?;
                 }
-                seen = positions.seen;
+                sums = positions.sums;
                 last = None;
             }
         }
     }
     Ok(Written {
-        energies: seen.energies,
-        initial: seen.initial.unwrap_or_default(),
-        deep_frames: seen.deep_frames,
-        deepest: seen.deepest,
+        energies: sums.energies,
+        initial: sums.initial.unwrap_or_default(),
+        deep_frames: sums.deep_frames,
+        deepest: sums.deepest,
         last,
     })
 }
 
-impl Seen {
+impl RunningSums {
     fn take_in(&mut self, state: &State, gravity: DVec3, dimensions: u8) {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);

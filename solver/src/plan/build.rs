@@ -60,7 +60,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
-    meshes::go_on(&mut walls, &scene.domain, sizes.largest, &mut notes);
+    meshes::continue_periodically(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
     let mut counted = start.table;
     if errors.len() == found {

@@ -42,7 +42,7 @@ const REACH: f64 = 2.1;
 const NEARLY: f64 = 0.01;
 
 /// Continues meshes along the periodic axes that they span, as far as spheres of the largest radius (m) see.
-pub(super) fn go_on(
+pub(super) fn continue_periodically(
     walls: &mut [Wall],
     domain: &Domain,
     largest_radius: f64,

@@ -365,8 +365,8 @@ fn report(
 ) -> Report {
     let plan = engine.plan();
     let particles = engine.particles.grains();
-    let seen = written.last.as_ref().map(|state| &state.observation);
-    let contacts = seen.map_or(0, |seen| seen.particle_contacts);
+    let observation = written.last.as_ref().map(|state| &state.observation);
+    let contacts = observation.map_or(0, |observation| observation.particle_contacts);
     let created = engine.particles.grains_created();
     let mut warnings = plan.warnings.clone();
     let boundaries = engine.boundaries().state();
@@ -388,7 +388,7 @@ fn report(
             time_step: plan.time_step,
             particles,
             contacts,
-            wall_contacts: seen.map_or(0, |seen| seen.wall_contacts),
+            wall_contacts: observation.map_or(0, |observation| observation.wall_contacts),
             wall_seconds: looped.seconds,
             particle_steps_per_second: if looped.seconds > 0.0 {
                 looped.particle_steps as f64 / looped.seconds

@@ -23,11 +23,11 @@ impl Audit {
     }
 
     /// Takes in what one audited step saw.
-    pub(super) fn take_in(&mut self, seen: &Observation) {
-        self.dissipated_normal += seen.dissipated_normal;
-        self.dissipated_tangential += seen.dissipated_tangential;
-        self.dissipated_rolling += seen.dissipated_rolling;
-        self.wall_work += seen.wall_work;
+    pub(super) fn take_in(&mut self, observation: &Observation) {
+        self.dissipated_normal += observation.dissipated_normal;
+        self.dissipated_tangential += observation.dissipated_tangential;
+        self.dissipated_rolling += observation.dissipated_rolling;
+        self.wall_work += observation.wall_work;
     }
 }
 

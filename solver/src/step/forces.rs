@@ -6,7 +6,7 @@ use glam::DQuat;
 
 use super::Engine;
 use super::motion::turn_orientations;
-use crate::forces::{Fastest, Finish, StepContext, Watch, block_size};
+use crate::forces::{Finish, MotionBound, StepContext, Watch, block_size};
 use crate::state::{Load, Particle, Particles};
 
 impl Engine {
@@ -32,14 +32,14 @@ impl Engine {
         }
         self.load_series.note_evaluation();
         if self.plan.energy_budget {
-            let seen = self.observation();
-            self.audit.take_in(&seen);
+            let observation = self.observation();
+            self.audit.take_in(&observation);
         }
     }
 
     /// The forces, loads gathered to bodies.
     fn forces_alone(&mut self, spring_time: f64, watch: Option<Watch>) {
-        let leave = |_: usize, _: &mut [Particle], _: &[Load]| Fastest::default();
+        let leave = |_: usize, _: &mut [Particle], _: &[Load]| MotionBound::default();
         self.compute(spring_time, watch, &leave);
         self.gather_loads();
     }
@@ -72,7 +72,12 @@ impl Engine {
         self.drifted = Some(fastest.merge(of_bodies));
     }
 
-    fn compute(&mut self, spring_time: f64, watch: Option<Watch>, finish: &Finish<'_>) -> Fastest {
+    fn compute(
+        &mut self,
+        spring_time: f64,
+        watch: Option<Watch>,
+        finish: &Finish<'_>,
+    ) -> MotionBound {
         let context = StepContext {
             spring_time,
             images: &self.images,

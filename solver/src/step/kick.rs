@@ -5,12 +5,12 @@ use rayon::prelude::*;
 use super::motion::{KickDrift, turn_orientations};
 use super::{Engine, RunError};
 use crate::bodies::BodyStep;
-use crate::forces::{Fastest, block_size};
+use crate::forces::{MotionBound, block_size};
 use crate::state::{Particle, Particles};
 
 impl Engine {
     /// First half kick and drift, with the second half kick of the step before if it is still due.
-    pub(super) fn kick_and_drift(&mut self) -> Fastest {
+    pub(super) fn kick_and_drift(&mut self) -> MotionBound {
         let kicks = if std::mem::take(&mut self.kick_due) {
             2
         } else {
@@ -27,14 +27,14 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn complete_step(&mut self) -> Result<(), RunError> {
-        if std::mem::take(&mut self.kick_due) && !self.advance(1, 0.0).sum.is_finite() {
+        if std::mem::take(&mut self.kick_due) && !self.advance(1, 0.0).sum_of_squares.is_finite() {
             return Err(self.not_finite());
         }
         Ok(())
     }
 
     /// `kicks` half kicks, then a drift of `drift` seconds.
-    fn advance(&mut self, kicks: u32, drift: f64) -> Fastest {
+    fn advance(&mut self, kicks: u32, drift: f64) -> MotionBound {
         let pass = self.kick_drift(kicks, drift);
         let special = self.hold_prescribed();
         let size = block_size(self.particles.len());
@@ -45,12 +45,12 @@ impl Engine {
                 let chunks = records.par_chunks_mut(size).zip(loads.par_chunks(size));
                 chunks
                     .map(|(records, loads)| pass.run(records, loads))
-                    .reduce(Fastest::default, Fastest::merge)
+                    .reduce(MotionBound::default, MotionBound::merge)
             }),
             _ => pass.run(records, loads),
         };
         let prescribed = self.release_prescribed(special, drift);
-        let fastest = Fastest {
+        let fastest = MotionBound {
             squared_speed: fastest.squared_speed.max(prescribed),
             ..fastest
         };
@@ -58,12 +58,12 @@ impl Engine {
     }
 
     /// The same for bodies, whose pebbles the pass over the particles leaves alone.
-    pub(super) fn advance_bodies(&mut self, kicks: u32, drift: f64) -> Fastest {
+    pub(super) fn advance_bodies(&mut self, kicks: u32, drift: f64) -> MotionBound {
         let Particles {
             records, bodies, ..
         } = &mut self.particles;
         let Some(bodies) = bodies else {
-            return Fastest::default();
+            return MotionBound::default();
         };
         let step = BodyStep {
             half: 0.5 * self.plan.time_step,

@@ -2,7 +2,7 @@
 
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
-use crate::neighbours::{Built, Skin, Validity, build, leeways};
+use crate::neighbours::{Built, Skin, Validity, build, extra_skins};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -12,7 +12,7 @@ pub struct Lists {
     /// Thickness of the skin, and its limits.
     pub skin: Skin,
     /// How much farther than half the skin each particle may go before the list is built anew, m; empty if none may.
-    pub leeway: Vec<f64>,
+    pub extra_skin: Vec<f64>,
     /// How much of the skin is used up.
     pub validity: Validity,
     /// Rows were added or removed since the list was built.
@@ -26,7 +26,7 @@ impl Lists {
     pub(super) fn new(skin: Skin) -> Self {
         Self {
             skin,
-            leeway: Vec::new(),
+            extra_skin: Vec::new(),
             validity: Validity::default(),
             rows_changed: true,
             rebuilds: 0,
@@ -46,7 +46,7 @@ impl Engine {
                 dt,
                 limit,
                 &self.particles,
-                &self.lists.leeway,
+                &self.lists.extra_skin,
             );
         }
         // Particles use up to half of the skin; the other half is the walls'.
@@ -80,7 +80,7 @@ impl Engine {
                 idle as f64 / self.particles.len().max(1) as f64,
             );
         }
-        let mut leeway = leeways(&self.particles, &self.lists.skin);
+        let mut extra_skin = extra_skins(&self.particles, &self.lists.skin);
         let removed = self.boundaries.take_row_map(self.particles.len());
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
@@ -96,7 +96,7 @@ impl Engine {
             grid,
         } = build(
             &mut self.particles,
-            &mut leeway,
+            &mut extra_skin,
             margin,
             &self.images,
             parallel,
@@ -109,7 +109,7 @@ impl Engine {
         }
         let near_walls = find_near_walls(
             &self.particles,
-            &leeway,
+            &extra_skin,
             &grid,
             &self.walls,
             &self.images,
@@ -126,9 +126,9 @@ impl Engine {
             new_row: &new_row,
             parallel,
         });
-        let most = leeway.iter().copied().fold(0.0, f64::max);
+        let most = extra_skin.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
-        self.lists.leeway = leeway;
+        self.lists.extra_skin = extra_skin;
         self.walls.iter_mut().for_each(WallNow::note_listed);
         self.lists.validity.reset();
         self.lists.rows_changed = false;
@@ -139,7 +139,7 @@ impl Engine {
 
 crate::state::plain!(Lists {
     skin,
-    leeway,
+    extra_skin,
     validity,
     rows_changed,
     rebuilds

@@ -35,7 +35,7 @@ use awake::awake;
 
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
-use crate::forces::{Fastest, Forces, Observation, Watch};
+use crate::forces::{Forces, MotionBound, Observation, Watch};
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::Particles;
@@ -56,7 +56,7 @@ pub struct Engine {
     /// The second half kick of the last step is still to be made; it is made together with the next one.
     kick_due: bool,
     /// The present step was begun when the last one ended: its kicks and drift are made already.
-    drifted: Option<Fastest>,
+    drifted: Option<MotionBound>,
     /// Running sums of the energy audit.
     audit: Audit,
     /// Running sums of the loads on the triangles of meshes.
@@ -109,7 +109,7 @@ impl Engine {
             Some(fastest) => fastest,
             None => self.kick_and_drift(),
         };
-        if !fastest.sum.is_finite() {
+        if !fastest.sum_of_squares.is_finite() {
             return Err(self.not_finite());
         }
         self.step += 1;

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use crate::forces::Fastest;
+use crate::forces::MotionBound;
 use crate::state::{FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
@@ -18,7 +18,7 @@ pub(super) struct KickDrift {
 }
 
 impl KickDrift {
-    pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> Fastest {
+    pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> MotionBound {
         let (mut largest, mut sum) = (0.0f64, 0.0);
         for (record, load) in records.iter_mut().zip(loads) {
             if record.flags & (FIXED | PEBBLE) != 0 {
@@ -45,9 +45,9 @@ impl KickDrift {
             largest = largest.max(squared);
             sum += squared;
         }
-        Fastest {
+        MotionBound {
             squared_speed: largest,
-            sum,
+            sum_of_squares: sum,
         }
     }
 }

@@ -103,8 +103,8 @@ impl Snapshot {
         if !self.near_walls.iter().all(|slot| is_row(slot.row)) {
             return Err(wrong("near walls", "a wall is near no particle"));
         }
-        if ![0, rows].contains(&self.lists.leeway.len()) {
-            return Err(wrong("lists", "not one leeway for each particle"));
+        if ![0, rows].contains(&self.lists.extra_skin.len()) {
+            return Err(wrong("lists", "not one extra skin for each particle"));
         }
         Ok(())
     }

@@ -337,20 +337,20 @@ fn a_reshaped_mesh_is_part_of_the_state() {
     let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()));
     let mut one = Engine::new(Arc::clone(&plan), 1).unwrap();
     assert!(one.snapshot().walls[0].shape.is_empty(), "it is the plan's");
-    let go_on = |engine: &mut Engine, until: u64| {
+    let advance_to = |engine: &mut Engine, until: u64| {
         while engine.steps() < until {
             let next = lift(engine.steps() + 1);
             reshape_to(engine, next);
             engine.step(None).unwrap();
         }
     };
-    go_on(&mut one, 700);
+    advance_to(&mut one, 700);
     let saved = one.snapshot();
     assert_eq!(saved.walls[0].shape.len(), 75);
     let saved = Snapshot::decode(&saved.encode()).unwrap();
     let mut back = Engine::restore(Arc::clone(&plan), saved.clone(), 2).unwrap();
-    go_on(&mut one, 1500);
-    go_on(&mut back, 1500);
+    advance_to(&mut one, 1500);
+    advance_to(&mut back, 1500);
     assert_eq!(one.snapshot(), back.snapshot());
     let mut cut = saved;
     cut.walls[0].shape.pop();

@@ -57,7 +57,7 @@ impl Engine {
             return;
         }
         let (time, dt) = (self.time(), self.plan.time_step);
-        let seen = self.observation();
+        let observation = self.observation();
         for (index, wall) in self.plan.walls.iter().enumerate() {
             let Some((motor, axis)) = wall.motion.servo(time) else {
                 continue;
@@ -65,8 +65,8 @@ impl Engine {
             let now = &mut self.walls[index];
             now.servo.next_velocity = if now.state.present {
                 // The load is that of the particles on the wall.
-                let force = -seen.walls[index].0.force.dot(axis);
-                motor.answer(force, &seen.grips[index], dt)
+                let force = -observation.walls[index].0.force.dot(axis);
+                motor.answer(force, &observation.wall_stiffness[index], dt)
             } else {
                 0.0
             };

@@ -73,7 +73,7 @@ pub use outline::Outline;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use revolution::Revolution;
-pub use servo::{Servo, ServoState, WallGrip};
+pub use servo::{Servo, ServoState, WallStiffness};
 pub use shape::Shape;
 pub use side::Side;
 pub use sphere::SphereShell;

@@ -51,14 +51,14 @@ pub struct ServoState {
 
 /// What the contacts of a wall answer to its motion: the sums from which a servo takes its coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct WallGrip {
+pub struct WallStiffness {
     /// Sum of the normal stiffnesses k, N/m.
     pub stiffness: f64,
     /// Sum of 4 sqrt(m k) + 2 gamma, N s/m.
     pub damping: f64,
 }
 
-impl WallGrip {
+impl WallStiffness {
     /// Adds a contact with a particle of `mass` (kg; infinite if it is fixed): elastic and viscous normal force (N) at `overlap`
     /// (m) and normal velocity (m/s).
     ///
@@ -108,9 +108,9 @@ impl Servo {
 
     /// The velocity for the next step, m/s, after `force` (N) of the wall on the particles along the axis.
     #[must_use]
-    pub fn answer(&self, force: f64, grip: &WallGrip, dt: f64) -> f64 {
+    pub fn answer(&self, force: f64, wall: &WallStiffness, dt: f64) -> f64 {
         let missing = self.force - force;
-        let coefficient = grip.damping + 4.0 * grip.stiffness * dt;
+        let coefficient = wall.damping + 4.0 * wall.stiffness * dt;
         // Nothing touches: as fast as it may.
         if coefficient == 0.0 {
             return if missing == 0.0 {
@@ -162,17 +162,17 @@ mod tests {
             state = SERVO.advance(state, f64::from(step) * dt, dt);
             // The springs begin 1e-3 m below the wall.
             let overlap = -state.displacement - 1e-3;
-            let (mut grip, mut force) = (WallGrip::default(), 0.0);
+            let (mut wall, mut force) = (WallStiffness::default(), 0.0);
             if overlap > 0.0 {
                 for _ in 0..springs {
                     let viscous = damping * -state.velocity;
                     let elastic = stiffness * overlap;
                     let contact = (viscous, state.velocity);
-                    grip.add_contact(f64::INFINITY, (elastic, overlap), contact);
+                    wall.add_contact(f64::INFINITY, (elastic, overlap), contact);
                     force -= elastic + viscous;
                 }
             }
-            state.next_velocity = SERVO.answer(force, &grip, dt);
+            state.next_velocity = SERVO.answer(force, &wall, dt);
             assert!(state.next_velocity.abs() <= SERVO.max_speed);
             forces.push(force);
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::contact_point::mobility;
 use super::slots::{FREE, HELD, IMAGE, Slot, TOUCHING, held};
-use super::{Block, Pass, Rows, Seen};
+use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{AdhesionLaw, Contact, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::Partner;
 use crate::state::{Bodies, Load, Particle};
@@ -104,7 +104,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     };
                     block.observation.particle_contacts += u64::from(touches);
                     let depth = contact.overlap / a.radius.min(b.radius);
-                    let seen = Seen {
+                    let site = ContactSite {
                         pair,
                         row: first_row + owner,
                         partner,
@@ -118,7 +118,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     self.see(
                         &mut block.observation,
                         a,
-                        seen,
+                        site,
                         &contact,
                         &action,
                         histories,

@@ -11,7 +11,7 @@ use std::sync::{Mutex, PoisonError, RwLock};
 
 use super::{Block, Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
-use crate::forces::{Fastest, Finish};
+use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};
 
 /// How often a thread looks whether one of its blocks can be finished, before it leaves that to the thread that called. It
@@ -29,7 +29,7 @@ struct Station<'a, H> {
     /// Blocks that read its records, itself among them, and are not computed yet.
     readers: AtomicUsize,
     finished: AtomicBool,
-    fastest: Mutex<Fastest>,
+    fastest: Mutex<MotionBound>,
 }
 
 /// What a lock guards. A panic elsewhere ends the run anyway; until then nothing can be made worse.
@@ -49,7 +49,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         mut loads: &mut [Load],
         finish: &Finish<'_>,
         pool: &rayon::ThreadPool,
-    ) -> Fastest {
+    ) -> MotionBound {
         let shares = Shares::new(blocks, pool.current_num_threads());
         let mut stations = Vec::with_capacity(blocks.len());
         for (block, sources) in blocks.iter_mut().zip(sources) {
@@ -63,7 +63,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 sources,
                 readers: AtomicUsize::new(sources.len() + 1),
                 finished: AtomicBool::new(false),
-                fastest: Mutex::new(Fastest::default()),
+                fastest: Mutex::new(MotionBound::default()),
             });
         }
         pool.broadcast(|thread| {
@@ -93,7 +93,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let fastest = stations
             .into_iter()
             .map(|station| locked!(station.fastest.into_inner()));
-        fastest.fold(Fastest::default(), Fastest::merge)
+        fastest.fold(MotionBound::default(), MotionBound::merge)
     }
 
     /// Computes the contacts of one block.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::contact_point::mobility;
 use super::slots::{FREE, HELD, TOUCHING, WallSlot, held};
-use super::{Block, Pass, Rows, Seen};
+use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
@@ -228,7 +228,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 image: u32::from(side.near.image),
             };
             let depth = overlap / a.radius;
-            let seen = Seen {
+            let site = ContactSite {
                 pair,
                 row: side.near.row as usize,
                 partner,
@@ -241,7 +241,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             self.see(
                 observation,
                 a,
-                seen,
+                site,
                 &contact,
                 &action,
                 [before, slot.history],
@@ -254,7 +254,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
             *power += watts;
             if touches {
-                observation.grips[side.near.wall as usize].add_contact(
+                observation.wall_stiffness[side.near.wall as usize].add_contact(
                     contact.effective_mass,
                     (action.normal.elastic, overlap),
                     (action.normal.viscous, normal_velocity),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Pass, Seen};
+use super::{ContactSite, Pass};
 use crate::contact::{
     Action, AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
@@ -17,18 +17,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         &self,
         observation: &mut Observation,
         a: &Particle,
-        seen: Seen<'_>,
+        site: ContactSite<'_>,
         contact: &Contact,
         action: &Action,
         [before, after]: [Histories<N, T, R, A>; 2],
     ) {
-        let law = &self.laws[seen.pair];
-        observation.elastic_energy += if seen.touches {
+        let law = &self.laws[site.pair];
+        observation.elastic_energy += if site.touches {
             law.energy(contact, &after)
         } else {
             law.adhesion.energy(contact, &after.3)
         };
-        observation.largest_overlap = observation.largest_overlap.max(seen.depth);
+        observation.largest_overlap = observation.largest_overlap.max(site.depth);
         let Some(watch) = self.context.watch else {
             return;
         };
@@ -39,7 +39,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 law.adhesion_loss(contact, action, &before, &after, dt);
         }
         if let Some(dt) = watch.audit
-            && seen.touches
+            && site.touches
         {
             // The elastic work by the trapezoidal rule over this step's overlaps: exact for straight branches.
             let mut last = *contact;
@@ -70,7 +70,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             }
         }
         if watch.records {
-            let record = self.record(a, seen, contact, action, after);
+            let record = self.record(a, site, contact, action, after);
             observation.records.push(record);
         }
     }
@@ -79,16 +79,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     fn record(
         &self,
         a: &Particle,
-        seen: Seen<'_>,
+        site: ContactSite<'_>,
         contact: &Contact,
         action: &Action,
         memory: Histories<N, T, R, A>,
     ) -> ContactRecord {
         let mut record = ContactRecord {
-            row: seen.row as u32,
-            partner: seen.partner,
-            feature: seen.feature,
-            point: a.position - DVec3::from(contact.normal * seen.lever),
+            row: site.row as u32,
+            partner: site.partner,
+            feature: site.feature,
+            point: a.position - DVec3::from(contact.normal * site.lever),
             normal: contact.normal.into(),
             overlap: contact.overlap,
             force: action.force.into(),
@@ -97,13 +97,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             tangential_overlap: 0.0,
             history: Vec::new(),
         };
-        let (law, mut memory) = (&self.laws[seen.pair], memory);
-        if let (Partner::Particle { row, image }, Some(b)) = (seen.partner, seen.b)
-            && self.ids[row as usize] < self.ids[seen.row]
+        let (law, mut memory) = (&self.laws[site.pair], memory);
+        if let (Partner::Particle { row, image }, Some(b)) = (site.partner, site.b)
+            && self.ids[row as usize] < self.ids[site.row]
         {
             record.row = row;
             record.partner = Partner::Particle {
-                row: seen.row as u32,
+                row: site.row as u32,
                 image: opposite(image),
             };
             record.point = b.position + record.normal * (b.radius - 0.5 * contact.overlap);
@@ -113,10 +113,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             record.couple = -record.couple;
             memory = memory.swapped();
         }
-        if seen.touches {
+        if site.touches {
             record.tangential_overlap = law.tangential.tangential_overlap(contact, &memory.1);
         }
-        record.history = self.memory.show(seen.pair, &memory);
+        record.history = self.memory.show(site.pair, &memory);
         record
     }
 }

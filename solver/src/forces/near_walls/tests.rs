@@ -18,14 +18,14 @@ use crate::walls::{
 /// Asks for every particle and every wall, by all its images.
 fn by_asking_all(
     particles: &Particles,
-    leeway: &[f64],
+    extra_skin: &[f64],
     walls: &[WallNow],
     images: &Images,
     margin: f64,
 ) -> Vec<NearWall> {
     let mut tests = Tests {
         records: &particles.records,
-        leeway,
+        extra_skin,
         images,
         margin,
         touches: Touches::default(),
@@ -214,7 +214,7 @@ proptest! {
         periodic in any::<[bool; 3]>(),
         margin in 0.0..0.03f64,
         farther in 0.0..0.1f64,
-        leeway_every in 0usize..30,
+        extra_skin_every in 0usize..30,
         outside in any::<bool>(),
         far in prop_oneof![Just(0.0), Just(1e3)],
     ) {
@@ -230,15 +230,15 @@ proptest! {
                 record.position += DVec3::new(0.1, -0.3, 0.2) * (k % 4) as f64;
             }
         }
-        let ahead = |k: usize| if k.is_multiple_of(leeway_every) { farther } else { 0.0 };
-        let mut leeway: Vec<f64> =
-            (0..if leeway_every > 0 { count } else { 0 }).map(ahead).collect();
-        let Built { grid, .. } = build(&mut particles, &mut leeway, margin, &images, false);
+        let ahead = |k: usize| if k.is_multiple_of(extra_skin_every) { farther } else { 0.0 };
+        let mut extra_skin: Vec<f64> =
+            (0..if extra_skin_every > 0 { count } else { 0 }).map(ahead).collect();
+        let Built { grid, .. } = build(&mut particles, &mut extra_skin, margin, &images, false);
         let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
-        let expected = by_asking_all(&particles, &leeway, &walls, &images, margin);
+        let expected = by_asking_all(&particles, &extra_skin, &walls, &images, margin);
         for parallel in [false, true] {
             let found =
-                find_near_walls(&particles, &leeway, &grid, &walls, &images, margin, parallel);
+                find_near_walls(&particles, &extra_skin, &grid, &walls, &images, margin, parallel);
             prop_assert_eq!(&found, &expected);
         }
     }

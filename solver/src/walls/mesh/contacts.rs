@@ -22,8 +22,8 @@ pub(super) struct Minimum {
     feature: u32,
     /// Whether it is the nearest of its smooth region.
     leads: bool,
-    /// Whether it was seen while a smooth region was followed.
-    seen: bool,
+    /// Whether it was visited while a smooth region was followed.
+    visited: bool,
 }
 
 /// The nearest point of a facet.
@@ -147,7 +147,7 @@ impl Mesh {
             },
             feature,
             leads: true,
-            seen: false,
+            visited: false,
         };
         if self.front_only && self.is_behind(nearest, outward, facet.normal) {
             minimum.distance = -minimum.distance;
@@ -257,14 +257,16 @@ impl Mesh {
                 // Follow the region from its nearest minimum.
                 let mut from = Some(leader);
                 while let Some(k) = from {
-                    minima[k].seen = true;
+                    minima[k].visited = true;
                     let normal = minima[k].normal;
                     for other in &mut minima[leader + 1..] {
                         if other.leads && other.normal.dot(normal) > linked {
                             other.leads = false;
                         }
                     }
-                    from = minima.iter().position(|other| !other.leads && !other.seen);
+                    from = minima
+                        .iter()
+                        .position(|other| !other.leads && !other.visited);
                 }
             }
         }

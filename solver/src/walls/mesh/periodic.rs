@@ -149,7 +149,7 @@ impl Mesh {
         let own_corners = parts.vertices.len() as u32;
         let mut found = Vec::new();
         for &&(axis, min, length) in &spanned {
-            parts.go_on(axis, low[axis], high[axis], reach);
+            parts.copy_across(axis, low[axis], high[axis], reach);
             let beside = (low[axis] - min) / length;
             // A mesh about a corner of the domain is not better off elsewhere.
             let is_there = beside.abs() <= 0.5 + SEAM;
@@ -296,7 +296,7 @@ impl Mesh {
 
 impl Parts {
     /// Adds what lies within `reach` (m) of the two faces of a mesh along an axis once more at the other one.
-    fn go_on(&mut self, axis: usize, low: f64, high: f64, reach: f64) {
+    fn copy_across(&mut self, axis: usize, low: f64, high: f64, reach: f64) {
         let length = high - low;
         let (down, up) = self.seam(axis, low, high);
         let pairs = down.iter().map(|(&upper, &lower)| (upper, lower, axis));

@@ -1,12 +1,12 @@
-//! Leeway for the few that move farthest.
+//! Extra skin for the few that move farthest.
 
 use super::Skin;
 use super::validity::displacements;
 use crate::state::Particles;
 
-/// One particle of so many gets leeway.
+/// One particle of so many gets extra skin.
 const FEW: usize = 200;
-/// How much farther than the rest somebody must have gone: pairs of particles with leeway are harder to find.
+/// How much farther than the rest somebody must have gone: pairs of particles with extra skin are harder to find.
 const WORTH_IT: f64 = 2.0;
 /// How much farther a particle may go, over what it went while the last list lasted: what is fast now may have been speeding up.
 const MORE: f64 = 1.5;
@@ -18,7 +18,7 @@ const MORE: f64 = 1.5;
 /// stone that falls into a bed and the grains that it pushes away, they would set the pace for all. So the farthest of each
 /// 200 are listed farther out, by as much as lets the rest use up the skin: some pairs more, for fewer lists.
 #[must_use]
-pub fn leeways(particles: &Particles, skin: &Skin) -> Vec<f64> {
+pub fn extra_skins(particles: &Particles, skin: &Skin) -> Vec<f64> {
     let few = particles.len() / FEW;
     // So that no pair is listed farther out than the largest skin says.
     let most = 0.5 * (skin.largest - skin.thickness);
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn the_few_that_went_farthest_get_leeway() {
+    fn the_few_that_went_farthest_get_extra_skin() {
         let skin = Skin {
             thickness: 0.1,
             least: 0.01,
@@ -79,34 +79,34 @@ mod tests {
             900 => 5.0,
             k => 1e-5 * k as f64,
         };
-        let leeway = leeways(&moved_by((0..1000).map(far)), &skin);
+        let extra_skin = extra_skins(&moved_by((0..1000).map(far)), &skin);
         // The sixth from the top is the first without.
         let rest = far(996);
-        for (k, leeway) in leeway.into_iter().enumerate() {
+        for (k, extra_skin) in extra_skin.into_iter().enumerate() {
             let expected = match k {
                 17 | 900 => 0.45,
                 k if k > 996 => 0.05 * (1.5 * far(k) / rest - 1.0),
                 _ => 0.0,
             };
             assert!(
-                (leeway - expected).abs() < 1e-12,
-                "{k}: {leeway}, not {expected}"
+                (extra_skin - expected).abs() < 1e-12,
+                "{k}: {extra_skin}, not {expected}"
             );
         }
         // Nobody stands out much, nobody moves, there is no room, there are few.
         assert!(
-            leeways(
+            extra_skins(
                 &moved_by((0..1000).map(|k| if k < 2 { 0.19 } else { 0.1 })),
                 &skin
             )
             .is_empty()
         );
-        assert!(leeways(&moved_by((0..1000).map(|_| 0.0)), &skin).is_empty());
-        assert!(leeways(&moved_by((0..199).map(|k| k as f64)), &skin).is_empty());
+        assert!(extra_skins(&moved_by((0..1000).map(|_| 0.0)), &skin).is_empty());
+        assert!(extra_skins(&moved_by((0..199).map(|k| k as f64)), &skin).is_empty());
         let full = Skin {
             largest: 0.1,
             ..skin
         };
-        assert!(leeways(&moved_by((0..1000).map(far)), &full).is_empty());
+        assert!(extra_skins(&moved_by((0..1000).map(far)), &full).is_empty());
     }
 }
