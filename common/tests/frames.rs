@@ -443,10 +443,10 @@ fn streams_of_other_programs_are_read_where_they_can_be() {
     let small: ArrayRef = Arc::new(arrow_array::Float32Array::from(vec![1.0_f32, 2.0]));
     let error = open(vec![("time", time.clone()), ("x", small.clone())]);
     assert!(
-        error.contains("column `x` of type Float32, expected float64"),
+        error.contains("column `x` of type float32, expected float64"),
         "{error}"
     );
-    assert!(open(vec![("time", small)]).contains("column `time` of type Float32"));
+    assert!(open(vec![("time", small)]).contains("column `time` of type float32"));
     assert!(open(vec![("time", time), ("x", x.clone()), ("x", x)]).contains("two columns `x`"));
 }
 

@@ -3,7 +3,9 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use super::message::{Batch, CONTINUATION, END_OF_STREAM, parse_batch, parse_schema, read_column};
+use super::message::{
+    Batch, CONTINUATION, END_OF_STREAM, body_length, parse_batch, parse_schema, read_column,
+};
 use super::positioned::read_exact_at;
 use super::schema::{TIME, VERSION_KEY};
 use super::{Column, ColumnKind, FRAMES_VERSION, Frame, FrameSchema};
@@ -85,7 +87,8 @@ impl FrameReader {
             Err(found) => return Err(wrong(found, expected)),
         };
         let schema = parse_schema(&flatbuffer).map_err(|found| wrong(found, expected))?;
-        if let Some(version) = schema.metadata().get(VERSION_KEY)
+        let version = schema.metadata.iter().find(|(key, _)| key == VERSION_KEY);
+        if let Some((_, version)) = version
             && version != FRAMES_VERSION
         {
             let found = format!("frames of version {version}");
@@ -94,7 +97,7 @@ impl FrameReader {
             return Err(wrong(found, &expected).with_help(help));
         }
         let (schema, kinds, time_field) =
-            FrameSchema::of_arrow(&schema).map_err(|[found, expected]| wrong(found, &expected))?;
+            FrameSchema::of_arrow(schema).map_err(|[found, expected]| wrong(found, &expected))?;
         let mut reader = Self {
             path,
             file,
@@ -320,12 +323,9 @@ fn next_message(file: &File, offset: u64) -> Result<Next, String> {
     }
     let mut flatbuffer = vec![0; length as usize];
     read_exact_at(file, &mut flatbuffer, metadata).map_err(|e| format!("no message: {e}"))?;
-    let message = arrow_ipc::root_as_message(&flatbuffer)
-        // What the verifier of the flatbuffer says is many lines about its insides.
-        .map_err(|_| format!("no Arrow message at byte {offset}"))?;
-    let end = u64::try_from(message.bodyLength())
-        .ok()
-        .and_then(|length| body.checked_add(length))
+    let end = body_length(&flatbuffer)
+        .ok_or_else(|| format!("no Arrow message at byte {offset}"))?
+        .checked_add(body)
         .filter(|&end| end <= file_length)
         .ok_or_else(|| cut("frame"))?;
     let place = Place {

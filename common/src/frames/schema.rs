@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use arrow_schema::{DataType, Field, Metadata, Schema};
-
 use super::FRAMES_VERSION;
+use super::message::{ArrowSchema, Field, FieldType};
 
 /// The column that the writer adds in front of all others: the time of the frame, in s, in every row.
 pub(super) const TIME: &str = "time";
@@ -33,28 +32,33 @@ pub enum ColumnKind {
 }
 
 impl ColumnKind {
-    fn data_type(self) -> DataType {
+    fn field_type(self) -> FieldType {
+        let int = |bits, signed| FieldType::Int { bits, signed };
         match self {
-            Self::F64 => DataType::Float64,
-            Self::I32 => DataType::Int32,
-            Self::U8 => DataType::UInt8,
-            Self::U32 | Self::OptionalU32 => DataType::UInt32,
-            Self::U64 => DataType::UInt64,
-            Self::Text => DataType::Utf8,
+            Self::F64 => FieldType::Double,
+            Self::I32 => int(32, true),
+            Self::U8 => int(8, false),
+            Self::U32 | Self::OptionalU32 => int(32, false),
+            Self::U64 => int(64, false),
+            Self::Text => FieldType::Utf8,
         }
     }
 
-    /// Other writers (pandas, polars) mark every column as nullable; only for `u32` does Mercury use that.
-    fn of_field(field: &Field) -> Option<Self> {
-        match field.data_type() {
-            DataType::Float64 => Some(Self::F64),
-            DataType::Int32 => Some(Self::I32),
-            DataType::UInt8 => Some(Self::U8),
-            DataType::UInt32 if field.is_nullable() => Some(Self::OptionalU32),
-            DataType::UInt32 => Some(Self::U32),
-            DataType::UInt64 => Some(Self::U64),
-            DataType::Utf8 => Some(Self::Text),
-            _ => None,
+    /// Other writers (pandas, polars) mark every column as nullable; only for `u32` does Mercury use that. The error is the name of
+    /// a type that frames do not have.
+    fn of_field(field: &Field<Result<FieldType, String>>) -> Result<Self, String> {
+        match field.kind.clone()? {
+            FieldType::Double => Ok(Self::F64),
+            FieldType::Utf8 => Ok(Self::Text),
+            FieldType::Int { bits, signed } => match (bits, signed) {
+                (32, true) => Ok(Self::I32),
+                (8, false) => Ok(Self::U8),
+                (32, false) if field.nullable => Ok(Self::OptionalU32),
+                (32, false) => Ok(Self::U32),
+                (64, false) => Ok(Self::U64),
+                (bits, true) => Err(format!("int{bits}")),
+                (bits, false) => Err(format!("uint{bits}")),
+            },
         }
     }
 
@@ -169,52 +173,58 @@ impl FrameSchema {
     }
 
     /// The Arrow schema of the file: `time` first.
-    pub(super) fn to_arrow(&self) -> Schema {
+    pub(super) fn to_arrow(&self) -> ArrowSchema<FieldType> {
         let time = ColumnSpec::new(TIME, ColumnKind::F64, "s").described("time of the frame");
-        let fields: Vec<Field> = std::iter::once(&time)
-            .chain(&self.columns)
-            .map(|column| {
-                let mut metadata = Metadata::from([(UNIT, column.unit.as_str())]);
-                if let Some(description) = &column.description {
-                    metadata.insert(DESCRIPTION, description.as_str());
-                }
-                let nullable = column.kind == ColumnKind::OptionalU32;
-                Field::new(&column.name, column.kind.data_type(), nullable).with_metadata(metadata)
-            })
-            .collect();
-        Schema::new_with_metadata(fields, self.metadata.clone())
+        let fields = std::iter::once(&time).chain(&self.columns).map(|column| {
+            let description = column.description.iter();
+            let described = description.map(|text| (DESCRIPTION.to_owned(), text.clone()));
+            let unit = (UNIT.to_owned(), column.unit.clone());
+            Field {
+                name: column.name.clone(),
+                kind: column.kind.field_type(),
+                nullable: column.kind == ColumnKind::OptionalU32,
+                metadata: described.chain([unit]).collect(),
+            }
+        });
+        ArrowSchema {
+            fields: fields.collect(),
+            metadata: self.metadata.clone().into_iter().collect(),
+        }
     }
 
     /// Reads an Arrow schema back: the schema, the kinds of all fields in file order, and which of them is `time`.
     /// The error is what was found and what was expected.
-    pub(super) fn of_arrow(schema: &Schema) -> Result<(Self, Vec<ColumnKind>, usize), [String; 2]> {
+    pub(super) fn of_arrow(
+        schema: ArrowSchema<Result<FieldType, String>>,
+    ) -> Result<(Self, Vec<ColumnKind>, usize), [String; 2]> {
         let mut columns = Vec::new();
         let mut kinds = Vec::new();
         let mut time = None;
-        for (k, field) in schema.fields().iter().enumerate() {
-            let kind = ColumnKind::of_field(field).ok_or_else(|| {
+        for (k, field) in schema.fields.into_iter().enumerate() {
+            let kind = ColumnKind::of_field(&field).map_err(|kind| {
                 [
-                    format!("column `{}` of type {}", field.name(), field.data_type()),
+                    format!("column `{}` of type {kind}", field.name),
                     "float64, int32, uint8, uint32, uint64 or utf8".to_owned(),
                 ]
             })?;
             kinds.push(kind);
-            if field.name() == TIME {
+            if field.name == TIME {
                 if time.is_some() {
                     return Err(["two columns `time`".to_owned(), "one".to_owned()]);
                 }
                 if kind != ColumnKind::F64 {
-                    let found = format!("column `time` of type {}", field.data_type());
+                    let found = "column `time` of another type than float64".to_owned();
                     return Err([found, "float64, in s".to_owned()]);
                 }
                 time = Some(k);
                 continue;
             }
+            let mut facts: BTreeMap<String, String> = field.metadata.into_iter().collect();
             columns.push(ColumnSpec {
-                name: field.name().clone(),
+                name: field.name,
                 kind,
-                unit: field.metadata().get(UNIT).cloned().unwrap_or_default(),
-                description: field.metadata().get(DESCRIPTION).cloned(),
+                unit: facts.remove(UNIT).unwrap_or_default(),
+                description: facts.remove(DESCRIPTION),
             });
         }
         let time = time.ok_or_else(|| {
@@ -227,8 +237,7 @@ impl FrameSchema {
                 return Err([found, "different names".to_owned()]);
             }
         }
-        let metadata = schema.metadata().iter();
-        let metadata = metadata.map(|(k, v)| (k.clone(), v.clone())).collect();
+        let metadata = schema.metadata.into_iter().collect();
         Ok((Self { columns, metadata }, kinds, time))
     }
 }

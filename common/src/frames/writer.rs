@@ -65,8 +65,9 @@ impl FrameWriter {
     /// [`FrameWriteError::File`] when the file cannot be made.
     pub fn create(path: impl Into<PathBuf>, schema: FrameSchema) -> Result<Self, FrameWriteError> {
         let path = path.into();
-        let bytes = encode_schema(&schema).map_err(|error| {
-            FileError::of(&path, "the file cannot be written")(io::Error::other(error))
+        let bytes = encode_schema(&schema.to_arrow()).ok_or_else(|| {
+            let error = io::Error::other("too many columns");
+            FileError::of(&path, "the file cannot be written")(error)
         })?;
         let mut file = WholeFile::create(&path)?;
         file.append(&bytes)?;

@@ -1,9 +1,8 @@
 //! From the bytes of a message to schema, batch and columns. Nothing in here trusts the bytes.
 
-use arrow_ipc::{Endianness, MessageHeader, convert, root_as_message};
-use arrow_schema::Schema;
-
-use super::{LittleEndian, STEP_KEY, TIME_KEY};
+use super::flat::{Damaged, Flat};
+use super::schema::{RECORD_BATCH, message, metadata_of};
+use super::{ArrowSchema, FieldType, LittleEndian, STEP_KEY, TIME_KEY, batch};
 use crate::frames::{Column, ColumnKind};
 
 /// Bytes read at a time when numbers are converted.
@@ -23,18 +22,17 @@ pub(in crate::frames) struct Batch {
 }
 
 /// The Arrow schema in the first message of a stream.
-pub(in crate::frames) fn parse_schema(flatbuffer: &[u8]) -> Result<Schema, String> {
-    let message = root_as_message(flatbuffer).map_err(|_| "no Arrow message")?;
-    let schema = message
-        .header_as_schema()
-        .ok_or("a first message that is no schema")?;
-    if message.bodyLength() != 0 {
-        return Err("a schema message with a body".to_owned());
-    }
-    if schema.endianness() != Endianness::Little {
-        return Err("big-endian numbers".to_owned());
-    }
-    convert::try_fb_to_schema(schema).map_err(|e| e.to_string())
+pub(in crate::frames) fn parse_schema(
+    flatbuffer: &[u8],
+) -> Result<ArrowSchema<Result<FieldType, String>>, String> {
+    ArrowSchema::decode(flatbuffer)
+}
+
+/// The length of the body of a message, in bytes; `None` where it is no message.
+pub(in crate::frames) fn body_length(flatbuffer: &[u8]) -> Option<u64> {
+    let flat = Flat::new(flatbuffer);
+    let length = flat.root().and_then(|root| root.long(message::BODY_LENGTH));
+    u64::try_from(length.ok()?).ok()
 }
 
 /// Reads the head of a record batch whose columns have these kinds.
@@ -42,17 +40,26 @@ pub(in crate::frames) fn parse_batch(
     flatbuffer: &[u8],
     kinds: &[ColumnKind],
 ) -> Result<Batch, String> {
-    let message = root_as_message(flatbuffer).map_err(|_| "no Arrow message")?;
-    let batch = message.header_as_record_batch().ok_or_else(|| {
-        let MessageHeader(kind) = message.header_type();
-        format!("an Arrow message of type {kind} in place of a record batch")
-    })?;
-    if batch.compression().is_some() {
+    let damaged = |Damaged| "no Arrow message".to_owned();
+    let flat = Flat::new(flatbuffer);
+    let root = flat.root().map_err(damaged)?;
+    let kind = root.byte(message::KIND).map_err(damaged)?;
+    if kind != RECORD_BATCH {
+        return Err(format!(
+            "an Arrow message of type {kind} in place of a record batch"
+        ));
+    }
+    let header = root.table(message::HEADER).map_err(damaged)?;
+    let header = header.ok_or("a message without a record batch")?;
+    if header.table(batch::COMPRESSION).map_err(damaged)?.is_some() {
         return Err("a compressed record batch, which this reader cannot open".to_owned());
     }
-    let body_length = u64::try_from(message.bodyLength()).map_err(|_| "a negative body length")?;
-    let rows = usize::try_from(batch.length()).map_err(|_| "a negative number of rows")?;
-    let nodes = batch.nodes().ok_or("a batch without columns")?;
+    let body_length = root.long(message::BODY_LENGTH).map_err(damaged)?;
+    let body_length = u64::try_from(body_length).map_err(|_| "a negative body length")?;
+    let length = header.long(batch::LENGTH).map_err(damaged)?;
+    let rows = usize::try_from(length).map_err(|_| "a negative number of rows")?;
+    let nodes = header.pairs(batch::NODES).map_err(damaged)?;
+    let nodes = nodes.ok_or("a batch without columns")?;
     if nodes.len() != kinds.len() {
         return Err(format!(
             "a batch of {} columns in place of {}",
@@ -60,22 +67,17 @@ pub(in crate::frames) fn parse_batch(
             kinds.len()
         ));
     }
-    if let Some(node) = nodes.iter().find(|node| node.length() != batch.length()) {
-        return Err(format!(
-            "a column of {} rows in place of {rows}",
-            node.length()
-        ));
+    if let Some([other, _]) = nodes.iter().find(|[other, _]| *other != length) {
+        return Err(format!("a column of {other} rows in place of {rows}"));
     }
-    let stored = batch.buffers().ok_or("a batch without buffers")?;
+    let stored = header.pairs(batch::BUFFERS).map_err(damaged)?;
+    let stored = stored.ok_or("a batch without buffers")?;
     if stored.len() != kinds.iter().map(|k| k.buffers()).sum::<usize>() {
         return Err(format!("a batch with {} buffers", stored.len()));
     }
     let mut buffers = Vec::with_capacity(stored.len());
-    for buffer in stored {
-        let inside = match (
-            u64::try_from(buffer.offset()),
-            u64::try_from(buffer.length()),
-        ) {
+    for [offset, length] in stored {
+        let inside = match (u64::try_from(offset), u64::try_from(length)) {
             (Ok(offset), Ok(length)) => offset
                 .checked_add(length)
                 .filter(|&end| end <= body_length)
@@ -85,10 +87,10 @@ pub(in crate::frames) fn parse_batch(
         buffers.push(inside.ok_or("a buffer outside of its batch")?);
     }
 
+    let metadata = metadata_of(&root, message::METADATA).map_err(damaged)?;
     let value_of = |key: &str| {
-        let entries = message.custom_metadata()?;
-        let entry = entries.iter().find(|entry| entry.key() == Some(key))?;
-        entry.value()
+        let entry = metadata.iter().find(|(own, _)| own == key);
+        entry.map(|(_, value)| &value[..])
     };
     let time = match value_of(TIME_KEY) {
         None => None,
