@@ -56,7 +56,7 @@ pub use particles::{
     Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
     Start,
 };
-pub use psd::{Psd, SizeLaw, Weighting};
+pub use psd::{MixturePart, Psd, SizeLaw, Weighting, parse_psd, read_psd};
 pub use region::Region;
 pub use settings::{
     ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever,

@@ -67,6 +67,11 @@ impl Tabulated {
         sum / self.total
     }
 
+    /// The integral of the density as given.
+    pub(super) fn total(&self) -> f64 {
+        self.total
+    }
+
     /// Share below d.
     pub(super) fn cdf(&self, density: impl Fn(f64) -> f64, diameter: f64) -> f64 {
         let y = diameter.ln();

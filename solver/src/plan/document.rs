@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use mercury_common::scene::Total;
 use serde::Serialize;
 
 use super::passes::passes;
@@ -83,6 +84,8 @@ struct Particles {
     at_start: usize,
     #[serde(skip_serializing_if = "is_zero")]
     bodies_at_start: usize,
+    #[serde(skip_serializing_if = "is_zero")]
+    pebbles_at_start: usize,
     fixed: usize,
     expected: f64,
     smallest_radius: f64,
@@ -126,6 +129,9 @@ struct Insertion<'a> {
     from: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<f64>,
+    /// As the scene says it: `number`, `mass` or `volume`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    total: Option<BTreeMap<&'static str, f64>>,
     mixture: Vec<Ingredient<'a>>,
 }
 
@@ -137,6 +143,8 @@ struct Ingredient<'a> {
     number_share: f64,
     smallest_diameter: f64,
     largest_diameter: f64,
+    /// The sizes as a scene states them, tables written out: what `mercury-psd check` tests the run against.
+    psd: toml::Table,
 }
 
 #[derive(Serialize)]
@@ -219,6 +227,9 @@ impl<'a> Document<'a> {
             particles: Particles {
                 at_start: plan.particles.len(),
                 bodies_at_start: plan.bodies.len(),
+                pebbles_at_start: (plan.bodies.iter())
+                    .map(|body| body.clump(&plan.clumps).pebbles.len())
+                    .sum(),
                 fixed: plan.particles.iter().filter(|p| p.fixed).count(),
                 expected: expected.particles + expected.bodies,
                 smallest_radius: plan.smallest_radius,
@@ -266,6 +277,7 @@ impl<'a> Document<'a> {
                     expected_number: expected_number(insertion, &densities, plan.dimensions),
                     from: insertion.from,
                     until: finite(insertion.until),
+                    total: insertion.total.and_then(total),
                     mixture: insertion
                         .mixture
                         .iter()
@@ -277,6 +289,7 @@ impl<'a> Document<'a> {
                             number_share: part.share,
                             smallest_diameter: part.sizes.smallest(),
                             largest_diameter: part.sizes.largest(),
+                            psd: part.sizes.statement(),
                         })
                         .collect(),
                 })
@@ -292,6 +305,16 @@ impl<'a> Document<'a> {
                 .collect(),
         }
     }
+}
+
+fn total(total: Total) -> Option<BTreeMap<&'static str, f64>> {
+    let (key, value) = match total {
+        Total::Number(number) => ("number", number as f64),
+        Total::Mass(mass) => ("mass", mass),
+        Total::Volume(volume) => ("volume", volume),
+        Total::Full => return None,
+    };
+    Some(BTreeMap::from([(key, value)]))
 }
 
 fn contact(pair: &PairPlan) -> Contact<'_> {

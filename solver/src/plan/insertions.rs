@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
+use mercury_common::error::FormatError;
 use mercury_common::formats::number::parse_number;
 use mercury_common::scene::{
-    Body, Insertion, Quantity, Rate as SceneRate, Region as SceneRegion, Scene, SceneError, Total,
+    Body, Insertion, Located, Psd, Quantity, Rate as SceneRate, Region as SceneRegion, Scene,
+    SceneError, SizeLaw, Total,
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
@@ -66,9 +68,16 @@ fn plan_one(
         };
         let sizes = match SizeDistribution::from_scene(&component.psd) {
             Ok(sizes) => sizes,
-            Err(SizeError::File(_)) => return None,
             Err(SizeError::Improper(error)) => {
                 errors.push(error);
+                continue;
+            }
+            Err(SizeError::File(error)) => {
+                errors.push(of_file(&component.psd, error));
+                continue;
+            }
+            Err(error @ SizeError::Law(_)) => {
+                errors.push(component.psd.error(error.to_string()));
                 continue;
             }
         };
@@ -197,6 +206,19 @@ fn check_room(
 /// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at
 /// most the range of areas over this number.
 const AREA_POINTS: u32 = 4096;
+
+/// What is wrong with the table that a scene names, at the place where it does.
+fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
+    let help = error.help.take();
+    let error = match &psd.law {
+        SizeLaw::File { file } => file.error(error.to_string()),
+        _ => psd.error(error.to_string()),
+    };
+    match help {
+        Some(help) => error.with_help(help),
+        None => error,
+    }
+}
 
 /// Mean volume of the particles (m^3), or mean area of discs (m^2), by number.
 #[must_use]

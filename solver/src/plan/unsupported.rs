@@ -1,7 +1,7 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
 use mercury_common::scene::{
-    Insertion, Method, ParticleSource, Place, Region, Scene, SceneError, SizeLaw, Start,
+    Insertion, Method, ParticleSource, Place, Region, Scene, SceneError, Start,
 };
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
@@ -77,11 +77,6 @@ impl Found {
 
     fn insertion(&mut self, insertion: &Insertion) {
         self.region(&insertion.region.value);
-        for component in &insertion.mixture {
-            if let SizeLaw::File { file } = &component.psd.law {
-                self.add(&file.place, "size distributions from files are");
-            }
-        }
         let method = &insertion.method;
         if method.value == Method::Quota {
             let error = missing(&method.place, "\"quota\" is");

@@ -1,269 +1,211 @@
-//! Moments against closed forms, samples against the law, and what cannot be drawn.
+//! All weightings of all forms against quadrature and each other; what a scene asks for.
 
 use super::*;
+use crate::scene::{Files, parse_psd, parse_scene};
+use crate::sizes::{ClassModel, changes};
 use proptest::prelude::*;
 
-fn distribution(law: Law, power: i32, cut: Option<[f64; 2]>) -> SizeDistribution {
-    SizeDistribution::new(law, power, cut).expect("a proper law")
+fn law(text: &str) -> SizeDistribution {
+    let psd = parse_psd("law.toml", text, None).expect("a law");
+    SizeDistribution::from_scene(&psd).expect("sizes")
 }
 
-/// One of each family, in each weighting, with and without cut.
+/// One of each family in each weighting that it can have, classes in each model, a mixture.
 fn all() -> Vec<SizeDistribution> {
-    let laws = [
-        Law::Monodisperse(2e-3),
-        Law::Uniform {
-            min: 1e-3,
-            max: 3e-3,
-        },
-        Law::Normal {
-            mean: 2e-3,
-            deviation: 2e-4,
-        },
-        Law::Lognormal {
-            median: 3e-3,
-            sigma: 0.2,
-        },
-        Law::RosinRammler {
-            d63: 1e-3,
-            exponent: 3.7,
-        },
-        Law::Power {
-            max: 1e-3,
-            exponent: 3.2,
-        },
-    ];
     let mut all = Vec::new();
-    for law in laws {
-        for power in 0..=3 {
-            for cut in [None, Some([0.01, 0.95])] {
-                all.push(distribution(law, power, cut));
-            }
+    for weighting in ["number", "length", "area", "volume"] {
+        for keys in [
+            "kind = \"uniform\"\nmin_diameter = 1e-3\nmax_diameter = 3e-3",
+            "kind = \"normal\"\nmean_diameter = 2e-3\nstandard_deviation = 2e-4",
+            "kind = \"lognormal\"\nmedian_diameter = 3e-3\nsigma = 0.2",
+            "kind = \"rosin-rammler\"\nd63 = 1e-3\nexponent = 3.7\ncut = [0.01, 0.99]",
+            "kind = \"ggs\"\nmax_diameter = 1e-3\nexponent = 3.2\ncut = [0.02, 1.0]",
+            "kind = \"phi-normal\"\nmedian_diameter = 1e-3\nsigma_phi = 0.4\ncut = [0.1, 0.8]",
+            "kind = \"mixture\"\nof = [{ share = 0.3, kind = \"lognormal\", median_diameter = 1e-3, sigma = 0.1 },\n\
+             { share = 0.7, kind = \"uniform\", min_diameter = 2e-3, max_diameter = 3e-3 }]",
+        ] {
+            all.push(law(&format!("{keys}\nweighting = \"{weighting}\"\n")));
+        }
+        for (model, _) in ClassModel::all() {
+            all.push(law(&format!(
+                "kind = \"classes\"\ndiameters = [1e-3, 1.5e-3, 2e-3, 4e-3]\nshares = [1.0, 0.0, 2.5]\n\
+                 model = \"{model}\"\nweighting = \"{weighting}\"\n"
+            )));
         }
     }
     all
 }
 
-/// The mean of d^j by number from the stated law alone: integral of d^(j-k) over its quantiles divided
-/// by that of d^-k, midpoint rule of n points.
-fn moment_by_quantiles(sizes: &SizeDistribution, j: i32) -> f64 {
-    let n = 200_000;
-    let mut sums = [0.0; 2];
-    for i in 0..n {
-        let d = sizes.quantile((f64::from(i) + 0.5) / f64::from(n));
-        sums[0] += d.powi(j - sizes.power);
-        sums[1] += d.powi(-sizes.power);
+/// Midpoint rule in ln d, n points in each of the pieces that kinks divide the range into.
+fn integral(sizes: &SizeDistribution, f: impl Fn(f64) -> f64) -> f64 {
+    let mut ends = vec![sizes.smallest(), sizes.largest()];
+    match &sizes.form {
+        Form::Classes(classes) => ends.extend(classes.edges()),
+        Form::Mixture(parts) => {
+            ends.extend(parts.iter().flat_map(|(_, p)| [p.smallest(), p.largest()]));
+        }
+        Form::Law(_) => {}
     }
-    sums[0] / sums[1]
+    ends.sort_by(f64::total_cmp);
+    let n = 4000;
+    let mut sum = 0.0;
+    for piece in ends.windows(2) {
+        let (a, b) = (piece[0].ln(), piece[1].ln());
+        for i in 0..n {
+            let d = (a + (b - a) * (f64::from(i) + 0.5) / f64::from(n)).exp();
+            sum += f(d) * d * (b - a) / f64::from(n);
+        }
+    }
+    sum
 }
 
 #[test]
-fn moments_follow_from_the_stated_law() {
+fn densities_and_moments_agree_with_quadrature() {
     for sizes in all() {
-        for j in [1, 3] {
-            // The midpoint rule misses about 1/n of the open ends, more where d^-3 grows there: for the
-            // power laws (d^-3 ~ q^(-3/3.2)) its error falls only as n^(-1 + 3/3.2).
-            let is_rough = sizes.bounds[0] < 0.01
-                && matches!(sizes.law, Law::Power { .. } | Law::RosinRammler { .. });
-            if is_rough {
-                continue;
+        let number = sizes.by(Weighting::Number);
+        for weighting in Weighting::ALL {
+            let view = sizes.by(weighting);
+            // The midpoint rule of 4000 points misses (h^2/24) f''/f, some 1e-6 for the steepest flank here.
+            let all = integral(&sizes, |d| view.density(d));
+            assert!((all - 1.0).abs() < 2e-6, "{sizes:?} {weighting:?}: {all}");
+            // q_k = d^k q_0 / M_k
+            let k = i32::from(weighting.power());
+            let d = sizes.by(Weighting::Volume).quantile(0.4);
+            let expected = d.powi(k) * number.density(d) / sizes.moment(k);
+            assert!(
+                (view.density(d) / expected - 1.0).abs() < 1e-9,
+                "{sizes:?} {weighting:?}: {} {expected}",
+                view.density(d)
+            );
+        }
+        for j in [-2, 1, 2, 3, 4, 6] {
+            let expected = integral(&sizes, |d| number.density(d) * d.powi(j));
+            let moment = sizes.moment(j);
+            assert!((moment / expected - 1.0).abs() < 3e-6, "{sizes:?} {j}");
+        }
+    }
+}
+
+#[test]
+fn quantiles_invert_shares_in_every_weighting() {
+    for sizes in all() {
+        for weighting in Weighting::ALL {
+            let view = sizes.by(weighting);
+            let mut last = 0.0;
+            for i in 0..=200 {
+                let u = f64::from(i) / 200.0;
+                let d = view.quantile(u);
+                assert!(d >= last, "{sizes:?}: not increasing at {u}");
+                last = d;
+                // d is known to round-off; the share changes by d q(d) per unit of ln d, at most 40 here.
+                let back = view.cdf(d);
+                assert!(
+                    (back - u).abs() < 1e-12,
+                    "{sizes:?} {weighting:?}: {u} {back}"
+                );
             }
-            let expected = moment_by_quantiles(&sizes, j);
-            let relative = (sizes.moment(j) / expected - 1.0).abs();
-            assert!(relative < 2e-5, "{sizes:?} {j}: {relative}");
+            assert_eq!(view.cdf(sizes.smallest() * 0.999), 0.0);
+            assert_eq!(view.cdf(sizes.largest()), 1.0);
+            assert_eq!(view.density(sizes.largest() * 1.001), 0.0);
         }
     }
 }
 
 #[test]
-fn lognormal_moments_are_those_of_hatch_and_choate() {
-    let (median, sigma) = (3e-3_f64, 0.2_f64);
-    for power in 0..=3 {
-        let sizes = distribution(Law::Lognormal { median, sigma }, power, None);
-        let number_median = median * (-f64::from(power) * sigma * sigma).exp();
-        let mean = number_median * (0.5 * sigma * sigma).exp();
-        let cube = number_median.powi(3) * (4.5 * sigma * sigma).exp();
-        // What the open ends leave out: 1e-9 at +-6 sigma of the stated law, which is at
-        // 6 - 3 * 0.2 = 5.4 sigma of the others, 3e-8, times d / mean <= exp(6 * 3 * 0.2).
-        assert!((sizes.mean_diameter() / mean - 1.0).abs() < 3e-7);
-        assert!((sizes.mean_volume() / (PI / 6.0 * cube) - 1.0).abs() < 2e-6);
-        assert!((sizes.quantile(0.5) / median - 1.0).abs() < 1e-14);
-        assert!((sizes.sample_diameter(0.5) / number_median - 1.0).abs() < 1e-7);
-    }
-}
-
-#[test]
-fn rosin_rammler_by_volume_has_the_moments_of_the_gamma_function() {
-    // By volume with exponent 6: <d^-3>_3 = Gamma(1 - 3/6) / d63^3 = sqrt(pi) / d63^3, and the mean of
-    // d^3 by number is its inverse. Open ends: t^(-1/2) below 1e-9 holds 2 sqrt(1e-9) of sqrt(pi).
-    let sizes = distribution(
-        Law::RosinRammler {
-            d63: 2.0,
-            exponent: 6.0,
-        },
-        3,
-        None,
-    );
-    let left_out = 2.0 * 1e-9_f64.sqrt() / PI.sqrt();
-    let expected = 8.0 / PI.sqrt() * (1.0 + left_out);
-    assert!(
-        (sizes.moment(3) / expected - 1.0).abs() < 1e-8,
-        "{} {expected}",
-        sizes.moment(3)
-    );
-    // By number with exponent 1: the exponential law, mean d63, mean cube 6 d63^3; cut at t = 20.7,
-    // where t^3 exp(-t) leaves out (t^3 + 3 t^2 + 6 t + 6) 1e-9 of 6.
-    let sizes = distribution(
-        Law::RosinRammler {
-            d63: 2.0,
-            exponent: 1.0,
-        },
-        0,
-        None,
-    );
-    assert!((sizes.moment(1) / 2.0 - 1.0).abs() < 3e-8);
-    assert!((sizes.moment(3) / 48.0 - 1.0).abs() < 2e-6);
-}
-
-#[test]
-fn power_law_moments() {
-    // By volume with exponent 4: q_0 ~ d^3 / d^3 = constant on [a, b], a = 0.01^(1/4).
-    let sizes = distribution(
-        Law::Power {
-            max: 1.0,
-            exponent: 4.0,
-        },
-        3,
-        Some([0.01, 1.0]),
-    );
-    let a = 0.01_f64.powf(0.25);
-    assert!((sizes.mean_diameter() - 0.5 * (a + 1.0)).abs() < 1e-14);
-    assert!((sizes.moment(3) - 0.25 * (a + 1.0) * (a * a + 1.0)).abs() < 1e-14);
-    // With exponent 3: q_0 ~ 1/d, mean (b - a) / ln(b/a).
-    let sizes = distribution(
-        Law::Power {
-            max: 1.0,
-            exponent: 3.0,
-        },
-        3,
-        Some([0.01, 1.0]),
-    );
-    let a = 0.01_f64.powf(1.0 / 3.0);
-    assert!((sizes.mean_diameter() - (1.0 - a) / (1.0 / a).ln()).abs() < 1e-14);
-}
-
-#[test]
-fn samples_invert_the_number_cdf() {
+fn statements_read_back_as_the_same_distribution() {
     for sizes in all() {
-        if matches!(sizes.law, Law::Monodisperse(_)) {
-            assert_eq!(sizes.sample_diameter(0.3), 2e-3);
-            continue;
+        let again = law(&sizes.statement().to_string());
+        for u in [0.0, 0.1, 0.5, 0.9, 1.0] {
+            let (a, b) = (sizes.sample_diameter(u), again.sample_diameter(u));
+            assert!((a / b - 1.0).abs() < 1e-13, "{sizes:?} {u}: {a} {b}");
         }
-        let mut last = 0.0;
-        for i in 0..=400 {
-            let u = f64::from(i) / 400.0;
+        assert_eq!(sizes.weighting(), again.weighting());
+    }
+}
+
+#[test]
+fn cuts_are_exact_and_say_what_they_removed() {
+    for sizes in all() {
+        for weighting in Weighting::ALL {
+            let (after, effect) = changes::cut(&sizes, weighting, 0.2, 0.9).expect("a cut");
+            let (before, view) = (sizes.by(weighting), after.by(weighting));
+            for u in [0.0, 0.25, 0.5, 0.75, 1.0] {
+                let (a, b) = (view.quantile(u), before.quantile(0.2 + 0.7 * u));
+                // Share 1e-12 as in the test of quantiles, over a density of at least 0.01 per ln d away from gaps.
+                assert!(
+                    (a / b - 1.0).abs() < 1e-9,
+                    "{sizes:?} {weighting:?} {u}: {a} {b}"
+                );
+            }
+            let removed = match weighting {
+                Weighting::Number => effect.removed_number,
+                Weighting::Volume => effect.removed_volume,
+                _ => continue,
+            };
+            assert!(
+                (removed - 0.3).abs() < 1e-11,
+                "{sizes:?} {weighting:?} {removed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn scaling_and_squeezing_move_the_quantiles() {
+    for sizes in all() {
+        let (after, _) = changes::scale(&sizes, 2.5).expect("a factor");
+        let (squeezed, effect) =
+            changes::squeeze(&sizes, Weighting::Volume, 0.5).expect("a squeeze");
+        let median = sizes.by(Weighting::Volume).quantile(0.5);
+        for i in 1..10 {
+            // Not 0.3: there the mixture by number has a gap.
+            let u = f64::from(i) / 10.0 + 0.03;
             let d = sizes.sample_diameter(u);
-            assert!(d > last, "{sizes:?}: not increasing at {u}");
-            last = d;
-            let back = sizes.number_cdf(d);
-            // ln d is known to round-off (d is about exp(-7), so 1e-15 absolute in ln d), and the
-            // share changes by at most some 40 per unit of ln d for the narrowest law here.
-            assert!((back - u).abs() < 1e-12, "{sizes:?}: {u} {back}");
+            assert!((after.sample_diameter(u) / (2.5 * d) - 1.0).abs() < 1e-11);
+            // Numbers in classes survive; a law is divided into a thousand, so within one of them. Classes whose
+            // number density is not constant are so again, in other bounds: within a class.
+            let expected = median + 0.5 * (d - median);
+            let tolerance = match sizes.classes().map(Classes::model) {
+                None => 2e-3,
+                Some(ClassModel::Uniform(Weighting::Number)) => 1e-12,
+                Some(_) => 0.1,
+            };
+            let got = squeezed.sample_diameter(u);
+            assert!(
+                (got / expected - 1.0).abs() < tolerance,
+                "{sizes:?} {u}: {got} {expected}"
+            );
         }
-        assert_eq!(sizes.sample_diameter(0.0), sizes.smallest());
-        assert_eq!(sizes.sample_diameter(1.0), sizes.largest());
+        assert_eq!(effect.classes.is_none(), sizes.classes().is_some());
     }
-}
-
-/// The multiples of the golden ratio have a discrepancy of at most (3 + 3.53 ln N) / N (Kuipers and
-/// Niederreiter 1974, theorem 3.4 of chapter 2, all partial quotients 1); what is drawn with them has
-/// the same Kolmogorov distance from its law. A law of the wrong weighting is off by several times that.
-#[test]
-fn drawn_samples_keep_the_kolmogorov_bound() {
-    let n: u32 = 2000;
-    let bound = (3.0 + 3.53 * f64::from(n).ln()) / f64::from(n);
-    for sizes in all() {
-        if matches!(sizes.law, Law::Monodisperse(_)) {
-            continue;
-        }
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let mut drawn: Vec<f64> = (1..=n)
-            .map(|i| sizes.sample_diameter((f64::from(i) * golden).fract()))
-            .collect();
-        drawn.sort_by(f64::total_cmp);
-        // The share by number below d, from the stated law: integral of d^-k over its quantiles.
-        let m = 20_000;
-        let diameters: Vec<f64> = (0..m)
-            .map(|i| sizes.quantile((f64::from(i) + 0.5) / f64::from(m)))
-            .collect();
-        if sizes.bounds[0] < 0.01 && sizes.power > 1 {
-            continue;
-        }
-        let total: f64 = diameters.iter().map(|d| d.powi(-sizes.power)).sum();
-        let mut below = 0.0;
-        for d in diameters {
-            below += d.powi(-sizes.power);
-            let rank = drawn.partition_point(|&drawn| drawn <= d) as f64 / f64::from(n);
-            // 1e-3: each quantile stands for a step of the sum, of at most 20 / m for these laws.
-            assert!((rank - below / total).abs() < bound + 1e-3, "{sizes:?} {d}");
-        }
-    }
+    let wide =
+        law("kind = \"uniform\"\nmin_diameter = 1.0\nmax_diameter = 3.0\nweighting = \"number\"");
+    let error = changes::squeeze(&wide, Weighting::Number, 3.0).expect_err("below 0");
+    assert_eq!(
+        error.to_string(),
+        "a squeeze by 3 makes the smallest diameter -1 m: choose a factor below 2"
+    );
+    assert!(changes::scale(&wide, -1.0).is_err());
+    assert!(changes::cut(&wide, Weighting::Number, 0.5, 0.5).is_err());
 }
 
 #[test]
-fn uniform_by_volume_has_the_closed_quantiles() {
-    // q_0 ~ 1/d^3 on [1, 2]: F = (1 - 1/d^2) / (3/4).
-    let sizes = distribution(Law::Uniform { min: 1.0, max: 2.0 }, 3, None);
-    for u in [0.0, 0.1, 0.5, 0.9, 1.0] {
-        let d = 1.0 / f64::sqrt(1.0 - 0.75 * u);
-        assert!((sizes.sample_diameter(u) - d).abs() < 1e-15 * 4.0);
-    }
-    // <d> = integral of 1/d^2 over integral of 1/d^3 = (1/2) / (3/8).
-    assert!((sizes.mean_diameter() - 4.0 / 3.0).abs() < 1e-15 * 4.0);
-}
-
-#[test]
-fn normal_moments_by_number() {
-    let (mean, s) = (2e-3, 2e-4);
-    let sizes = distribution(Law::Normal { mean, deviation: s }, 0, None);
-    assert!((sizes.mean_diameter() / mean - 1.0).abs() < 1e-12);
-    // <d^3> = mean^3 + 3 mean s^2; the ends leave out 2e-9 at 6 s, 2 * 36 * 3 * (s/mean)^2 of it.
-    let cube = mean * mean * mean + 3.0 * mean * s * s;
-    assert!((sizes.moment(3) / cube - 1.0).abs() < 2e-8);
-}
-
-#[test]
-fn laws_with_infinitely_many_particles_are_refused() {
-    for (law, power) in [
-        (
-            Law::RosinRammler {
-                d63: 1.0,
-                exponent: 1.5,
-            },
-            3,
-        ),
-        (
-            Law::Power {
-                max: 1.0,
-                exponent: 3.0,
-            },
-            3,
-        ),
-        (
-            Law::Normal {
-                mean: 1.0,
-                deviation: 0.3,
-            },
-            0,
-        ),
-    ] {
-        assert!(SizeDistribution::new(law, power, None).is_err(), "{law:?}");
-        let cut = distribution(law, power, Some([0.01, 1.0]));
-        assert!(cut.smallest() > 0.0 && cut.largest().is_finite());
-    }
+fn a_mixture_counts_its_shares_in_its_weighting() {
+    // Half the volume 1 mm, half 2 mm: 8 small ones for each large one.
+    let sizes = law(
+        "kind = \"mixture\"\nweighting = \"volume\"\nof = [{ share = 1, kind = \"monodisperse\", diameter = 1e-3 },\n\
+         { share = 1, kind = \"monodisperse\", diameter = 2e-3 }]",
+    );
+    assert!(sizes.has_single_sizes());
+    assert!((sizes.number_cdf(1.5e-3) - 8.0 / 9.0).abs() < 1e-15);
+    assert!((sizes.by(Weighting::Volume).cdf(1.5e-3) - 0.5).abs() < 1e-15);
+    assert_eq!(sizes.sample_diameter(0.8), 1e-3);
+    assert_eq!(sizes.sample_diameter(0.9), 2e-3);
+    let mean = (8.0 * 1e-3 + 2e-3) / 9.0;
+    assert!((sizes.mean_diameter() - mean).abs() < 1e-18);
 }
 
 fn requested(psd: &str) -> Result<SizeDistribution, SizeError> {
-    use crate::scene::{Files, parse_scene};
     let text = format!(
         "[time]\nend = 1.0\nstep = 0.1\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n\
          [output]\ninterval = 0.1\n[materials.m]\ndensity = 1.0\n\
@@ -282,26 +224,33 @@ fn requests_of_a_scene_become_laws() {
         r#"{ kind = "uniform", min_diameter = 2, max_diameter = 2, weighting = "area" }"#,
     )
     .expect("one size");
-    assert_eq!(uniform.law, Law::Monodisperse(2.0));
+    assert!(uniform.has_single_sizes());
     let phi =
         requested(r#"{ kind = "phi-normal", median_diameter = 1e-3, sigma_phi = 0.5, weighting = "volume", cut = [0.1, 0.9] }"#)
             .expect("a lognormal law");
     // One phi is a factor of 2 in diameter; the cut medians coincide.
+    let Form::Law(law) = &phi.form else {
+        panic!("no law")
+    };
     assert_eq!(
-        phi.law,
+        law.law,
         Law::Lognormal {
             median: 1e-3,
             sigma: 0.5 * 2.0_f64.ln()
         }
     );
     assert!((phi.quantile(0.5) / 1e-3 - 1.0).abs() < 1e-15 * 4.0);
-    assert_eq!(phi.power, 3);
+    assert_eq!(phi.weighting(), Weighting::Volume);
 }
 
 #[test]
 fn requests_that_cannot_be_drawn_say_why() {
-    let file = requested(r#"{ file = "grain.psd.csv" }"#).expect_err("a file");
-    assert!(matches!(&file, SizeError::File(file) if file.place.text() == "\"grain.psd.csv\""));
+    let file = requested(r#"{ file = "no-such.psd.csv" }"#).expect_err("a file");
+    let message = file.to_string();
+    assert!(
+        message.starts_with("no-such.psd.csv: the file cannot be read"),
+        "{message}"
+    );
     let psd = r#"{ kind = "ggs", max_diameter = 1, exponent = 2, weighting = "volume" }"#;
     let improper = requested(psd).expect_err("no number");
     let carets = "^".repeat(psd.len());
@@ -315,32 +264,77 @@ fn requests_that_cannot_be_drawn_say_why() {
     );
 }
 
+#[test]
+fn laws_in_files_say_what_is_wrong() {
+    for (text, message) in [
+        ("", "law.toml:1:1: kind: is missing"),
+        (
+            "kind = \"lognormal\"",
+            "law.toml:1:1: weighting: is missing",
+        ),
+        (
+            "kind = \"lognormal\"\nweighting = \"volume\"\nmedian_diameter = -1\nsigma = 1",
+            "law.toml:3:19: median_diameter: must be > 0, got -1",
+        ),
+        (
+            "kind = \"mixture\"\nweighting = \"volume\"\nof = []",
+            "law.toml:3:6: of: must list at least one distribution",
+        ),
+        (
+            "kind = \"mixture\"\nweighting = \"volume\"\nof = [{ share = 0, kind = \"monodisperse\", diameter = 1 }]",
+            "law.toml:3:6: of: the shares must have a sum > 0, it is 0",
+        ),
+        (
+            "kind = \"classes\"\nweighting = \"volume\"\ndiameters = [1, 2]\nshares = [1]\nmodel = \"flat\"",
+            "law.toml:5:9: model: there is no model of a class \"flat\"",
+        ),
+    ] {
+        let error = parse_psd("law.toml", text, None).expect_err(text);
+        assert!(error.to_string().contains(message), "{error}");
+    }
+    let text = "kind = \"classes\"\nweighting = \"volume\"\ndiameters = [1, 1]\nshares = [1]";
+    let psd = parse_psd("law.toml", text, None).expect("numbers");
+    let error = SizeDistribution::from_scene(&psd).expect_err("no class");
+    assert!(
+        error.to_string().contains("diameter 2 of the list is 1"),
+        "{error}"
+    );
+}
+
 proptest! {
-    /// Whatever the parameters, a law that is accepted draws finite diameters inside its bounds.
+    /// Any classes, in any model: a distribution that ascends, whose quantiles and shares invert each other.
     #[test]
-    fn draws_stay_inside(
-        kind in 0..5,
-        power in 0..4,
-        scale in 1e-6_f64..1.0,
-        shape in 0.01_f64..8.0,
-        low in 0.0_f64..0.4,
-        high in 0.5_f64..1.0,
+    fn random_classes_are_distributions(
+        widths in prop::collection::vec(0.01_f64..1.0, 1..12),
+        shares in prop::collection::vec(0.0_f64..1.0, 12),
+        model in 0..8_usize,
+        measured in 0..4_usize,
         u in 0.0_f64..1.0,
     ) {
-        let law = match kind {
-            0 => Law::Uniform { min: scale, max: scale * (1.0 + shape) },
-            1 => Law::Normal { mean: scale, deviation: scale * shape / 8.0 },
-            2 => Law::Lognormal { median: scale, sigma: shape / 4.0 },
-            3 => Law::RosinRammler { d63: scale, exponent: shape },
-            _ => Law::Power { max: scale, exponent: shape },
-        };
-        if let Ok(sizes) = SizeDistribution::new(law, power, Some([low, high])) {
-            let d = sizes.sample_diameter(u);
-            prop_assert!(d >= sizes.smallest() && d <= sizes.largest(), "{d} {sizes:?}");
-            let mean = sizes.mean_diameter();
-            prop_assert!(mean >= sizes.smallest() * (1.0 - 1e-9));
-            prop_assert!(mean <= sizes.largest() * (1.0 + 1e-9));
-            prop_assert!((sizes.number_cdf(d) - u).abs() < 1e-9, "{} {u} {sizes:?}", sizes.number_cdf(d));
+        let mut edges = vec![1e-4];
+        for width in &widths {
+            edges.push(edges[edges.len() - 1] * (1.0 + width));
+        }
+        let shares = &shares[..widths.len()];
+        prop_assume!(shares.iter().any(|&share| share > 1e-3));
+        let (_, model) = ClassModel::all().nth(model).unwrap();
+        let measured = Weighting::ALL[measured];
+        let classes = Classes::new(&edges, shares, measured, model).unwrap();
+        // Round trip over all weightings.
+        let sum: f64 = shares.iter().sum();
+        let back = classes.shares(measured);
+        let first = shares.iter().position(|&s| s > 0.0).unwrap();
+        for (index, share) in back.iter().enumerate() {
+            prop_assert!((share - shares[first + index] / sum).abs() < 1e-13);
+        }
+        for other in Weighting::ALL {
+            let again = Classes::new(classes.edges(), &classes.shares(other), other, model).unwrap();
+            for (a, b) in again.shares(measured).iter().zip(&back) {
+                prop_assert!((a - b).abs() < 1e-12);
+            }
+            let view = SizeDistribution::from_classes(classes.clone(), measured).by(other);
+            let d = view.quantile(u);
+            prop_assert!((view.cdf(d) - u).abs() < 1e-11, "{} {}", view.cdf(d), u);
         }
     }
 }

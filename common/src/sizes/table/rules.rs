@@ -1,0 +1,353 @@
+//! From rows to a distribution: what is refused, with the line, and what is repaired and said.
+
+use std::path::Path;
+
+use super::SizeTable;
+use super::header::{Columns, SizeKind, ValueKind, ValueUnit};
+use super::lines::Row;
+use crate::error::FormatError;
+use crate::scene::Weighting;
+use crate::sizes::{ClassProblem, Classes};
+
+/// Shares may miss their sum by this much (losses of a sieving, rounding); they are then scaled, and it is said.
+const TOLERANCE: f64 = 0.01;
+/// Smaller differences are round-off of the printed digits and not worth a word.
+const ROUND_OFF: f64 = 1e-9;
+
+fn wrong(path: &Path, row: &Row, found: impl Into<String>, expected: &str) -> FormatError {
+    FormatError::at(path, row.line, None, found, expected)
+}
+
+/// A list of sizes as diameters.
+pub(super) fn sizes(path: &Path, columns: &Columns, rows: &[Row]) -> Result<Vec<f64>, FormatError> {
+    let factor = if columns.size == SizeKind::Radius {
+        2.0
+    } else {
+        1.0
+    };
+    if rows.is_empty() {
+        return Err(FormatError::of_file(path, "no sizes below the header"));
+    }
+    rows.iter()
+        .map(|row| {
+            if row.size > 0.0 && row.size.is_finite() {
+                Ok(factor * row.size / columns.per_metre)
+            } else {
+                Err(wrong(
+                    path,
+                    row,
+                    format!("the size {}", row.size),
+                    "a size above 0",
+                ))
+            }
+        })
+        .collect()
+}
+
+/// Shares of classes.
+pub(super) fn table(
+    path: &Path,
+    columns: &Columns,
+    kind: ValueKind,
+    weighting: Weighting,
+    rows: &[Row],
+) -> Result<SizeTable, FormatError> {
+    let mut notes = Vec::new();
+    let mut rows = rows.to_vec();
+    if rows.len() < 2 {
+        let found = match rows.len() {
+            0 => "no rows below the header".to_owned(),
+            _ => "one row".to_owned(),
+        };
+        return Err(FormatError {
+            expected: "at least two: a distribution has a smallest and a largest size".to_owned(),
+            line: rows.first().map(|row| row.line),
+            ..FormatError::of_file(path, found)
+        }
+        .with_help("one size alone: psd = { kind = \"monodisperse\", diameter = ... }"));
+    }
+    let is_sieve = columns.size == SizeKind::Sieve || kind == ValueKind::Retained;
+    if is_sieve && rows[0].size > rows[1].size {
+        rows.reverse();
+    }
+    check_sizes(path, &rows, is_sieve)?;
+    check_values(path, columns, kind, &mut rows, &mut notes)?;
+    let (edges, mut shares) = match kind {
+        ValueKind::Cumulative => cumulative(path, columns, &mut rows, is_sieve, &mut notes)?,
+        ValueKind::Fraction => fractions(path, columns, &mut rows, &mut notes)?,
+        ValueKind::Retained => retained(path, &rows)?,
+    };
+    let sum: f64 = shares.iter().sum();
+    if sum <= 0.0 {
+        return Err(FormatError::of_file(path, "all shares are 0"));
+    }
+    check_sum(path, columns, kind, sum, &mut notes)?;
+    let counted = (columns.unit == Some(ValueUnit::Count)).then_some(sum);
+    for share in &mut shares {
+        *share /= sum;
+    }
+    let factor = if columns.size == SizeKind::Radius {
+        2.0
+    } else {
+        1.0
+    };
+    let edges: Vec<f64> = edges
+        .iter()
+        .map(|size| factor * size / columns.per_metre)
+        .collect();
+    let classes = Classes::new(&edges, &shares, weighting, columns.model)
+        .map_err(|problem| of_classes(path, &rows, problem))?;
+    Ok(SizeTable {
+        classes,
+        weighting,
+        edges,
+        shares,
+        counted,
+        notes,
+    })
+}
+
+fn of_classes(path: &Path, rows: &[Row], problem: ClassProblem) -> FormatError {
+    let line = rows.first().map(|row| row.line);
+    let error = FormatError {
+        line,
+        ..FormatError::of_file(path, problem.to_string())
+    };
+    match problem {
+        ClassProblem::Zero(_) => {
+            error.with_help("begin with the smallest size there is, or use number-uniform classes")
+        }
+        // Sizes that differ in the file and not as f64 in m.
+        _ => error,
+    }
+}
+
+fn check_sizes(path: &Path, rows: &[Row], is_sieve: bool) -> Result<(), FormatError> {
+    for (index, row) in rows.iter().enumerate() {
+        if !row.size.is_finite() {
+            return Err(wrong(
+                path,
+                row,
+                format!("the size {}", row.size),
+                "a finite number",
+            ));
+        }
+        if row.size < 0.0 {
+            return Err(wrong(
+                path,
+                row,
+                format!("the size {}", row.size),
+                "a size above 0",
+            ));
+        }
+        let Some(before) = index.checked_sub(1).map(|before| &rows[before]) else {
+            continue;
+        };
+        if row.size == before.size {
+            let found = format!("the size {} for the second time", row.size);
+            return Err(wrong(path, row, found, "each size once"));
+        }
+        if row.size < before.size {
+            let (found, expected) = if is_sieve {
+                (
+                    format!("the size {} out of order", row.size),
+                    "sieves in ascending or descending order",
+                )
+            } else {
+                (
+                    format!(
+                        "the size {} below {}, the row before",
+                        row.size, before.size
+                    ),
+                    "ascending sizes",
+                )
+            };
+            return Err(wrong(path, row, found, expected));
+        }
+    }
+    Ok(())
+}
+
+fn check_values(
+    path: &Path,
+    columns: &Columns,
+    kind: ValueKind,
+    rows: &mut [Row],
+    notes: &mut Vec<String>,
+) -> Result<(), FormatError> {
+    let mut negative = 0;
+    let mut before = 0.0;
+    for row in rows {
+        if !row.value.is_finite() {
+            return Err(wrong(
+                path,
+                row,
+                format!("the share {}", row.value),
+                "a finite number",
+            ));
+        }
+        if row.value < 0.0 {
+            if !columns.mercury {
+                return Err(wrong(
+                    path,
+                    row,
+                    format!("the share {}", row.value),
+                    "a share >= 0",
+                ));
+            }
+            row.value = 0.0;
+            negative += 1;
+        }
+        if kind == ValueKind::Cumulative {
+            if row.value < before {
+                let found = format!("the share {} below {before}, of a finer size", row.value);
+                let expected = "cumulative shares that do not decrease";
+                let error = wrong(path, row, found, expected);
+                return Err(error.with_help("shares of single classes are of type fraction; what stays on sieves is retained"));
+            }
+            before = row.value;
+        }
+    }
+    if negative > 0 {
+        notes.push(format!("{negative} negative shares count as 0"));
+    }
+    Ok(())
+}
+
+/// MercuryDPM's lower end where a table does not begin with 0.
+fn mercury_start(rows: &[Row]) -> f64 {
+    (0.001 * rows[0].size).max(2.0 * rows[0].size - rows[1].size)
+}
+
+type EdgesAndShares = (Vec<f64>, Vec<f64>);
+
+fn cumulative(
+    path: &Path,
+    columns: &Columns,
+    rows: &mut Vec<Row>,
+    is_sieve: bool,
+    notes: &mut Vec<String>,
+) -> Result<EdgesAndShares, FormatError> {
+    if rows[0].value != 0.0 {
+        if columns.mercury {
+            let size = mercury_start(rows);
+            notes.push(format!(
+                "a class from {size} to {} is put in front",
+                rows[0].size
+            ));
+            rows.insert(
+                0,
+                Row {
+                    line: rows[0].line,
+                    size,
+                    value: 0.0,
+                },
+            );
+        } else {
+            let found = format!(
+                "the share {} below {}, the smallest size",
+                rows[0].value, rows[0].size
+            );
+            let error = wrong(path, &rows[0], found, "a first row with the share 0");
+            return Err(error.with_help(if is_sieve {
+                "add the size at which the fines begin, with the share 0 (the row pan,0: they reach down to 0)"
+            } else {
+                "add the size at which they begin, with the share 0"
+            }));
+        }
+    }
+    let shares = rows.windows(2).map(|pair| pair[1].value - pair[0].value);
+    let shares = shares.collect();
+    Ok((rows.iter().map(|row| row.size).collect(), shares))
+}
+
+fn fractions(
+    path: &Path,
+    columns: &Columns,
+    rows: &mut Vec<Row>,
+    notes: &mut Vec<String>,
+) -> Result<EdgesAndShares, FormatError> {
+    if rows[0].value != 0.0 {
+        if columns.mercury {
+            let size = mercury_start(rows);
+            notes.push(format!(
+                "a class from {size} to {} is put in front",
+                rows[0].size
+            ));
+            rows.insert(
+                0,
+                Row {
+                    line: rows[0].line,
+                    size,
+                    value: 0.0,
+                },
+            );
+        } else {
+            let found = format!(
+                "the share {} in the class that ends at {}, the smallest size",
+                rows[0].value, rows[0].size
+            );
+            let error = wrong(path, &rows[0], found, "a first row with the share 0");
+            return Err(error.with_help(
+                "a share belongs to the class that ends at its size: add the size at which the first class begins; \
+                 what stays on sieves is of type retained",
+            ));
+        }
+    }
+    let shares = rows.iter().skip(1).map(|row| row.value).collect();
+    Ok((rows.iter().map(|row| row.size).collect(), shares))
+}
+
+fn retained(path: &Path, rows: &[Row]) -> Result<EdgesAndShares, FormatError> {
+    let Some((last, below)) = rows.split_last() else {
+        return Ok((Vec::new(), Vec::new()));
+    };
+    if last.value != 0.0 {
+        let found = format!("{} on the largest sieve, {}", last.value, last.size);
+        let error = wrong(path, last, found, "0 there");
+        return Err(
+            error.with_help("add a larger sieve through which everything passes, with 0 on it")
+        );
+    }
+    let shares = below.iter().map(|row| row.value).collect();
+    Ok((rows.iter().map(|row| row.size).collect(), shares))
+}
+
+fn check_sum(
+    path: &Path,
+    columns: &Columns,
+    kind: ValueKind,
+    sum: f64,
+    notes: &mut Vec<String>,
+) -> Result<(), FormatError> {
+    let all = match columns.unit {
+        Some(ValueUnit::Amount | ValueUnit::Count) => return Ok(()),
+        Some(ValueUnit::Fraction) => 1.0,
+        Some(ValueUnit::Percent) => 100.0,
+        None if sum > 10.0 => 100.0,
+        None => 1.0,
+    };
+    let miss = (sum / all - 1.0).abs();
+    if miss > TOLERANCE && !columns.mercury {
+        let what = match kind {
+            ValueKind::Cumulative => "the cumulative shares end at",
+            _ => "the shares sum to",
+        };
+        let unit = if all == 1.0 { "1" } else { "100 %" };
+        let error = FormatError {
+            expected: unit.to_owned(),
+            ..FormatError::of_file(path, format!("{what} {sum}"))
+        };
+        return Err(error.with_help(if all == 1.0 && (sum / 100.0 - 1.0).abs() < TOLERANCE {
+            "these are percent: write [%] behind the name of the column"
+        } else {
+            "is a row missing? Amounts of any sum have their unit in brackets: retained [g], fraction number [count]"
+        }));
+    }
+    if miss > ROUND_OFF {
+        notes.push(format!(
+            "shares are divided by {sum}, so that they sum to 1"
+        ));
+    }
+    Ok(())
+}
