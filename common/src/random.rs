@@ -12,12 +12,12 @@ use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
 
-mod normal;
+use crate::normal::normal_quantile;
+
 mod philox;
 #[cfg(test)]
 mod tests;
 
-pub use normal::inverse_normal_cdf;
 pub use philox::philox4x32;
 
 /// 2^-53, the distance of neighbouring values of [`Stream::uniform`].
@@ -121,7 +121,7 @@ impl Stream {
     /// Normal with mean 0 and standard deviation 1, by inversion, in about +-8.2. One word.
     pub fn standard_normal(&mut self) -> f64 {
         // The middles of 2^52 equal intervals: exact, symmetric, never 0 or 1.
-        inverse_normal_cdf(((self.next_u64() >> 12) as f64 + 0.5) * UNIT_52)
+        normal_quantile(((self.next_u64() >> 12) as f64 + 0.5) * UNIT_52)
     }
 
     /// Uniform on the unit sphere (Archimedes: the height is uniform). Two words.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mercury_common::sizes::{normal_cdf, normal_quantile};
+use mercury_common::normal::{normal_cdf, normal_quantile};
 use mercury_pictures::ColourMap;
 use mercury_pictures::charts::{
     Axis, Chart, ChartPage, Dash, HeatMap, Hue, Legend, Marker, Place, Series, Shape,

@@ -1,7 +1,7 @@
 //! A measured distribution: shares of classes of the diameter, and what is assumed inside a class.
 
 use super::Weighting;
-use super::powers::{power_mean, power_quantile, power_share};
+use super::powers::{power_mean, power_quantile, power_share, whole_power};
 
 /// How sizes are spread inside a measured class, which no measurement says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -224,7 +224,7 @@ impl Classes {
     #[must_use]
     pub fn moment(&self, j: i32) -> f64 {
         let scale = self.edges[self.edges.len() - 1];
-        self.parts(j, scale).sum::<f64>() * scale.powi(j)
+        self.parts(j, scale).sum::<f64>() * whole_power(scale, j)
     }
 
     /// Number share times the mean of (d / scale)^j, class by class.
@@ -336,7 +336,7 @@ impl WeightedClasses {
             return 0.0;
         }
         // In units of b, so that powers stay in range.
-        let relative = (diameter / b).powi(self.power) / power_mean(a / b, 1.0, self.power);
+        let relative = whole_power(diameter / b, self.power) / power_mean(a / b, 1.0, self.power);
         share * relative / (b - a)
     }
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::classes::Classes;
 use super::error::SizeError;
 use super::laws::{CutLaw, Law};
+use super::powers::whole_power;
 use super::table;
 use super::weighted::{Way, Weighted};
 use crate::scene::{Located, Psd, SizeLaw, Weighting, read_psd};
@@ -151,7 +152,7 @@ impl SizeDistribution {
             .fold(0.0, |d: f64, (_, part)| d.max(part.largest()));
         let numbers: Vec<f64> = parts
             .iter()
-            .map(|(share, part)| share / (part.moment(k) / scale.powi(k)))
+            .map(|(share, part)| share / (part.moment(k) / whole_power(scale, k)))
             .collect();
         let sum: f64 = numbers.iter().sum();
         let parts: Vec<(f64, Self)> = numbers
@@ -344,7 +345,7 @@ fn view(form: &Form, weighting: Weighting) -> Weighted {
                 .iter()
                 .map(|(number, part)| match k {
                     0 => *number,
-                    k => number * (part.moment(k) / largest.powi(k)),
+                    k => number * (part.moment(k) / whole_power(largest, k)),
                 })
                 .collect();
             let sum: f64 = weights.iter().sum();

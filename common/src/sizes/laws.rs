@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use super::Weighting;
-use super::normal::{normal_cdf, normal_quantile};
-use super::powers::{power_mean, power_quantile, power_share};
+use super::powers::{power_mean, power_quantile, power_share, whole_power};
 use super::tabulated::Tabulated;
+use crate::normal::{normal_cdf, normal_quantile};
 
 /// The share left out at an open end of a law: a law that reaches down to 0 or up to infinity is cut at
 /// the quantiles 1e-9 and 1 - 1e-9 of its stated weighting, unless `cut` is narrower. So every law has a
@@ -151,7 +151,7 @@ impl CutLaw {
             Law::Lognormal { median, sigma } => WeightedLaw::Lognormal {
                 a,
                 b,
-                centre: median.ln() + f64::from(power) * sigma * sigma,
+                centre: libm::log(median) + f64::from(power) * sigma * sigma,
                 sigma,
             },
             Law::Normal { mean, deviation } if power == 0 => WeightedLaw::Normal {
@@ -177,7 +177,7 @@ impl CutLaw {
     pub(super) fn moment(&self, j: i32) -> f64 {
         let (a, b) = (self.smallest, self.largest);
         match self.law {
-            Law::Monodisperse(diameter) => diameter.powi(j),
+            Law::Monodisperse(diameter) => whole_power(diameter, j),
             Law::Uniform { .. } => power_mean(a, b, j - self.power) / power_mean(a, b, -self.power),
             Law::Lognormal { .. } => self.partial_moment(j, a, b) / self.partial_moment(0, a, b),
             Law::Normal { .. } if self.power == 0 && j >= 0 => {
@@ -185,12 +185,12 @@ impl CutLaw {
             }
             Law::Power { exponent, .. } => {
                 let e = exponent - f64::from(self.power);
-                let range = (b / a).ln();
-                a.powi(j) * growth(e + f64::from(j), range) / growth(e, range)
+                let range = libm::log(b / a);
+                whole_power(a, j) * growth(e + f64::from(j), range) / growth(e, range)
             }
             Law::Normal { .. } | Law::RosinRammler { .. } => self
                 .table(-self.power)
-                .mean(|d| self.density(d, -self.power), |d| d.powi(j)),
+                .mean(|d| self.density(d, -self.power), |d| whole_power(d, j)),
         }
     }
 
@@ -199,21 +199,24 @@ impl CutLaw {
     fn partial_moment(&self, j: i32, a: f64, b: f64) -> f64 {
         match self.law {
             Law::Lognormal { median, sigma } => {
-                let number_median = median.ln() - f64::from(self.power) * sigma * sigma;
+                let number_median = libm::log(median) - f64::from(self.power) * sigma * sigma;
                 let j = f64::from(j);
                 let centre = number_median + j * sigma * sigma;
-                let z = |d: f64| (d.ln() - centre) / sigma;
-                (j * number_median + 0.5 * j * j * sigma * sigma).exp() * normal_share(z(a), z(b))
+                let z = |d: f64| (libm::log(d) - centre) / sigma;
+                libm::exp(j * number_median + 0.5 * j * j * sigma * sigma)
+                    * normal_share(z(a), z(b))
             }
             // Recursion of the moments of a truncated normal law by partial integration:
             // m_j = mean m_(j-1) + (j-1) s^2 m_(j-2) - s^2 [d^(j-1) q(d)] between the bounds.
             Law::Normal { mean, deviation } => {
                 let z = |d: f64| (d - mean) / deviation;
-                let density = |d: f64| (-0.5 * z(d) * z(d)).exp() / ((2.0 * PI).sqrt() * deviation);
+                let density =
+                    |d: f64| libm::exp(-0.5 * z(d) * z(d)) / ((2.0 * PI).sqrt() * deviation);
                 let square = deviation * deviation;
                 let (mut before, mut last) = (0.0, normal_share(z(a), z(b)));
                 for i in 1..=j {
-                    let ends = b.powi(i - 1) * density(b) - a.powi(i - 1) * density(a);
+                    let ends =
+                        whole_power(b, i - 1) * density(b) - whole_power(a, i - 1) * density(a);
                     let next = mean * last + f64::from(i - 1) * square * before - square * ends;
                     before = last;
                     last = next;
@@ -227,15 +230,15 @@ impl CutLaw {
     /// The stated density times d^power, up to a factor, for the laws that need tables.
     fn density(&self, d: f64, power: i32) -> f64 {
         // Relative to the smallest size, so that d^-3 of micrometres does not overflow anything.
-        (d / self.smallest).powi(power)
+        whole_power(d / self.smallest, power)
             * match self.law {
                 Law::Normal { mean, deviation } => {
                     let z = (d - mean) / deviation;
-                    (-0.5 * z * z).exp()
+                    libm::exp(-0.5 * z * z)
                 }
                 Law::RosinRammler { d63, exponent } => {
                     let x = d / d63;
-                    (-x.powf(exponent)).exp() * x.powf(exponent - 1.0)
+                    libm::exp(-libm::pow(x, exponent)) * libm::pow(x, exponent - 1.0)
                 }
                 _ => f64::NAN,
             }
@@ -249,13 +252,13 @@ impl WeightedLaw {
             Self::Atom(diameter) => diameter,
             Self::Whole { a, b, power } => power_quantile(a, b, power, u),
             Self::Power { a, b, exponent } => {
-                let range = (b / a).ln();
+                let range = libm::log(b / a);
                 let share = if exponent == 0.0 {
                     u * range
                 } else {
-                    (u * (exponent * range).exp_m1()).ln_1p() / exponent
+                    libm::log1p(u * libm::expm1(exponent * range)) / exponent
                 };
-                (a * share.exp()).clamp(a, b)
+                (a * libm::exp(share)).clamp(a, b)
             }
             Self::Lognormal {
                 a,
@@ -263,9 +266,9 @@ impl WeightedLaw {
                 centre,
                 sigma,
             } => {
-                let z = |d: f64| (d.ln() - centre) / sigma;
+                let z = |d: f64| (libm::log(d) - centre) / sigma;
                 let x = truncated_normal(z(a), z(b), u);
-                (centre + sigma * x).exp().clamp(a, b)
+                libm::exp(centre + sigma * x).clamp(a, b)
             }
             Self::Normal {
                 a,
@@ -293,7 +296,7 @@ impl WeightedLaw {
             Self::Atom(_) => 1.0,
             Self::Whole { a, b, power } => power_share(a, b, power, diameter),
             Self::Power { a, b, exponent } => {
-                growth(exponent, (diameter / a).ln()) / growth(exponent, (b / a).ln())
+                growth(exponent, libm::log(diameter / a)) / growth(exponent, libm::log(b / a))
             }
             Self::Lognormal {
                 a,
@@ -301,7 +304,7 @@ impl WeightedLaw {
                 centre,
                 sigma,
             } => {
-                let z = |d: f64| (d.ln() - centre) / sigma;
+                let z = |d: f64| (libm::log(d) - centre) / sigma;
                 normal_share(z(a), z(diameter)) / normal_share(z(a), z(b))
             }
             Self::Normal {
@@ -328,14 +331,14 @@ impl WeightedLaw {
 
     /// The density per metre at `diameter`, which lies between smallest and largest; of one size infinite.
     pub(super) fn density(&self, d: f64) -> f64 {
-        let gauss = |z: f64| (-0.5 * z * z).exp() / (2.0 * PI).sqrt();
+        let gauss = |z: f64| libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
         match *self {
             Self::Atom(_) => f64::INFINITY,
             Self::Whole { a, b, power } => {
-                (d / b).powi(power) / (power_mean(a / b, 1.0, power) * (b - a))
+                whole_power(d / b, power) / (power_mean(a / b, 1.0, power) * (b - a))
             }
             Self::Power { a, b, exponent } => {
-                let range = (b / a).ln();
+                let range = libm::log(b / a);
                 libm::exp((exponent - 1.0) * libm::log(d / a)) / (a * growth(exponent, range))
             }
             Self::Lognormal {
@@ -344,7 +347,7 @@ impl WeightedLaw {
                 centre,
                 sigma,
             } => {
-                let z = |d: f64| (d.ln() - centre) / sigma;
+                let z = |d: f64| (libm::log(d) - centre) / sigma;
                 gauss(z(d)) / (sigma * d * normal_share(z(a), z(b)))
             }
             Self::Normal {
@@ -419,16 +422,18 @@ impl Law {
             Law::Normal { mean, deviation } => {
                 mean + deviation * truncated_normal(-mean / deviation, f64::INFINITY, q)
             }
-            Law::Lognormal { median, sigma } => median * (sigma * normal_quantile(q)).exp(),
-            Law::RosinRammler { d63, exponent } => d63 * (-(-q).ln_1p()).powf(1.0 / exponent),
-            Law::Power { max, exponent } => max * q.powf(1.0 / exponent),
+            Law::Lognormal { median, sigma } => median * libm::exp(sigma * normal_quantile(q)),
+            Law::RosinRammler { d63, exponent } => {
+                d63 * libm::pow(-libm::log1p(-q), 1.0 / exponent)
+            }
+            Law::Power { max, exponent } => max * libm::pow(q, 1.0 / exponent),
         }
     }
 
     /// Share below d in the stated weighting, before cutting; of the Rosin-Rammler law only.
     fn cdf(self, d: f64) -> f64 {
         match self {
-            Law::RosinRammler { d63, exponent } => -(-(d / d63).powf(exponent)).exp_m1(),
+            Law::RosinRammler { d63, exponent } => -libm::expm1(-libm::pow(d / d63, exponent)),
             _ => f64::NAN,
         }
     }
@@ -457,7 +462,7 @@ fn growth(e: f64, range: f64) -> f64 {
     if e == 0.0 {
         range
     } else {
-        (e * range).exp_m1() / e
+        libm::expm1(e * range) / e
     }
 }
 

@@ -10,8 +10,9 @@ pub mod changes;
 mod classes;
 mod distribution;
 mod error;
+#[cfg(test)]
+mod frozen;
 mod laws;
-mod normal;
 mod powers;
 mod statement;
 pub mod table;
@@ -21,7 +22,6 @@ mod weighted;
 pub use classes::{ClassModel, ClassProblem, Classes};
 pub use distribution::SizeDistribution;
 pub use error::SizeError;
-pub use normal::{normal_cdf, normal_quantile};
 pub use weighted::Weighted;
 
 pub use crate::scene::Weighting;

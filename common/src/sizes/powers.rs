@@ -35,6 +35,20 @@ fn products(a: f64, b: f64, n: i32) -> f64 {
     sum
 }
 
+/// x^n by products in one fixed order: the standard library promises no bits for its own.
+pub(super) fn whole_power(x: f64, n: i32) -> f64 {
+    let (mut square, mut left) = (x, n.unsigned_abs());
+    let mut product = 1.0;
+    while left > 0 {
+        if left & 1 == 1 {
+            product *= square;
+        }
+        square *= square;
+        left >>= 1;
+    }
+    if n < 0 { 1.0 / product } else { product }
+}
+
 /// The share of the integral of d^p over [a, b] that lies below `x`.
 pub(super) fn power_share(a: f64, b: f64, p: i32, x: f64) -> f64 {
     if x <= a {
@@ -56,7 +70,7 @@ pub(super) fn power_quantile(a: f64, b: f64, p: i32, u: f64) -> f64 {
         p if p > 0 => {
             // x^(p+1) = a^(p+1) + u (b^(p+1) - a^(p+1)), in units of b.
             let n = p + 1;
-            let low = (a / b).powi(n);
+            let low = whole_power(a / b, n);
             let root = low + u * (1.0 - low);
             b * match n {
                 2 => root.sqrt(),
@@ -67,7 +81,7 @@ pub(super) fn power_quantile(a: f64, b: f64, p: i32, u: f64) -> f64 {
         }
         p => {
             let n = -p - 1;
-            let high = (a / b).powi(n);
+            let high = whole_power(a / b, n);
             a * libm::pow(1.0 - u * (1.0 - high), -1.0 / f64::from(n))
         }
     };

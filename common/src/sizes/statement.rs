@@ -5,6 +5,7 @@ use toml::{Table, Value};
 use super::Weighting;
 use super::distribution::{Form, SizeDistribution};
 use super::laws::{CutLaw, Law};
+use super::powers::whole_power;
 
 impl Weighting {
     /// The word of files: `number`, `length`, `area`, `volume`.
@@ -60,7 +61,7 @@ impl SizeDistribution {
                 let scale = self.largest();
                 let weights: Vec<f64> = parts
                     .iter()
-                    .map(|(number, part)| number * (part.moment(k) / scale.powi(k)))
+                    .map(|(number, part)| number * (part.moment(k) / whole_power(scale, k)))
                     .collect();
                 let sum: f64 = weights.iter().sum();
                 let of = weights.iter().zip(parts).map(|(weight, (_, part))| {

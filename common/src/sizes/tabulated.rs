@@ -37,7 +37,7 @@ fn integral(function: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
 impl Tabulated {
     /// Tabulates a density of d, given up to a factor.
     pub(super) fn new(smallest: f64, largest: f64, density: impl Fn(f64) -> f64) -> Self {
-        let (low, high) = (smallest.ln(), largest.ln());
+        let (low, high) = (libm::log(smallest), libm::log(largest));
         let edge = |i: usize| low + (high - low) * i as f64 / PANELS as f64;
         let edges: Vec<f64> = (0..=PANELS).map(edge).collect();
         let mut cumulative = vec![0.0];
@@ -58,7 +58,7 @@ impl Tabulated {
 
     /// Number-weighted mean of a function of d.
     pub(super) fn mean(&self, density: impl Fn(f64) -> f64, value: impl Fn(f64) -> f64) -> f64 {
-        let weighted = |y: f64| per_ln(&density, y) * value(y.exp());
+        let weighted = |y: f64| per_ln(&density, y) * value(libm::exp(y));
         let sum: f64 = self
             .edges
             .windows(2)
@@ -74,7 +74,7 @@ impl Tabulated {
 
     /// Share below d.
     pub(super) fn cdf(&self, density: impl Fn(f64) -> f64, diameter: f64) -> f64 {
-        let y = diameter.ln();
+        let y = libm::log(diameter);
         let panel = self.edges.partition_point(|&edge| edge <= y);
         if panel == 0 {
             return 0.0;
@@ -112,16 +112,16 @@ impl Tabulated {
                 0.5 * (low + high)
             };
             if (next - y).abs() <= 1e-15 * (1.0 + y.abs()) {
-                return next.exp();
+                return libm::exp(next);
             }
             y = next;
         }
-        y.exp()
+        libm::exp(y)
     }
 }
 
 /// Density per ln d.
 fn per_ln(density: impl Fn(f64) -> f64, y: f64) -> f64 {
-    let diameter = y.exp();
+    let diameter = libm::exp(y);
     density(diameter) * diameter
 }

@@ -1,6 +1,6 @@
 //! What an axis shows.
 
-use mercury_common::sizes::normal_quantile;
+use mercury_common::normal::normal_quantile;
 
 /// How values are spread along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -163,7 +163,7 @@ fn distributions_are_straight_on_their_own_paper() {
     let normal = sizes().map(|d| {
         (
             d,
-            mercury_common::sizes::normal_cdf(libm::log(d / 2e-4) / 0.5),
+            mercury_common::normal::normal_cdf(libm::log(d / 2e-4) / 0.5),
         )
     });
     let weibull = sizes().map(|d| (d, 1.0 - libm::exp(-libm::pow(d / 2e-4, 1.7))));
