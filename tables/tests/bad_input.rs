@@ -123,6 +123,45 @@ fn files_that_are_no_tables() {
     }
 }
 
+/// Written by pyarrow 26: `pq.write_table(table, path, compression=...)` of columns x (numbers, one missing), d (dates), s (text),
+/// c (a dictionary), i16, n (whole numbers, one missing), f32, l (lists), u32 (one missing).
+#[test]
+fn files_of_other_programs() {
+    let path = |name: &str| {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/files")
+            .join(name)
+    };
+    let table = Table::read(&path("snappy.parquet")).unwrap();
+    let x = table.values::<f64>("x").unwrap();
+    assert!(x[0] == 1.0 && x[1].is_nan() && x[2] == 3.0);
+    assert_eq!(table.values::<String>("s").unwrap(), ["a", "b", "c"]);
+    assert_eq!(table.values::<u8>("i16").unwrap(), [1, 2, 3]);
+    let single = [0.1f32, 0.2, 0.3].map(f64::from);
+    assert_eq!(table.values::<f64>("f32").unwrap(), single);
+    let some = table.values::<Option<u32>>("u32").unwrap();
+    assert_eq!(some, [Some(1), None, Some(7)]);
+    let help = "\nhelp: columns of numbers, truth values and text can be read";
+    for (name, what) in [
+        ("d", "values of type Date32"),
+        (
+            "n",
+            "missing values among whole numbers, truth values or text",
+        ),
+    ] {
+        let error = table.values::<f64>(name).unwrap_err().to_string();
+        let expected = format!("snappy.parquet: column `{name}` holds {what}{help}");
+        assert!(error.ends_with(&expected), "{error}");
+    }
+    for name in ["c", "l"] {
+        assert!(table.values::<f64>(name).is_err(), "{name}");
+    }
+    let error = Table::read(&path("gzip.parquet")).unwrap_err().to_string();
+    let expected = "gzip.parquet: the Parquet file cannot be read: it is compressed by Gzip, not by Snappy or Zstandard\n\
+        help: write it by one of them, or uncompressed";
+    assert!(error.ends_with(expected), "{error}");
+}
+
 #[test]
 fn a_parquet_file_that_was_cut_anywhere() {
     let place = Place::new();

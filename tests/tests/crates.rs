@@ -45,6 +45,6 @@ fn solver_and_clump_maker_build_without_polars() {
     assert!(
         packages["mercury-tables"]
             .iter()
-            .any(|name| name == "polars-io")
+            .any(|name| name == "polars-parquet")
     );
 }
