@@ -6,6 +6,7 @@ use mercury_common::error::FormatError;
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
+use mercury_tables::WriteError;
 
 /// Why nothing, or not all, was exported.
 #[derive(Debug, thiserror::Error)]
@@ -22,6 +23,9 @@ pub enum ExportError {
     /// A file for ParaView could not be written.
     #[error(transparent)]
     Vtu(#[from] VtuError),
+    /// A table could not be written.
+    #[error(transparent)]
+    Table(#[from] WriteError),
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -40,6 +44,7 @@ impl ExportError {
                 | Self::Input(_)
                 | Self::Exists(_)
                 | Self::Picture(PictureError::Option { .. })
+                | Self::Table(WriteError::Columns { .. })
         )
     }
 }

@@ -2,11 +2,12 @@
 
 use std::str::FromStr;
 
-use super::ClumpsName;
 use clap::Args;
 use glam::DVec3;
-use mercury_export::pictures::PictureChoice;
+use mercury_export::sinks::pictures::PictureChoice;
 use mercury_pictures::{Background, ColourBy, ColourMap, Framing, Options, Projection, View};
+
+use crate::arguments::ClumpsName;
 
 /// How a picture looks.
 #[derive(Debug, Args)]

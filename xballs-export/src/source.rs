@@ -2,6 +2,7 @@
 
 mod data;
 mod run;
+mod tables;
 
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,8 @@ use crate::{ExportError, FrameChoice};
 use data::DataSource;
 pub(crate) use data::EULER;
 pub(crate) use run::RunSource;
+pub(crate) use tables::Frames;
+pub use tables::Table;
 
 /// The particles at one instant, with all columns that the input has.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +117,7 @@ impl Source {
             return Ok(Self::Run(Box::new(RunSource::open(path)?)));
         }
         if name.ends_with(".disp") || name.ends_with(".xballs") {
-            let named = crate::xballs::Script::read(path)?.data;
+            let named = crate::xballs_script::Script::read(path)?.data;
             return Ok(Self::Data(DataSource::open(&named)?));
         }
         if name.ends_with(".data") || data::series_number(&name).is_some() {

@@ -9,8 +9,8 @@ use mercury_common::frames::{
 };
 use mercury_common::surfaces::{Placement, Surface};
 use mercury_export::output::Output;
-use mercury_export::pictures::{PictureChoice, PictureKind, export};
-use mercury_export::{ExportError, Selection, Source};
+use mercury_export::sinks::pictures::{PictureChoice, PictureKind, Pictures};
+use mercury_export::{ExportError, Job, Selection, Source, export};
 use mercury_pictures::{ColourMap, Options};
 
 /// Two beads of two materials, one of them fixed, in a spherical shell; the free one moves with `speed` (m/s) in three frames.
@@ -102,9 +102,14 @@ fn draw(
 ) -> Result<Vec<PathBuf>, ExportError> {
     let source = Source::open(folder)?;
     let output = Output::new(&source, None, "out", true)?;
-    let selection = Selection::default();
+    let job = Job {
+        source,
+        selection: Selection::default(),
+        output,
+    };
     let mut heard = 0;
-    let (told, files) = export(&source, &selection, &output, choice, kind, |_| heard += 1)?;
+    let sink = Box::new(Pictures::new(&job, choice.clone(), kind)?);
+    let (told, files) = export(&job, sink, |_| heard += 1)?;
     assert_eq!((told.frames, heard), (3, 3));
     Ok(files)
 }

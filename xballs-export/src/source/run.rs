@@ -7,7 +7,8 @@ use mercury_common::frames::{
     BodyReader, ContactReader, FrameReader, ParticleReader, TriangleLoadReader, WallReader,
 };
 
-use super::{Item, Snapshot};
+use super::Item;
+use super::tables::native;
 use crate::FrameChoice;
 
 /// `<prefix>.particles.arrow` and what lies beside it.
@@ -109,22 +110,7 @@ impl RunSource {
     }
 
     pub(super) fn frames(&self, choice: FrameChoice) -> impl Iterator<Item = Item> + Send + '_ {
-        let frames = self.particles.frames();
-        let first = match choice {
-            FrameChoice::Last => frames.len().saturating_sub(1),
-            _ => 0,
-        };
-        let chosen = (first..frames.len()).filter(move |&k| choice.has(k));
-        let read = |number: usize| {
-            Ok(Snapshot {
-                path: self.path.clone(),
-                number,
-                specs: frames.schema().columns().to_vec(),
-                frame: frames.frame(number)?,
-                header: self.particles.header().clone(),
-            })
-        };
-        chosen.map(read).chain(frames.damage().cloned().map(Err))
+        native(self.particles.frames(), self.particles.header(), choice)
     }
 }
 

@@ -14,7 +14,7 @@ use mercury_pictures::{
 
 use crate::bodies;
 use crate::output::Output;
-use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
+use crate::{ClumpsAs, ExportError, Job, Sink, Snapshot, Told};
 use quantity::Quantity;
 use scene::Scenery;
 
@@ -60,96 +60,61 @@ pub const LONGEST_STRIP: usize = 64;
 /// Frames per second of a film.
 const RATE: f64 = 20.0;
 
-/// Writes pictures; `progress` hears of every frame drawn. Returns what was read and the files.
-///
-/// # Errors
-/// When the input cannot be read or has not what the picture is to show, options make no sense, a file of an earlier export
-/// is in the way, or a file cannot be written.
-pub fn export(
-    source: &Source,
-    selection: &Selection,
-    output: &Output,
-    choice: &PictureChoice,
+/// The pictures of an input.
+pub struct Pictures<'a> {
+    job: &'a Job,
+    choice: PictureChoice,
     kind: PictureKind,
-    progress: impl FnMut(&Snapshot),
-) -> Result<(Told, Vec<PathBuf>), ExportError> {
-    if let PictureKind::Strip(number) = kind
-        && !(1..=LONGEST_STRIP).contains(&number)
-    {
-        let message = format!("--strip {number}: expected 1 to {LONGEST_STRIP} frames");
-        return Err(ExportError::Input(message));
-    }
-    if let PictureKind::Gif(Some(seconds)) | PictureKind::Apng(Some(seconds)) = kind
-        && !(seconds.is_finite() && seconds > 0.0)
-    {
-        let message = format!("--duration {seconds}: expected seconds above 0");
-        return Err(ExportError::Input(message));
-    }
-    // Whole files only: what is in the way must be known before an hour of drawing.
-    let whole = match kind {
-        PictureKind::Strip(_) => Some("strip.png"),
-        PictureKind::Gif(_) => Some("gif"),
-        PictureKind::Apng(_) => Some("apng"),
-        PictureKind::Png | PictureKind::Svg => None,
-    };
-    if let Some(ending) = whole {
-        output.claim(&output.path(ending))?;
-    }
-    let job = Job {
-        source,
-        selection,
-        output,
-        choice,
-    };
-    let seen = job.look()?;
-    job.draw(&seen, kind, progress)
-}
-
-struct Job<'a> {
-    source: &'a Source,
-    selection: &'a Selection,
-    output: &'a Output,
-    choice: &'a PictureChoice,
-}
-
-/// What the first reading found.
-struct Seen {
-    overview: Overview,
-    options: Options,
-    quantity: Quantity,
+    scenery: Scenery<'a>,
+    /// What to show may depend on whether anything moves in any frame: all that may be wanted is looked at.
+    candidates: Vec<(Quantity, Options, Overview)>,
+    is_moving: bool,
+    /// Times of the frames, s.
     times: Vec<f64>,
+    drawing: Option<Drawing>,
 }
 
-impl Job<'_> {
-    /// The first reading.
-    fn look(&self) -> Result<Seen, ExportError> {
-        let mut times = Vec::new();
-        // What to show may depend on whether anything moves in any frame: both are looked at.
-        let mut candidates: Vec<(Quantity, Options, Overview)> = Vec::new();
-        let mut is_moving = false;
-        let mut scenery = Scenery::new(self.source, self.selection, self.choice)?;
-        for_each_snapshot(self.source, self.selection, |snapshot| {
-            if candidates.is_empty() {
-                for quantity in Quantity::candidates(&self.choice.quantity, &snapshot)? {
-                    let options = self.options(&quantity, &snapshot);
-                    candidates.push((quantity, options, Overview::default()));
-                }
-            }
-            times.push(snapshot.frame.time);
-            is_moving |= quantity::moves(&snapshot);
-            for (quantity, options, overview) in &mut candidates {
-                overview.add(&scenery.frame(&snapshot, quantity)?, options);
-            }
-            Ok(())
-        })?;
-        let last = candidates.len().saturating_sub(1);
-        let wanted = if is_moving { 0 } else { last };
-        let (quantity, options, overview) = candidates.swap_remove(wanted);
-        Ok(Seen {
-            overview,
-            options,
-            quantity,
-            times,
+/// What is known once all frames were looked at.
+struct Drawing {
+    quantity: Quantity,
+    painter: Painter,
+    reel: Reel,
+    /// How long each frame is shown, s.
+    delays: Vec<f64>,
+    count: usize,
+}
+
+impl<'a> Pictures<'a> {
+    /// Checks what can be checked before anything is read.
+    ///
+    /// # Errors
+    /// When the numbers of `kind` make no sense, or the input has not what the pictures are to show.
+    pub fn new(
+        job: &'a Job,
+        choice: PictureChoice,
+        kind: PictureKind,
+    ) -> Result<Self, ExportError> {
+        if let PictureKind::Strip(number) = kind
+            && !(1..=LONGEST_STRIP).contains(&number)
+        {
+            let message = format!("--strip {number}: expected 1 to {LONGEST_STRIP} frames");
+            return Err(ExportError::Input(message));
+        }
+        if let PictureKind::Gif(Some(seconds)) | PictureKind::Apng(Some(seconds)) = kind
+            && !(seconds.is_finite() && seconds > 0.0)
+        {
+            let message = format!("--duration {seconds}: expected seconds above 0");
+            return Err(ExportError::Input(message));
+        }
+        Ok(Self {
+            scenery: Scenery::new(&job.source, &job.selection, &choice)?,
+            job,
+            choice,
+            kind,
+            candidates: Vec::new(),
+            is_moving: false,
+            times: Vec::new(),
+            drawing: None,
         })
     }
 
@@ -163,48 +128,96 @@ impl Job<'_> {
         options
     }
 
-    /// The second reading.
-    fn draw(
-        &self,
-        seen: &Seen,
-        kind: PictureKind,
-        mut progress: impl FnMut(&Snapshot),
-    ) -> Result<(Told, Vec<PathBuf>), ExportError> {
-        let painter = Painter::new(&seen.options, seen.overview.clone())?;
-        let number = seen.times.len();
-        let mut reel = Reel::new(kind, self.output, number)?;
-        let duration = match kind {
+    /// Settles what is shown, and how, from what was seen of all frames.
+    fn begin(&mut self) -> Result<Drawing, ExportError> {
+        let last = self.candidates.len().saturating_sub(1);
+        let wanted = if self.is_moving { 0 } else { last };
+        let (quantity, options, overview) = self.candidates.swap_remove(wanted);
+        let number = self.times.len();
+        let duration = match self.kind {
             PictureKind::Gif(seconds) | PictureKind::Apng(seconds) => seconds,
             _ => None,
         };
-        let delays = delays(&seen.times, duration.unwrap_or(number as f64 / RATE));
-        let mut scenery = Scenery::new(self.source, self.selection, self.choice)?;
-        let mut count = 0;
-        let mut told = for_each_snapshot(self.source, self.selection, |snapshot| {
-            // A run may have grown since the first reading; its new frames wait for the next picture.
-            let Some(delay) = delays.get(count) else {
-                return Ok(());
-            };
-            progress(&snapshot);
-            if reel.wants(count, number) {
-                let frame = scenery.frame(&snapshot, &seen.quantity)?;
-                reel.take(&painter, frame, snapshot.number, *delay, self.output)?;
+        Ok(Drawing {
+            quantity,
+            painter: Painter::new(&options, overview)?,
+            reel: Reel::new(self.kind, &self.job.output, number)?,
+            delays: delays(&self.times, duration.unwrap_or(number as f64 / RATE)),
+            count: 0,
+        })
+    }
+}
+
+impl Sink for Pictures<'_> {
+    fn files(&self) -> Vec<PathBuf> {
+        // Whole files only: what is in the way must be known before an hour of drawing.
+        let whole = match self.kind {
+            PictureKind::Strip(_) => Some("strip.png"),
+            PictureKind::Gif(_) => Some("gif"),
+            PictureKind::Apng(_) => Some("apng"),
+            PictureKind::Png | PictureKind::Svg => None,
+        };
+        let path = |ending| self.job.output.path(ending);
+        whole.into_iter().map(path).collect()
+    }
+
+    /// One camera and one range of colours for all frames.
+    fn looks_first(&self) -> bool {
+        true
+    }
+
+    fn look(&mut self, snapshot: &Snapshot) -> Result<(), ExportError> {
+        if self.candidates.is_empty() {
+            for quantity in Quantity::candidates(&self.choice.quantity, snapshot)? {
+                let options = self.options(&quantity, snapshot);
+                self.candidates
+                    .push((quantity, options, Overview::default()));
             }
-            count += 1;
-            Ok(())
-        })?;
+        }
+        self.times.push(snapshot.frame.time);
+        self.is_moving |= quantity::moves(snapshot);
+        for (quantity, options, overview) in &mut self.candidates {
+            overview.add(&self.scenery.frame(snapshot, quantity)?, options);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError> {
+        let drawing = match &mut self.drawing {
+            Some(drawing) => drawing,
+            None => {
+                let drawing = self.begin()?;
+                self.scenery.begin_again();
+                self.drawing.insert(drawing)
+            }
+        };
+        // A run may have grown since the first reading; its new frames wait for the next picture.
+        let Some(delay) = drawing.delays.get(drawing.count) else {
+            return Ok(());
+        };
+        if drawing.reel.wants(drawing.count, drawing.delays.len()) {
+            let frame = self.scenery.frame(&snapshot, &drawing.quantity)?;
+            let (reel, output) = (&mut drawing.reel, &self.job.output);
+            reel.take(&drawing.painter, frame, snapshot.number, *delay, output)?;
+        }
+        drawing.count += 1;
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+        let Some(Drawing { painter, reel, .. }) = self.drawing else {
+            return Ok(Vec::new());
+        };
         if let Reel::Strip { frames, .. } = &reel {
             told.written = frames.len();
         }
-        let files = reel.finish(&painter, self.output)?;
-        told.warnings
-            .extend(scenery.cut(seen.times.last().copied()));
-        told.notes.extend(scenery.note());
-        told.notes.extend(bodies::notes(bodies::reader_for(
-            self.source,
-            self.choice.clumps,
-        )?));
-        Ok((told, files))
+        let files = reel.finish(&painter, &self.job.output)?;
+        let last = self.times.last().copied();
+        told.warnings.extend(self.scenery.cut(last));
+        told.notes.extend(self.scenery.note());
+        let surfaces = bodies::reader_for(&self.job.source, self.choice.clumps)?;
+        told.notes.extend(bodies::notes(surfaces));
+        Ok(files)
     }
 }
 

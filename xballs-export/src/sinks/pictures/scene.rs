@@ -24,7 +24,7 @@ pub(super) struct Scenery<'a> {
     /// Frames drawn at whose times no contacts were written.
     without_contacts: usize,
     selection: &'a Selection,
-    title: Option<&'a str>,
+    title: Option<String>,
     /// Fallback title: the name of the input.
     name: String,
 }
@@ -33,7 +33,7 @@ impl<'a> Scenery<'a> {
     pub(super) fn new(
         source: &'a Source,
         selection: &'a Selection,
-        choice: &'a PictureChoice,
+        choice: &PictureChoice,
     ) -> Result<Self, ExportError> {
         let run = match source {
             Source::Run(run) => Some(run.as_ref()),
@@ -60,9 +60,14 @@ impl<'a> Scenery<'a> {
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
             without_contacts: 0,
             selection,
-            title: choice.title.as_deref(),
+            title: choice.title.clone(),
             name: source.prefix().to_owned(),
         })
+    }
+
+    /// Counts from nothing again.
+    pub(super) fn begin_again(&mut self) {
+        self.without_contacts = 0;
     }
 
     /// That contacts were written at other times than some of the frames drawn.
@@ -103,7 +108,7 @@ impl<'a> Scenery<'a> {
         quantity: &Quantity,
     ) -> Result<Frame, ExportError> {
         let header = &snapshot.header;
-        let title = self.title.unwrap_or(if header.title.is_empty() {
+        let title = self.title.as_deref().unwrap_or(if header.title.is_empty() {
             &self.name
         } else {
             &header.title

@@ -1,13 +1,12 @@
 //! For people who come from or go to LAMMPS and LIGGGHTS: a text dump of all frames, and one frame as a data file.
 
-use std::path::PathBuf;
-
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number, push_numbers};
 use mercury_common::frames::Column;
 
+use super::{Encode, FilePerFrame, OneFile};
 use crate::output::Output;
-use crate::{ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
+use crate::{ExportError, Snapshot};
 
 /// What every writer of this room needs of a frame.
 struct Rows<'a> {
@@ -98,45 +97,30 @@ pub fn push_dump(snapshot: &Snapshot, out: &mut Vec<u8>) -> Result<(), ExportErr
     Ok(())
 }
 
-/// Writes `<prefix>.lammpstrj` with all selected frames.
+/// `<prefix>.lammpstrj` with all selected frames, as [`push_dump`] writes them.
 ///
 /// # Errors
-/// When the input cannot be read, a file of an earlier export is in the way, or the file cannot be written.
-pub fn export_dump(
-    source: &Source,
-    selection: &Selection,
-    output: &Output,
-    mut progress: impl FnMut(&Snapshot),
-) -> Result<(Told, Vec<PathBuf>), ExportError> {
-    let mut file = output.begin(output.path("lammpstrj"))?;
-    let mut out = Vec::new();
-    let told = for_each_snapshot(source, selection, |snapshot| {
-        progress(&snapshot);
-        out.clear();
-        push_dump(&snapshot, &mut out)?;
-        Ok(file.append(&out)?)
-    })?;
-    let path = file.path().to_owned();
-    file.finish()?;
-    Ok((told, vec![path]))
+/// When the file is there already and may not be replaced, or cannot be made.
+pub fn dump(output: &Output) -> Result<OneFile<impl Encode>, ExportError> {
+    OneFile::begin(output, "lammpstrj", push_dump)
 }
 
 /// Appends a frame as a data file for `read_data` with `atom_style sphere` (LAMMPS) or `granular` (LIGGGHTS): atoms as `id type diameter
-/// density x y z`, and velocities as `id vx vy vz omegax omegay omegaz`. The density is mass over volume; `density` (kg/m^3)
+/// density x y z`, and velocities as `id vx vy vz omegax omegay omegaz`. The density is mass over volume; `density`
 /// replaces it where the input has no masses.
 ///
 /// # Errors
 /// When the frame has no ids, radii or positions, or neither masses nor a density is known.
 pub fn push_data_file(
     snapshot: &Snapshot,
-    density: Option<f64>,
+    density: Option<Density>,
     out: &mut Vec<u8>,
 ) -> Result<(), ExportError> {
     let rows = Rows::of(snapshot)?;
     let (min, max) = snapshot.domain()?;
     let pair = (snapshot.numbers("mass"), snapshot.numbers("volume"));
     let densities: Vec<f64> = match (density, pair) {
-        (Some(density), _) => vec![density; rows.ids.len()],
+        (Some(Density(density)), _) => vec![density; rows.ids.len()],
         (None, (Ok(mass), Ok(volume))) => mass.iter().zip(volume).map(|(m, v)| m / v).collect(),
         (None, _) => {
             let path = snapshot.path.display();
@@ -175,27 +159,27 @@ pub fn push_data_file(
     Ok(())
 }
 
-/// Writes `<prefix>.0000.lmp` for every selected frame.
-///
-/// # Errors
-/// As [`push_data_file`], and when the input cannot be read, a file of an earlier export is in the way, or a file cannot be
-/// written.
-pub fn export_data_files(
-    source: &Source,
-    selection: &Selection,
-    density: Option<f64>,
-    output: &Output,
-    mut progress: impl FnMut(&Snapshot),
-) -> Result<(Told, Vec<PathBuf>), ExportError> {
-    let mut files = Vec::new();
-    let told = for_each_snapshot(source, selection, |snapshot| {
-        progress(&snapshot);
-        let mut out = Vec::new();
-        push_data_file(&snapshot, density, &mut out)?;
-        let path = output.path(&format!("{:04}.lmp", snapshot.number));
-        output.write(&path, &out)?;
-        files.push(path);
-        Ok(())
-    })?;
-    Ok((told, files))
+/// A density for inputs without masses, kg/m^3: positive and finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Density(f64);
+
+impl Density {
+    /// From a number in kg/m^3.
+    ///
+    /// # Errors
+    /// When it is not positive and finite.
+    pub fn new(density: f64) -> Result<Self, ExportError> {
+        if density > 0.0 && density.is_finite() {
+            return Ok(Self(density));
+        }
+        let message = format!("--density {density}: expected a positive number, in kg/m^3");
+        Err(ExportError::Input(message))
+    }
+}
+
+/// `<prefix>.0000.lmp`, ...: every selected frame as [`push_data_file`] writes it.
+pub fn data_files(output: &Output, density: Option<Density>) -> FilePerFrame<'_, impl Encode> {
+    let encode =
+        move |snapshot: &Snapshot, out: &mut Vec<u8>| push_data_file(snapshot, density, out);
+    FilePerFrame::new(output, "lmp", encode)
 }

@@ -1,20 +1,19 @@
 //! The particle table that scenes read, so that a run can begin where another one ended.
 
-use std::path::PathBuf;
-
 use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
 
+use super::{Encode, FilePerFrame};
 use crate::output::Output;
-use crate::{ExportError, Selection, Snapshot, Source, Told, for_each_snapshot};
+use crate::{ExportError, Snapshot};
 
 /// The rows of a frame.
 ///
 /// # Errors
 /// When it has no positions or radii, or a sphere belongs to a body: the table knows spheres only.
-pub fn rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportError> {
+pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportError> {
     let input = |found: String| ExportError::Input(format!("{}: {found}", snapshot.path.display()));
     if let Some(Column::OptionalU32(bodies)) = snapshot.column("body")
         && let Some(body) = bodies.iter().flatten().next()
@@ -47,26 +46,12 @@ pub fn rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportError> {
     Ok((0..radius.len()).map(row).collect())
 }
 
-/// Writes `<prefix>.0000.csv` for every selected frame.
-///
-/// # Errors
-/// As [`rows`], and when the input cannot be read, a file of an earlier export is in the way, or a file cannot be written.
-pub fn export(
-    source: &Source,
-    selection: &Selection,
-    output: &Output,
-    mut progress: impl FnMut(&Snapshot),
-) -> Result<(Told, Vec<PathBuf>), ExportError> {
-    let mut files = Vec::new();
-    let told = for_each_snapshot(source, selection, |snapshot| {
-        progress(&snapshot);
-        let mut out = Vec::new();
-        push_particle_csv(&rows(&snapshot)?, NumberStyle::Shortest, &mut out)
-            .map_err(|found| ExportError::Input(format!("{}: {found}", snapshot.path.display())))?;
-        let path = output.path(&format!("{:04}.csv", snapshot.number));
-        output.write(&path, &out)?;
-        files.push(path);
-        Ok(())
-    })?;
-    Ok((told, files))
+/// `<prefix>.0000.csv`, ...: the table of every selected frame. A frame without positions or radii, or with clumps, is refused.
+pub fn particle_tables(output: &Output) -> FilePerFrame<'_, impl Encode> {
+    let encode = |snapshot: &Snapshot, out: &mut Vec<u8>| {
+        let rows = particle_rows(snapshot)?;
+        push_particle_csv(&rows, NumberStyle::Shortest, out)
+            .map_err(|found| ExportError::Input(format!("{}: {found}", snapshot.path.display())))
+    };
+    FilePerFrame::new(output, "csv", encode)
 }

@@ -1,0 +1,145 @@
+//! The one way from frames to files. The driver reads (the next frame while the last one is written), selects, tells its
+//! progress, makes sure that nothing is in the way, and hands frame after frame to a [`Sink`], which writes.
+
+use std::path::PathBuf;
+use std::sync::mpsc::sync_channel;
+
+use mercury_common::error::FormatError;
+
+use crate::output::Output;
+use crate::source::Frames;
+use crate::{ExportError, Selection, Snapshot, Source, Table};
+
+/// An export that is set up: where from, what of it, and where to.
+#[derive(Debug)]
+pub struct Job {
+    /// The input.
+    pub source: Source,
+    /// Which frames, and which of their rows.
+    pub selection: Selection,
+    /// The folder for the files.
+    pub output: Output,
+}
+
+/// What an export of frames did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Told {
+    /// Frames that were given out.
+    pub frames: usize,
+    /// What is wrong with the rest of the input.
+    pub damage: Option<FormatError>,
+    /// Frames that are in the files: fewer than `frames` in a film strip.
+    pub written: usize,
+    /// What the user should know.
+    pub notes: Vec<String>,
+    /// What the user must know: something is not in the files that was asked for.
+    pub warnings: Vec<String>,
+}
+
+/// A kind of output. It says what it needs and writes what it is given.
+pub trait Sink {
+    /// The table of the run whose frames it takes.
+    fn table(&self) -> Table {
+        Table::Particles
+    }
+
+    /// The files whose names are known before anything is read; nothing is written while one of them is in the way.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+
+    /// Whether it has to [look](Self::look) at all frames before the first is written. The input is read twice then.
+    fn looks_first(&self) -> bool {
+        false
+    }
+
+    /// A frame of the first reading.
+    ///
+    /// # Errors
+    /// When the frame has not what the output needs.
+    fn look(&mut self, _: &Snapshot) -> Result<(), ExportError> {
+        Ok(())
+    }
+
+    /// A frame to be written, in order; there is at least one.
+    ///
+    /// # Errors
+    /// When the frame has not what the output needs, or a file cannot be written.
+    fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError>;
+
+    /// Completes the files and returns those that a user opens. `told` is what will be said of the export, and may be added to.
+    ///
+    /// # Errors
+    /// When a file cannot be written.
+    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError>;
+}
+
+/// Writes the frames of a job; `progress` hears the number of each before it is written. A damaged input gives its good
+/// frames, and what is wrong in [`Told::damage`].
+///
+/// # Errors
+/// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or what the sink says.
+pub fn export(
+    job: &Job,
+    mut sink: Box<dyn Sink + '_>,
+    mut progress: impl FnMut(usize),
+) -> Result<(Told, Vec<PathBuf>), ExportError> {
+    for file in sink.files() {
+        job.output.claim(&file)?;
+    }
+    let frames = Frames::of(&job.source, sink.table(), &job.selection)?;
+    if sink.looks_first() {
+        read(&frames, &job.selection, |snapshot| sink.look(&snapshot))?;
+    }
+    let mut told = read(&frames, &job.selection, |snapshot| {
+        progress(snapshot.number);
+        sink.write(snapshot)
+    })?;
+    let files = sink.finish(&mut told)?;
+    Ok((told, files))
+}
+
+/// Gives the selected frames with the selected rows to `take`, in order, one after the other; a thread reads ahead by one frame.
+fn read(
+    frames: &Frames<'_>,
+    selection: &Selection,
+    mut take: impl FnMut(Snapshot) -> Result<(), ExportError>,
+) -> Result<Told, ExportError> {
+    let mut told = Told::default();
+    let (mut before, mut after) = (0, 0);
+    std::thread::scope(|scope| {
+        let (sender, receiver) = sync_channel(1);
+        scope.spawn(move || {
+            for item in frames.chosen(selection.frames) {
+                // The receiver is gone after an error of its own.
+                if sender.send(item).is_err() {
+                    break;
+                }
+            }
+        });
+        for item in receiver {
+            match item {
+                Ok(mut snapshot) => {
+                    before += snapshot.frame.rows();
+                    selection.apply(&mut snapshot)?;
+                    after += snapshot.frame.rows();
+                    take(snapshot)?;
+                    told.frames += 1;
+                }
+                Err(damage) => told.damage = Some(damage),
+            }
+        }
+        Ok::<(), ExportError>(())
+    })?;
+    if before > 0 && after == 0 {
+        let one = frames.table().one();
+        told.warnings
+            .push(format!("no {one} is selected in any frame"));
+    }
+    told.written = told.frames;
+    match (told.frames, told.damage) {
+        (0, Some(damage)) => Err(damage.into()),
+        (0, None) => Err(ExportError::Input(frames.none())),
+        (_, damage) => Ok(Told { damage, ..told }),
+    }
+}

@@ -1,0 +1,374 @@
+//! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
+//!
+//! Kinds: `particles`, `contacts` (as lines), `walls` (as triangles where they stand), `bodies` (centres of mass of clumps), `clumps` (their own
+//! surfaces). A further kind is a further series.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use mercury_common::formats::vtu::{VtuError, VtuOptions};
+use mercury_common::frames::{
+    BodyReader, Column, ContactReader, FrameReader, TriangleLoadFrame, TriangleLoadReader,
+    WallReader,
+};
+use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
+
+use crate::beside;
+use crate::bodies;
+use crate::selection::retain;
+use crate::source::RunSource;
+use crate::{ClumpsAs, ExportError, FrameChoice, Job, Selection, Sink, Snapshot, Source, Told};
+
+/// What goes into the files, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VtuChoice {
+    /// Precision and compression.
+    pub options: VtuOptions,
+    /// With contacts, where the run has them.
+    pub contacts: bool,
+    /// With walls, where the run has them.
+    pub walls: bool,
+    /// How clumps are shown.
+    pub clumps: ClumpsAs,
+}
+
+/// The series of an input.
+pub struct Vtu<'a> {
+    job: &'a Job,
+    choice: VtuChoice,
+    beside: Tables<'a>,
+    warnings: Vec<String>,
+    files: Vec<PathBuf>,
+    particles: Option<Series>,
+    bodies: Option<Series>,
+    clumps: Option<Series>,
+    /// Times of the first and the last frame, s.
+    span: Option<(f64, f64)>,
+    /// Of each step the number of its frame, and the ids that are selected if not all are.
+    steps: HashMap<u64, (usize, Option<Vec<u32>>)>,
+}
+
+/// What the run has beside its particles and is to be shown.
+struct Tables<'a> {
+    contacts: Option<&'a ContactReader>,
+    walls: Option<&'a WallReader>,
+    loads: Option<&'a TriangleLoadReader>,
+    bodies: Option<&'a BodyReader>,
+    /// The bodies again, where they are shown as their surfaces.
+    surfaces: Option<&'a BodyReader>,
+}
+
+impl<'a> Vtu<'a> {
+    /// Looks at what there is to show.
+    ///
+    /// # Errors
+    /// When a table that is wanted cannot be read.
+    pub fn new(job: &'a Job, choice: VtuChoice) -> Result<Self, ExportError> {
+        let run = run_of(&job.source);
+        let mut warnings = Vec::new();
+        let contacts = run
+            .filter(|_| choice.contacts)
+            .map(|run| run.contacts("--no-contacts leaves contacts out"))
+            .transpose()?
+            .flatten();
+        let walled = run.filter(|_| choice.walls);
+        let walls = walled
+            .map(|run| run.walls("--no-walls leaves walls out"))
+            .transpose()?
+            .flatten();
+        let loads = walled
+            .map(|run| run.triangle_loads("--no-walls leaves walls and the loads on them out"))
+            .transpose()?
+            .flatten();
+        let bodies = match bodies::reader(&job.source, "--clumps pebbles shows what there is") {
+            // Pebbles are whole without it.
+            Err(error) if choice.clumps == ClumpsAs::Pebbles => {
+                warnings.push(format!("bodies are left out\n{error}"));
+                None
+            }
+            found => found?,
+        };
+        let surfaces = bodies::reader_for(&job.source, choice.clumps)?;
+        let output = &job.output;
+        let mut files = vec![output.path("paraview.py"), output.path("particles.pvd")];
+        files.extend(contacts.map(|_| output.path("contacts.pvd")));
+        files.extend(walls.map(|_| output.path("walls.pvd")));
+        files.extend(bodies.map(|_| output.path("bodies.pvd")));
+        files.extend(surfaces.map(|_| output.path("clumps.pvd")));
+        Ok(Self {
+            job,
+            choice,
+            beside: Tables {
+                contacts,
+                walls,
+                loads,
+                bodies,
+                surfaces,
+            },
+            warnings,
+            files,
+            particles: None,
+            bodies: None,
+            clumps: None,
+            span: None,
+            steps: HashMap::new(),
+        })
+    }
+
+    /// Begins the series of a kind.
+    fn series(&self, kind: &str) -> Result<Series, VtuError> {
+        let output = &self.job.output;
+        let stem = format!("{}.{kind}", output.prefix);
+        Series::create(&output.folder, &stem, self.choice.options)
+    }
+
+    /// The bodies at the step of some particles, whose pebbles are hidden where surfaces stand for them.
+    fn write_bodies(&mut self, particles: &mut Snapshot) -> Result<(), ExportError> {
+        let (step, number) = (particles.frame.step, particles.number);
+        let Some(reader) = self.beside.bodies else {
+            return Ok(());
+        };
+        let Some(shown) = bodies::at_step(reader, step, &self.job.selection)? else {
+            return Ok(());
+        };
+        if self.bodies.is_none() {
+            let surfaces = self.beside.surfaces;
+            self.clumps = surfaces.map(|_| self.series("clumps")).transpose()?;
+            self.bodies = Some(self.series("bodies")?);
+        }
+        if let Some(list) = &mut self.clumps {
+            list.write(number, &paraview::clumps(reader.kinds(), &shown.frame))?;
+        }
+        if self.choice.clumps == ClumpsAs::Surface {
+            shown.hide_pebbles(particles);
+        }
+        let grid = paraview::particles(&shown.table.specs, shown.table.frame);
+        let grid = grid.map_err(|reason| unfit(&particles.path, number, &reason))?;
+        if let Some(list) = &mut self.bodies {
+            list.write(number, &grid)?;
+        }
+        Ok(())
+    }
+
+    /// All contacts that are wanted; whether there are any.
+    fn write_contacts(&self, told: &mut Told) -> Result<bool, ExportError> {
+        let (Some(reader), Some(run)) = (self.beside.contacts, run_of(&self.job.source)) else {
+            return Ok(false);
+        };
+        let path = reader.frames().path().display();
+        let wanted = |number: &usize| {
+            let info = reader.frames().info(*number);
+            info.is_some_and(|info| {
+                let beside = self.steps.contains_key(&info.step);
+                is_wanted(info.time, beside, self.span, &self.job.selection)
+            })
+        };
+        let numbers: Vec<usize> = (0..reader.frames().len()).filter(wanted).collect();
+        if numbers.is_empty() {
+            if reader.frames().damage().is_none() {
+                told.notes.push(format!(
+                    "{path}: no contacts were written at the times of these frames"
+                ));
+            }
+            return Ok(false);
+        }
+        let mut list = self.series("contacts")?;
+        for number in numbers {
+            let mut frame = reader.frames().frame(number)?;
+            let step = frame.step;
+            let specs = reader.frames().schema().columns();
+            if let Some((_, Some(ids))) = self.steps.get(&step) {
+                keep_contacts(specs, &mut frame.columns, ids);
+            }
+            let centres = centres(run, step)?;
+            let grid = paraview::contacts(specs, frame, &centres)
+                .map_err(|reason| ExportError::Input(format!("{path}: {reason}")))?;
+            list.write(number, &grid)?;
+        }
+        Ok(true)
+    }
+
+    /// The walls at the steps of the particles; whether there are any.
+    fn write_walls(&self) -> Result<bool, ExportError> {
+        let Some(reader) = self.beside.walls else {
+            return Ok(false);
+        };
+        let mut list = None;
+        let scene = WallScene {
+            names: &reader.header().walls,
+            surfaces: reader.surfaces(),
+            domain: reader.header().domain.unwrap_or_default(),
+        };
+        for number in 0..reader.frames().len() {
+            let step = reader.frames().info(number).map(|info| info.step);
+            let Some((particles, _)) = step.and_then(|step| self.steps.get(&step)) else {
+                continue;
+            };
+            let frame = reader.frame(number)?;
+            let (path, loads) = triangle_loads(self.beside.loads, frame.step)?;
+            let grid = paraview::walls(&scene, &frame, loads.as_ref()).map_err(|reason| {
+                let (path, step) = (path.display(), frame.step);
+                ExportError::Input(format!("{path}: at step {step}: {reason}"))
+            })?;
+            let list = match &mut list {
+                Some(list) => list,
+                None => list.insert(self.series("walls")?),
+            };
+            list.write(*particles, &grid)?;
+        }
+        Ok(list.is_some())
+    }
+
+    /// Which tables end before the frames do.
+    fn cut(&self) -> Vec<String> {
+        let last = self.span.map(|(_, last)| last);
+        let cut = |table: &FrameReader, what, lost| beside::cut(table, what, lost, last);
+        let mut warnings = Vec::new();
+        if let Some(reader) = self.beside.bodies {
+            let lost = match self.choice.clumps {
+                ClumpsAs::Pebbles => "later ones are left out",
+                ClumpsAs::Surface => "later clumps are shown by their pebbles",
+                ClumpsAs::Both => "surfaces of later clumps are left out",
+            };
+            warnings.extend(cut(reader.frames(), "bodies", lost));
+        }
+        if let Some(reader) = self.beside.contacts {
+            let lost = "later ones are left out";
+            warnings.extend(cut(reader.frames(), "contacts", lost));
+        }
+        if let Some(reader) = self.beside.walls {
+            let lost = "walls are left out of later frames";
+            warnings.extend(cut(reader.frames(), "walls", lost));
+            if let Some(loads) = self.beside.loads {
+                let lost = "later walls are without them";
+                warnings.extend(cut(loads.frames(), "loads on triangles", lost));
+            }
+        }
+        warnings
+    }
+}
+
+impl Sink for Vtu<'_> {
+    fn files(&self) -> Vec<PathBuf> {
+        self.files.clone()
+    }
+
+    fn write(&mut self, mut snapshot: Snapshot) -> Result<(), ExportError> {
+        if self.particles.is_none() {
+            // Only now, so that a wrong input leaves what is there.
+            self.particles = Some(self.series("particles")?);
+        }
+        let (time, number) = (snapshot.frame.time, snapshot.number);
+        self.span = Some(self.span.map_or((time, time), |(first, _)| (first, time)));
+        let ids = snapshot.column("id").and_then(Column::as_u32);
+        let partial = self.job.selection.is_partial();
+        let ids = partial.then(|| ids.unwrap_or_default().to_vec());
+        self.steps.insert(snapshot.frame.step, (number, ids));
+        self.write_bodies(&mut snapshot)?;
+        let grid = paraview::particles(&snapshot.specs, snapshot.frame);
+        let grid = grid.map_err(|reason| unfit(&snapshot.path, number, &reason))?;
+        if let Some(list) = &mut self.particles {
+            list.write(number, &grid)?;
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+        let parts = ScriptParts {
+            contacts: self.write_contacts(told)?,
+            walls: self.write_walls()?,
+            bodies: self.bodies.is_some(),
+            clumps: self.clumps.is_some(),
+        };
+        told.notes.extend(bodies::notes(self.beside.surfaces));
+        let cut = self.cut();
+        told.warnings.extend(self.warnings);
+        told.warnings.extend(cut);
+        let output = &self.job.output;
+        let mut files = self.files;
+        // A list that names no file is not written, and one of an earlier export is not of these frames.
+        for (kind, was_asked, is_written) in [
+            ("contacts", self.beside.contacts.is_some(), parts.contacts),
+            ("walls", self.beside.walls.is_some(), parts.walls),
+            ("bodies", self.beside.bodies.is_some(), parts.bodies),
+            ("clumps", self.beside.surfaces.is_some(), parts.clumps),
+        ] {
+            if was_asked && !is_written {
+                files.retain(|file| *file != output.path(&format!("{kind}.pvd")));
+                output.clear_series(kind)?;
+            }
+        }
+        let script = paraview::script(&output.prefix, parts);
+        output.write(&output.path("paraview.py"), script.as_bytes())?;
+        Ok(files)
+    }
+}
+
+fn run_of(source: &Source) -> Option<&RunSource> {
+    match source {
+        Source::Run(run) => Some(run.as_ref()),
+        Source::Data(_) => None,
+    }
+}
+
+fn unfit(path: &Path, number: usize, reason: &str) -> ExportError {
+    ExportError::Input(format!("{}: frame {number}: {reason}", path.display()))
+}
+
+/// Contacts may be written at other times than particles. Whoever wants all frames of a span wants those too; whoever picks
+/// frames or particles wants the contacts of just these.
+fn is_wanted(time: f64, beside: bool, span: Option<(f64, f64)>, selection: &Selection) -> bool {
+    let within = span.is_some_and(|(first, last)| first <= time && time <= last);
+    let every = matches!(selection.frames, FrameChoice::All | FrameChoice::Range(..));
+    beside || (within && every && !selection.is_partial())
+}
+
+/// Leaves out contacts of particles that are not selected.
+fn keep_contacts(
+    specs: &[mercury_common::frames::ColumnSpec],
+    columns: &mut [Column],
+    ids: &[u32],
+) {
+    let ids: HashSet<u32> = ids.iter().copied().collect();
+    let place = |name: &str| specs.iter().position(|spec| spec.name == name);
+    let (Some(i), Some(j)) = (place("i"), place("j")) else {
+        return;
+    };
+    let (Column::U32(i), Column::OptionalU32(j)) = (&columns[i], &columns[j]) else {
+        return;
+    };
+    let both = i.iter().zip(j);
+    let keep: Vec<bool> = both
+        .map(|(i, j)| ids.contains(i) && j.is_none_or(|j| ids.contains(&j)))
+        .collect();
+    for column in columns {
+        retain(column, &keep);
+    }
+}
+
+/// The loads on the triangles of walls at a step, none if the run did not write them, and their file.
+fn triangle_loads(
+    reader: Option<&TriangleLoadReader>,
+    step: u64,
+) -> Result<(PathBuf, Option<TriangleLoadFrame>), ExportError> {
+    let Some(reader) = reader else {
+        return Ok((PathBuf::new(), None));
+    };
+    let number = reader.frames().infos().position(|info| info.step == step);
+    let frame = number.map(|number| reader.frame(number)).transpose()?;
+    Ok((reader.frames().path().to_owned(), frame))
+}
+
+/// Positions by id in the particles' frame of a step; empty if there is none.
+fn centres(run: &RunSource, step: u64) -> Result<HashMap<u32, DVec3>, ExportError> {
+    let frames = run.particles();
+    let mut infos = frames.infos();
+    let Some(number) = infos.position(|info| info.step == step) else {
+        return Ok(HashMap::new());
+    };
+    let columns = frames.columns(number, &["id", "x", "y", "z"])?;
+    let positions = paraview::vectors(&columns, [1, 2, 3]).unwrap_or_default();
+    let ids = columns[0].as_u32().unwrap_or_default();
+    Ok(ids.iter().copied().zip(positions).collect())
+}

@@ -1,0 +1,138 @@
+//! The tables of an input: particles, and what a run has beside them, as frames.
+
+use mercury_common::frames::{FrameReader, FramesHeader};
+
+use super::{Item, Snapshot, Source};
+use crate::{ExportError, FrameChoice, Selection, beside, bodies};
+
+/// Which table of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Table {
+    /// The particles.
+    #[default]
+    Particles,
+    /// The contacts, which only native frames have.
+    Contacts,
+    /// The rigid bodies (clumps), which only native frames have.
+    Bodies,
+}
+
+impl Table {
+    /// As in names of files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Particles => "particles",
+            Self::Contacts => "contacts",
+            Self::Bodies => "bodies",
+        }
+    }
+
+    /// One row of it.
+    pub(crate) fn one(self) -> &'static str {
+        match self {
+            Self::Particles => "particle",
+            Self::Contacts => "contact",
+            Self::Bodies => "body",
+        }
+    }
+}
+
+/// How to do without a table that is not there or cannot be read.
+const SPHERES: &str = "--table particles has the spheres";
+
+/// The frames of one table.
+pub(crate) struct Frames<'a> {
+    source: &'a Source,
+    table: Table,
+    /// Of all but particles.
+    beside: Option<(&'a FrameReader, &'a FramesHeader)>,
+}
+
+impl<'a> Frames<'a> {
+    /// The frames of a table.
+    ///
+    /// # Errors
+    /// When the input has no such table, it cannot be read, or its rows cannot be selected in this way.
+    pub(crate) fn of(
+        source: &'a Source,
+        table: Table,
+        selection: &Selection,
+    ) -> Result<Self, ExportError> {
+        let beside = match table {
+            Table::Particles => None,
+            Table::Bodies => {
+                let reader = bodies::reader(source, SPHERES)?;
+                let reader = reader.ok_or_else(|| bodies::missing(source, SPHERES))?;
+                Some((reader.frames(), reader.header()))
+            }
+            Table::Contacts => {
+                let reader = match source {
+                    Source::Run(run) => run.contacts(SPHERES)?,
+                    Source::Data(_) => None,
+                };
+                let help = "fstat = true in [output] of the scene writes them";
+                let reader = reader.ok_or_else(|| beside::missing(source, "contacts", "", help))?;
+                if selection.is_partial() {
+                    let found = "--region and --material select particles; contacts have neither";
+                    return Err(ExportError::Input(found.to_owned()));
+                }
+                Some((reader.frames(), reader.header()))
+            }
+        };
+        Ok(Self {
+            source,
+            table,
+            beside,
+        })
+    }
+
+    pub(crate) fn table(&self) -> Table {
+        self.table
+    }
+
+    /// The chosen frames, one in memory at a time; what is wrong with the input comes last, once.
+    pub(crate) fn chosen(&self, choice: FrameChoice) -> Box<dyn Iterator<Item = Item> + Send + '_> {
+        match self.beside {
+            None => self.source.frames(choice),
+            Some((reader, header)) => Box::new(native(reader, header, choice)),
+        }
+    }
+
+    /// That no frame is selected.
+    pub(crate) fn none(&self) -> String {
+        let (path, count) = match self.beside {
+            Some((reader, _)) => (reader.path(), Some(reader.len())),
+            None => (self.source.path(), self.source.len_hint()),
+        };
+        let path = path.display();
+        match count {
+            Some(0) => format!("{path}: the input has no frame"),
+            Some(count) => format!("{path}: no frame is selected; there are 0 to {}", count - 1),
+            None => format!("{path}: no frame is selected, or the input has none"),
+        }
+    }
+}
+
+/// The chosen frames of a native table, then what is wrong with it.
+pub(super) fn native<'a>(
+    reader: &'a FrameReader,
+    header: &'a FramesHeader,
+    choice: FrameChoice,
+) -> impl Iterator<Item = Item> + Send + 'a {
+    let first = match choice {
+        FrameChoice::Last => reader.len().saturating_sub(1),
+        _ => 0,
+    };
+    let chosen = (first..reader.len()).filter(move |&k| choice.has(k));
+    let read = |number: usize| {
+        Ok(Snapshot {
+            path: reader.path().to_owned(),
+            number,
+            specs: reader.schema().columns().to_vec(),
+            frame: reader.frame(number)?,
+            header: header.clone(),
+        })
+    };
+    chosen.map(read).chain(reader.damage().cloned().map(Err))
+}
