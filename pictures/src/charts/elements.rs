@@ -39,90 +39,75 @@ pub(super) struct Cells {
     pub(super) colours: Vec<Colour>,
 }
 
-macro_rules! points_of {
-    ($element:ty, $field:ident) => {
+/// What an element puts onto the canvas where its points are.
+trait Paint {
+    fn paint(&self, spots: &[Spot], canvas: &mut dyn Canvas);
+}
+
+/// Makes an element known to plotters, which says where its points are.
+macro_rules! element {
+    ($element:ty, |$this:ident| $points:expr) => {
         impl<'a> PointCollection<'a, (f64, f64)> for &'a $element {
             type Point = &'a (f64, f64);
             type IntoIter = std::slice::Iter<'a, (f64, f64)>;
 
             fn point_iter(self) -> Self::IntoIter {
-                self.$field.iter()
+                let $this = self;
+                $points.iter()
+            }
+        }
+
+        impl Drawable<Board<'_>> for $element {
+            fn draw<I: Iterator<Item = BackendCoord>>(
+                &self,
+                places: I,
+                board: &mut Board<'_>,
+                _: (u32, u32),
+            ) -> Result<(), BoardError> {
+                let spots: Vec<Spot> = places.map(spot).collect();
+                self.paint(&spots, board.canvas);
+                Ok(())
             }
         }
     };
 }
 
-points_of!(Curve, points);
-points_of!(Area, points);
-points_of!(Cells, corners);
+element!(Curve, |curve| curve.points);
+element!(Area, |area| area.points);
+element!(Cells, |cells| cells.corners);
+element!(Mark, |mark| std::slice::from_ref(&mark.at));
 
-impl<'a> PointCollection<'a, (f64, f64)> for &'a Mark {
-    type Point = &'a (f64, f64);
-    type IntoIter = std::iter::Once<&'a (f64, f64)>;
-
-    fn point_iter(self) -> Self::IntoIter {
-        std::iter::once(&self.at)
+impl Paint for Curve {
+    fn paint(&self, spots: &[Spot], canvas: &mut dyn Canvas) {
+        canvas.polyline(&thinned(spots, COLUMN), self.stroke);
     }
 }
 
-impl Drawable<Board<'_>> for Curve {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        places: I,
-        board: &mut Board<'_>,
-        _: (u32, u32),
-    ) -> Result<(), BoardError> {
-        let spots: Vec<Spot> = places.map(spot).collect();
-        board.canvas.polyline(&thinned(&spots, COLUMN), self.stroke);
-        Ok(())
-    }
-}
-
-impl Drawable<Board<'_>> for Area {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        places: I,
-        board: &mut Board<'_>,
-        _: (u32, u32),
-    ) -> Result<(), BoardError> {
-        let corners: Vec<Spot> = places.map(spot).collect();
+impl Paint for Area {
+    fn paint(&self, corners: &[Spot], canvas: &mut dyn Canvas) {
         if corners.len() > 2 {
-            board.canvas.area(&corners, self.colour, self.opacity);
+            canvas.area(corners, self.colour, self.opacity);
         }
-        Ok(())
     }
 }
 
-impl Drawable<Board<'_>> for Mark {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        places: I,
-        board: &mut Board<'_>,
-        _: (u32, u32),
-    ) -> Result<(), BoardError> {
-        for at in places {
-            mark(board.canvas, spot(at), self.marker, self.colour);
-        }
-        Ok(())
-    }
-}
-
-impl Drawable<Board<'_>> for Cells {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        places: I,
-        board: &mut Board<'_>,
-        _: (u32, u32),
-    ) -> Result<(), BoardError> {
-        let corners: Vec<Spot> = places.map(spot).collect();
+impl Paint for Cells {
+    fn paint(&self, corners: &[Spot], canvas: &mut dyn Canvas) {
         let cells: Vec<(Spot, Spot, Colour)> = (corners.chunks_exact(2).zip(&self.colours))
             .map(|(pair, colour)| {
                 let ((ax, ay), (bx, by)) = (pair[0], pair[1]);
                 ((ax.min(bx), ay.min(by)), (ax.max(bx), ay.max(by)), *colour)
             })
             .collect();
-        board.canvas.cells(&cells);
-        Ok(())
+        canvas.cells(&cells);
+    }
+}
+
+impl Paint for Mark {
+    fn paint(&self, spots: &[Spot], canvas: &mut dyn Canvas) {
+        for at in spots {
+            mark(canvas, *at, self.marker, self.colour);
+        }
     }
 }
 

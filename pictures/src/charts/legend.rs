@@ -2,7 +2,8 @@
 
 use super::chart::{Chart, Legend, Shape};
 use super::elements::mark;
-use super::panel::{BAND, BARS, Look};
+use super::look::Look;
+use super::panel::{BAND, BARS};
 use crate::canvas::{Anchor, Canvas, HALF_CAPITAL, Lettering, Spot, Stroke, frame};
 use crate::colour::Colour;
 use crate::font;
