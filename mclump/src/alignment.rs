@@ -40,12 +40,6 @@ impl Frame {
         self.rotation.transpose() * (point - self.centre)
     }
 
-    /// A point of the clump's frame in the input's: `rotation x + centre`.
-    #[must_use]
-    pub fn to_input(&self, point: DVec3) -> DVec3 {
-        self.rotation * point + self.centre
-    }
-
     /// Pebbles of the input in the clump's frame.
     #[must_use]
     pub fn align_pebbles(&self, pebbles: &[Pebble]) -> Vec<Pebble> {

@@ -106,15 +106,6 @@ impl From<DVec3> for Remark {
 }
 
 impl ClumpFile {
-    /// Distance in m from the centre of mass to the farthest point of the pebbles.
-    #[must_use]
-    pub fn bounding_radius(&self) -> f64 {
-        self.pebbles
-            .iter()
-            .map(|pebble| pebble.position.length() + pebble.radius)
-            .fold(0.0, f64::max)
-    }
-
     /// Where the file of the surface is, for a clump file at `path`.
     #[must_use]
     pub fn surface_path(&self, path: &Path) -> Option<PathBuf> {

@@ -9,14 +9,11 @@ pub enum NumberStyle {
     #[default]
     Shortest,
     /// This many significant digits (1 to 17; others are clamped), in the form of C's `%.{P}g`.
-    /// `Digits(10)` is what MercuryDPM prints.
+    /// `Digits(10)` is what MercuryDPM prints, with 15 digits for positions.
     Digits(u8),
 }
 
 impl NumberStyle {
-    /// MercuryDPM's look: 10 significant digits, positions with 15.
-    pub const MERCURY_DPM: Self = Self::Digits(10);
-
     /// The style of particle positions: at least 15 digits, so that overlaps survive.
     #[must_use]
     pub fn for_positions(self) -> Self {

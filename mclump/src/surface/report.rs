@@ -137,13 +137,6 @@ impl Report {
             && self.shells.iter().all(Shell::is_turned_right)
     }
 
-    /// Vertices - edges + triangles: 2 for each shell like a sphere, 0 for a torus.
-    #[must_use]
-    pub fn euler_characteristic(&self) -> i64 {
-        let count = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
-        count(self.vertices) - count(self.edges) + count(self.triangles - self.collapsed.len())
-    }
-
     /// Number of shells that are holes in another one.
     #[must_use]
     pub fn cavities(&self) -> usize {

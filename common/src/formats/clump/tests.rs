@@ -41,7 +41,6 @@ fn the_shared_rod_reads() {
     assert_eq!(rod.name, "rod");
     assert_eq!(rod.pebbles.len(), 3);
     assert_eq!(rod.pebbles[2].position, DVec3::new(0.01, 0.0, 0.0));
-    assert_eq!(rod.bounding_radius(), 0.015);
     assert_eq!(rod.rotation, DMat3::IDENTITY);
 }
 

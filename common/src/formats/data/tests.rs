@@ -53,7 +53,7 @@ fn two_dimensions_flip_the_rotation() {
     // A positive rotation about +z is written with a minus sign.
     assert_eq!((row.angles.z, row.angular_velocity.z), (0.5, 2.0));
     assert_eq!(row.velocity, DVec3::new(1.0, -1.0, 0.0));
-    assert_eq!(written(&frames, NumberStyle::MERCURY_DPM), text);
+    assert_eq!(written(&frames, NumberStyle::Digits(10)), text);
 }
 
 #[test]

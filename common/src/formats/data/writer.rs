@@ -6,7 +6,7 @@ use crate::formats::number::{NumberStyle, push_number, push_numbers};
 /// Appends a whole frame: format 8 if `frame.dimensions` is 2, else format 14.
 ///
 /// With [`NumberStyle::Shortest`] everything that the layout holds reads back exactly; with
-/// [`NumberStyle::MERCURY_DPM`] the text is what MercuryDPM prints, with 15 digits for positions.
+/// [`NumberStyle::Digits(10)`](NumberStyle::Digits) the text is what MercuryDPM prints, with 15 digits for positions.
 pub fn write_frame(frame: &DataFrame, style: NumberStyle, out: &mut Vec<u8>) {
     let two_dimensional = frame.dimensions == 2;
     // About the length of a line at full precision, so that the buffer seldom grows.

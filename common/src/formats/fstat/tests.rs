@@ -46,7 +46,7 @@ fn forces_have_physical_signs() {
         (0.5, true)
     );
     assert_eq!(written(&frames, NumberStyle::Shortest), text);
-    assert_eq!(written(&frames, NumberStyle::MERCURY_DPM), text);
+    assert_eq!(written(&frames, NumberStyle::Digits(10)), text);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use crate::formats::number::{NumberStyle, push_integer, push_number, push_number
 /// Appends a whole frame.
 ///
 /// With [`NumberStyle::Shortest`] every number reads back exactly; with
-/// [`NumberStyle::MERCURY_DPM`] the text is what MercuryDPM prints (10 digits everywhere).
+/// [`NumberStyle::Digits(10)`](NumberStyle::Digits) the text is what MercuryDPM prints (10 digits everywhere).
 pub fn write_frame(frame: &FstatFrame, style: NumberStyle, out: &mut Vec<u8>) {
     // About the length of a line at full precision, so that the buffer seldom grows.
     out.reserve(256 + frame.contacts.len() * 280);
