@@ -119,9 +119,11 @@ fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
 }
 
 fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
-    let folder = (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(&plan.prefix));
+    let folder =
+        (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
     // The folder is this run's until the end of the function.
-    let _lock = folder::prepare(&folder, &plan.prefix, arguments.force).map_err(Failure::input)?;
+    let _lock = folder::prepare(&folder, plan.outputs().prefix(), arguments.force)
+        .map_err(Failure::input)?;
     let threads = arguments.threads.map_or_else(
         || {
             let available = std::thread::available_parallelism();

@@ -11,7 +11,7 @@ use mercury_solver::step::Engine;
 
 use crate::cases::Case;
 use crate::cases::Tolerance::{Absolute, Digit, Relative};
-use crate::scenes::{RECORDS, advance, particle, start};
+use crate::scenes::{RECORDS, advance, particle, start, start_planned};
 
 /// The plan of a scene below `scenes/`, with `KEY=VALUE` put on top.
 ///
@@ -52,8 +52,8 @@ pub fn quick() -> Vec<Case> {
 #[must_use]
 pub fn two_spheres_collide(step: f64) -> (f64, f64) {
     let plan = with_step("two-spheres.toml", step);
-    let steps = plan.steps;
-    let mut engine = start(plan);
+    let steps = plan.physics().steps();
+    let mut engine = start_planned(plan);
     let approach = relative_velocity(&engine);
     let mut touching = 0.0;
     for _ in 0..steps {
@@ -105,11 +105,11 @@ fn two_spheres() -> Vec<Case> {
 /// Rebound velocity (m/s) of hertz-wall.toml; the first contact is `phase` steps later than in the scene.
 #[must_use]
 pub fn hertz_wall_rebound(step: f64, phase: f64) -> f64 {
-    let mut plan = with_step("hertz-wall.toml", step);
-    let steps = plan.steps + 1;
+    let mut draft = with_step("hertz-wall.toml", step).draft();
+    let steps = draft.steps + 1;
     // The sphere falls at 1 m/s.
-    plan.particles[0].position.z += phase * step;
-    let mut engine = start(plan);
+    draft.particles[0].position.z += phase * step;
+    let mut engine = start(draft);
     advance(&mut engine, steps);
     particle(&engine, 0).velocity.z
 }
@@ -150,8 +150,8 @@ fn press() -> Case {
             let overrides = ["insertions.feed.total.number=40", "time.end=0.5"].map(str::to_owned);
             let plan = planned("press.toml", &overrides);
             let plan = plan.expect("the scenes of the project are right");
-            let (steps, lid) = (plan.steps, plan.walls.len() - 1);
-            let mut engine = start(plan);
+            let (steps, lid) = (plan.physics().steps(), plan.physics().walls().len() - 1);
+            let mut engine = start_planned(plan);
             advance(&mut engine, steps);
             engine.observation().walls[lid].0.force.z
         },

@@ -9,7 +9,7 @@ use mercury_solver::contact::{
 };
 use mercury_solver::forces::Watch;
 use mercury_solver::lanes::Vector;
-use mercury_solver::plan::{Material, NewParticle, Plan};
+use mercury_solver::plan::{Draft, Material, NewParticle, Plan};
 use mercury_solver::state::Particle;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
@@ -31,8 +31,8 @@ pub fn frictionless(normal: AnyNormal) -> AnyPairLaw {
 }
 
 /// A plan in a domain of 2 km about the origin, which no particle leaves.
-pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Plan {
-    Plan::bare(
+pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Draft {
+    Draft::new(
         time_step,
         (DVec3::splat(-1e3), DVec3::splat(1e3)),
         density,
@@ -41,7 +41,7 @@ pub fn plan(time_step: f64, density: f64, law: AnyPairLaw) -> Plan {
 }
 
 /// A second material of another density (kg/m³) that follows the same law.
-pub fn add_material(plan: &mut Plan, density: f64) -> u32 {
+pub fn add_material(plan: &mut Draft, density: f64) -> u32 {
     let law = plan.laws.laws[0];
     plan.materials.push(Material {
         name: format!("material {}", plan.materials.len()),
@@ -92,8 +92,13 @@ pub fn plane(point: DVec3, normal: DVec3) -> Wall {
     wall(Shape::Plane(plane), Motion::default())
 }
 
+/// The start of what a draft describes, in the thread that asks.
+pub fn start(draft: Draft) -> Engine {
+    start_planned(draft.plan().expect("a plan of finite numbers"))
+}
+
 /// The start of a plan, in the thread that asks.
-pub fn start(plan: Plan) -> Engine {
+pub fn start_planned(plan: Plan) -> Engine {
     Engine::new(Arc::new(plan), 1).expect("the scene starts from finite numbers")
 }
 

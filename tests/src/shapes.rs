@@ -14,7 +14,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
-use mercury_solver::plan::{NewBody, Plan};
+use mercury_solver::plan::{Draft, NewBody};
 use mercury_solver::step::Engine;
 
 use crate::cases::Case;
@@ -84,7 +84,7 @@ impl Table {
             adhesion: AnyAdhesion::None,
         };
         let domain = (DVec3::splat(-1e3), DVec3::splat(1e3));
-        let mut plan = Plan::bare(self.step, domain, 1.0, law);
+        let mut plan = Draft::new(self.step, domain, 1.0, law);
         plan.gravity = -self.gravity * DVec3::Z;
         plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
         start(plan.with_bodies(vec![clump.clone()], vec![body]))

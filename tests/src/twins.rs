@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 use mercury_solver::walls as fast;
 
@@ -121,7 +121,7 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
 }
 
 /// The particle of the reference path for one of a plan.
-fn reference_particle(new: &NewParticle, plan: &Plan) -> Particle {
+fn reference_particle(new: &NewParticle, plan: &Draft) -> Particle {
     let density = plan.materials[new.material as usize].density;
     let particle = if plan.dimensions == 2 {
         Particle::disc(new.radius, density)
@@ -137,7 +137,7 @@ fn reference_particle(new: &NewParticle, plan: &Plan) -> Particle {
 }
 
 /// The bodies of a plan, whose pebbles follow its particles in the order of their ids.
-fn add_bodies(simulation: &mut Simulation, plan: &Plan) {
+fn add_bodies(simulation: &mut Simulation, plan: &Draft) {
     for new in &plan.bodies {
         let clump = new.clump(&plan.clumps);
         let mass = new.mass(&plan.clumps);
@@ -180,7 +180,7 @@ fn add_bodies(simulation: &mut Simulation, plan: &Plan) {
 }
 
 /// The reference path on a plan's scene. The walls of the plan are replaced by `walls`; all laws must share their conventions.
-pub fn reference_of(plan: &mut Plan, walls: &[TwinWall]) -> Simulation {
+pub fn reference_of(plan: &mut Draft, walls: &[TwinWall]) -> Simulation {
     plan.walls = walls.iter().map(|wall| wall.fast.clone()).collect();
     let count = plan.materials.len();
     let laws: Vec<_> = plan.laws.laws.iter().flatten().map(reference_law).collect();

@@ -15,7 +15,7 @@ use mercury_solver::contact::{
 use mercury_solver::forces::{ContactForces, ContactLoop, SlotState, Watch};
 use mercury_solver::lanes::{Mask, Real};
 use mercury_solver::neighbours::Images;
-use mercury_solver::plan::Plan;
+use mercury_solver::plan::{Draft, Plan};
 use mercury_solver::step::{Engine, Snapshot};
 use mercury_solver::walls::{Disc, Mesh, Motion, Shape};
 use mercury_tests::scenes::{held, plan, plane, sphere, wall};
@@ -178,7 +178,7 @@ const BRIDGE: Bridge = Bridge {
 const WORK: f64 = 0.5 * BRIDGE.pull * BRIDGE.range;
 
 /// Two spheres that fly at each other along x with `speed` (m/s) each, their surfaces `gap` (m) apart.
-fn pair(speed: f64, gap: f64, dt: f64) -> Plan {
+fn pair(speed: f64, gap: f64, dt: f64) -> Draft {
     let law = planned(Linear::new(STIFFNESS, 0.0), None);
     let at = |side: f64| {
         let place = DVec3::X * (side * (RADIUS + 0.5 * gap));
@@ -222,7 +222,7 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
     // Fast enough to part again: the bridge takes its work from the kinetic energy m v² of both.
     let (speed, start, dt) = (0.2, 3.0 * BRIDGE.range, 1e-7);
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
-    let plan = Arc::new(pair(speed, start, dt));
+    let plan = Arc::new(pair(speed, start, dt).plan().unwrap());
     let mut engine = Engine::with_contacts(Arc::clone(&plan), contacts, 1).unwrap();
     let (mut met, mut torn) = (false, false);
     let watch = Some(Watch::default());
@@ -290,7 +290,7 @@ fn a_slow_pair_stays_bound() {
     // m v² of both below the work of the bridge
     let speed = 0.5 * (WORK / MASS).sqrt();
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
-    let plan = Arc::new(pair(speed, 0.1 * BRIDGE.range, 5e-7));
+    let plan = Arc::new(pair(speed, 0.1 * BRIDGE.range, 5e-7).plan().unwrap());
     let mut engine = Engine::with_contacts(plan, contacts, 1).unwrap();
     let mut widest = 0.0f64;
     let mut met = false;
@@ -314,7 +314,7 @@ fn a_slow_pair_stays_bound() {
 fn an_attraction_acts_before_contact() {
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, Attraction(BRIDGE));
     let (speed, start, dt) = (0.02, 1.5 * BRIDGE.range, 2e-7);
-    let plan = Arc::new(pair(speed, start, dt));
+    let plan = Arc::new(pair(speed, start, dt).plan().unwrap());
     let mut engine = Engine::with_contacts(plan, contacts, 1).unwrap();
     let mut fastest = 0.0f64;
     for _ in 0..200_000 {
@@ -350,7 +350,7 @@ fn crowd(seed: u64, cells: [u32; 3]) -> (Arc<Plan>, Linear, LinearFriction) {
         rotation: SpringRotation::Project,
     };
     let size = 2.4e-3 * DVec3::from_array(cells.map(f64::from));
-    let mut plan = Plan::bare(
+    let mut plan = Draft::new(
         2e-5,
         (DVec3::ZERO, size),
         DENSITY,
@@ -379,7 +379,11 @@ fn crowd(seed: u64, cells: [u32; 3]) -> (Arc<Plan>, Linear, LinearFriction) {
         (size, DVec3::NEG_Z),
     ];
     plan.walls = walls.map(|(point, normal)| plane(point, normal)).into();
-    (Arc::new(plan.with_particles(particles)), normal, friction)
+    (
+        Arc::new(plan.with_particles(particles).plan().unwrap()),
+        normal,
+        friction,
+    )
 }
 
 const STICKY: Bridge = Bridge {
@@ -397,7 +401,11 @@ struct BruteForce {
 
 impl BruteForce {
     fn step(&mut self, plan: &Plan, engine: &Engine, dt: f64) {
-        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+        let images = Images::new(
+            plan.physics().domain_min(),
+            plan.physics().domain_max(),
+            plan.physics().periodic(),
+        );
         let particles = &engine.particles;
         let count = particles.len();
         let (mut pairs, mut walls) = (HashMap::new(), HashMap::new());
@@ -422,7 +430,7 @@ impl BruteForce {
                     pairs.insert(key, bond);
                 }
             }
-            let size = plan.domain_max;
+            let size = plan.physics().domain_max();
             let place = a.position;
             let heights = [place.y, size.y - place.y, place.z, size.z - place.z];
             for (wall, height) in heights.into_iter().enumerate() {
@@ -472,7 +480,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
     let (mut across, mut at_walls, mut through) = (0, 0, 0);
     for _ in 0..1500 {
         engine.step(None).unwrap();
-        expected.step(&plan, &engine, plan.time_step);
+        expected.step(&plan, &engine, plan.physics().time_step());
         let snapshot = engine.snapshot();
         expected.compare(&snapshot);
         across += expected.pairs.values().filter(|bond| !bond.1).count();
@@ -497,7 +505,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         .values()
         .map(|bond| bond.0)
         .fold(0.0, f64::max);
-    assert!(oldest > 500.0 * plan.time_step, "{oldest}");
+    assert!(oldest > 500.0 * plan.physics().time_step(), "{oldest}");
 }
 
 #[test]
@@ -505,7 +513,11 @@ fn attraction_acts_between_all_that_are_within_its_range() {
     let (plan, normal, friction) = crowd(8, [5, 6, 5]);
     let law = contacts(normal, friction, Attraction(STICKY));
     let mut engine = Engine::with_contacts(Arc::clone(&plan), law, 1).unwrap();
-    let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+    let images = Images::new(
+        plan.physics().domain_min(),
+        plan.physics().domain_max(),
+        plan.physics().periodic(),
+    );
     let watch = Some(Watch {
         records: true,
         audit: None,
@@ -522,7 +534,7 @@ fn attraction_acts_between_all_that_are_within_its_range() {
                 offset.x -= images.size.x * (offset.x / images.size.x).round();
                 pairs += usize::from(offset.length() - a.radius - b.radius < STICKY.range);
             }
-            let (place, size) = (a.position, plan.domain_max);
+            let (place, size) = (a.position, plan.physics().domain_max());
             for height in [place.y, size.y - place.y, place.z, size.z - place.z] {
                 walls += usize::from(height - a.radius < STICKY.range);
             }
@@ -595,7 +607,8 @@ fn a_bond_goes_along_the_features_of_a_wall_and_ends_at_its_range() {
         plan.walls.push(wall(shape.clone(), Motion::default()));
         let plan = plan.with_particles(vec![held(sphere(start, RADIUS, velocity, DVec3::ZERO))]);
         let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
-        let mut engine = Engine::with_contacts(Arc::new(plan), contacts, 1).unwrap();
+        let mut engine =
+            Engine::with_contacts(Arc::new(plan.plan().unwrap()), contacts, 1).unwrap();
         let (mut features, mut steps) = (Vec::new(), 0.0);
         loop {
             engine.step(None).unwrap();

@@ -128,7 +128,7 @@ fn forces_are_equal_and_opposite() {
         touched += u32::from(scale > 0.0);
     }
     assert!(touched > 1_000, "{touched} steps in contact");
-    let mut pair = engine.plan().as_ref().clone();
+    let mut pair = engine.plan().draft();
     pair.particles.truncate(2);
     let mut engine = start(pair);
     let mut touched = 0;

@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 use mercury_tests::scenes::{RECORDS, frictionless, start};
 use proptest::prelude::*;
@@ -66,7 +66,7 @@ proptest! {
         let mut random = Stream::new(seed, "moving contact set", 0);
         let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
         let law = frictionless(AnyNormal::Linear(Linear::new(1.0, 0.0)));
-        let mut plan = Plan::bare(1e-3, (DVec3::ZERO, size), 1000.0, law);
+        let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
         plan.periodic = periodic;
         plan.gravity = gravity * DVec3::Z;
         let particles = (0..count)
@@ -110,7 +110,7 @@ proptest! {
         let mut random = Stream::new(seed, "few are fast", 0);
         let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
         let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
-        let mut plan = Plan::bare(1e-3, (DVec3::ZERO, size), 1000.0, law);
+        let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
         plan.periodic = periodic;
         let particles = (0..count)
             .map(|k| NewParticle {
@@ -140,7 +140,7 @@ proptest! {
 fn sees_a_particle_whose_prescribed_velocity_gravity_would_cancel() {
     let (time_step, gravity) = (1e-3, 9.81);
     let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));
-    let mut plan = Plan::bare(time_step, (-DVec3::ONE, DVec3::ONE), 1000.0, law);
+    let mut plan = Draft::new(time_step, (-DVec3::ONE, DVec3::ONE), 1000.0, law);
     plan.gravity = -gravity * DVec3::Z;
     let mut pusher = NewParticle::at(DVec3::ZERO, 0.01, 0);
     let velocity = gravity * time_step;

@@ -13,7 +13,7 @@ use mercury_solver::contact::{
     SpringRotation,
 };
 use mercury_solver::forces::{SlotState, block_size};
-use mercury_solver::plan::{NewBody, NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewBody, NewParticle, Plan};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{plane, wall};
@@ -38,7 +38,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
         adhesion: AnyAdhesion::None,
     };
     let size = dvec3(0.3, 0.3, 0.6);
-    let mut plan = Plan::bare(4e-5, (DVec3::ZERO, size), 2000.0, law);
+    let mut plan = Draft::new(4e-5, (DVec3::ZERO, size), 2000.0, law);
     plan.gravity = dvec3(0.5, 0.0, -9.81);
     plan.orientations = true;
     plan.energy_budget = true;
@@ -94,7 +94,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
             }
         })
         .collect();
-    Arc::new(plan.with_particles(particles))
+    Arc::new(plan.with_particles(particles).plan().unwrap())
 }
 
 fn run(engine: &mut Engine, steps: u64) {
@@ -137,7 +137,7 @@ fn one_two_and_four_threads_give_the_same_bits() {
 
 /// The heap with a rigid body of three pebbles in the place of each sphere.
 fn heap_of_clumps(count: usize, drum: bool) -> Arc<Plan> {
-    let mut plan = Plan::clone(&heap(count, drum));
+    let mut draft = heap(count, drum).draft();
     let pebbles = [-0.6, 0.0, 0.6].map(|x| Pebble {
         position: dvec3(x, 0.0, 0.0),
         radius: 0.4,
@@ -153,9 +153,9 @@ fn heap_of_clumps(count: usize, drum: bool) -> Arc<Plan> {
         fixed: particle.fixed,
         ..NewBody::at(particle.position, 0)
     };
-    let bodies = plan.particles.iter().map(body).collect();
-    plan.particles.clear();
-    Arc::new(plan.with_bodies(vec![clump], bodies))
+    let bodies = draft.particles.iter().map(body).collect();
+    draft.particles.clear();
+    Arc::new(draft.with_bodies(vec![clump], bodies).plan().unwrap())
 }
 
 #[test]

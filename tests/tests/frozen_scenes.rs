@@ -118,12 +118,21 @@ fn good_scenes_run_to_their_end() {
     for path in files {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let plan = planned(&path).unwrap_or_else(|errors| panic!("{name}:\n{errors}"));
-        assert!(plan.warnings.is_empty(), "{name}: {:?}", plan.warnings);
-        assert!(plan.steps <= 500, "{name}: {} steps are many", plan.steps);
-        let inserts = !plan.insertions.is_empty();
-        let deletes = !plan.deletions.is_empty();
+        assert!(
+            plan.notes().warnings().is_empty(),
+            "{name}: {:?}",
+            plan.notes().warnings()
+        );
+        assert!(
+            plan.physics().steps() <= 500,
+            "{name}: {} steps are many",
+            plan.physics().steps()
+        );
+        let inserts = !plan.physics().insertions().is_empty();
+        let deletes = !plan.physics().deletions().is_empty();
         let target = tempfile::tempdir().expect("a folder for the run");
-        folder::prepare(target.path(), &plan.prefix, true).expect("the folder is ready");
+        folder::prepare(target.path(), plan.outputs().prefix(), true)
+            .expect("the folder is ready");
         let options = RunOptions {
             folder: target.path().to_owned(),
             threads: 1,

@@ -10,7 +10,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Disc, Mesh, Motion, Plane, Shape, Side, Wall};
@@ -79,9 +79,9 @@ fn mindlin() -> AnyPairLaw {
     }
 }
 
-fn periodic(law: AnyPairLaw, axes: [bool; 3]) -> Plan {
+fn periodic(law: AnyPairLaw, axes: [bool; 3]) -> Draft {
     let domain = (dvec3(0.0, 0.0, -PERIOD), dvec3(PERIOD, PERIOD, PERIOD));
-    let mut plan = Plan::bare(1e-5, domain, 2500.0, law);
+    let mut plan = Draft::new(1e-5, domain, 2500.0, law);
     plan.periodic = axes;
     plan
 }

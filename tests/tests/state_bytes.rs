@@ -124,9 +124,12 @@ fn a_state_of_another_plan_is_refused_in_words() {
     let reason = refused(&state, scene("two-spheres"));
     assert!(reason.contains("walls, the plan"), "{reason}");
     // The same walls, and laws that remember nothing.
-    let mut plan = Plan::clone(&scene("bench/dense-2k"));
-    plan.laws = scene("bench/dense-20k-frictionless").laws.clone();
-    let reason = refused(&state, Arc::new(plan));
+    let mut draft = scene("bench/dense-2k").draft();
+    draft.laws = scene("bench/dense-20k-frictionless")
+        .physics()
+        .laws()
+        .clone();
+    let reason = refused(&state, Arc::new(draft.plan().unwrap()));
     assert!(reason.contains("remember"), "{reason}");
 }
 
@@ -254,8 +257,8 @@ fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
     let files = mercury_common::scene::Files::MustExist;
     let scene = mercury_common::scene::parse_scene(&scenes.join("lift.toml"), &text, &[], files)
         .expect("the scene is whole");
-    let mut plan = plan(&scene).expect("the scene can be planned");
-    let corners = match &plan.walls[0].shape {
+    let plan = plan(&scene).expect("the scene can be planned");
+    let corners = match &plan.physics().walls()[0].shape {
         Shape::Mesh(mesh) => mesh.corners().to_vec(),
         _ => panic!("the plate is a mesh"),
     };
@@ -263,8 +266,9 @@ fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
     let top = corners
         .iter()
         .fold(f64::NEG_INFINITY, |top, corner| top.max(corner.z));
-    plan.particles[0].position.z = top + 0.0101;
-    let plan = Arc::new(plan);
+    let mut draft = plan.draft();
+    draft.particles[0].position.z = top + 0.0101;
+    let plan = Arc::new(draft.plan().unwrap());
     let speed = 0.05;
     let lift = || -> Vec<Box<dyn ForcePass>> {
         vec![Box::new(Lift {

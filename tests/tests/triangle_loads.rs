@@ -17,7 +17,7 @@ use mercury_solver::contact::{
     PairLaw, SpringRotation,
 };
 use mercury_solver::forces::{LoadSums, Watch, block_size};
-use mercury_solver::plan::{NewBody, NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewBody, NewParticle};
 use mercury_solver::run::{RunOptions, run};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
@@ -83,15 +83,15 @@ fn linear(dissipation: f64) -> AnyPairLaw {
 }
 
 /// A plan whose loads on triangles are summed up.
-fn loaded(mut plan: Plan) -> Plan {
+fn loaded(mut plan: Draft) -> Draft {
     plan.gravity = -GRAVITY * DVec3::Z;
     plan.output.frames = true;
     plan.output.triangle_loads = true;
     plan
 }
 
-fn engine(plan: Plan) -> Engine {
-    Engine::new(Arc::new(plan), 1).unwrap()
+fn engine(plan: Draft) -> Engine {
+    Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap()
 }
 
 fn advance(engine: &mut Engine, steps: u64) {
@@ -220,7 +220,7 @@ fn a_sliding_ball_and_a_sliding_body_dissipate_what_coulomb_says() {
 }
 
 /// Balls of two materials thrown onto a floor that turns and shakes, far from each other or not.
-fn thrown(apart: bool, moves: Vec<Component>) -> Plan {
+fn thrown(apart: bool, moves: Vec<Component>) -> Draft {
     let law = PairLaw {
         normal: AnyNormal::Hertz(Hertz::new(2e6, hertz_damping(0.6))),
         tangential: AnyTangential::Mindlin(Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4)),
@@ -299,7 +299,7 @@ fn means_are_those_of_the_whole_wall() {
     assert!((slip_of_parts / slip - 1.0).abs() < 1e-12);
 }
 
-fn run_in(folder: &Path, mut plan: Plan, steps: u64, interval: f64, threads: usize) {
+fn run_in(folder: &Path, mut plan: Draft, steps: u64, interval: f64, threads: usize) {
     plan.prefix = "run".to_owned();
     plan.steps = steps;
     plan.output.walls = true;
@@ -309,7 +309,7 @@ fn run_in(folder: &Path, mut plan: Plan, steps: u64, interval: f64, threads: usi
         threads,
         ..RunOptions::default()
     };
-    run(plan, &options, &mut |_| ()).unwrap();
+    run(plan.plan().unwrap(), &options, &mut |_| ()).unwrap();
 }
 
 fn frames(folder: &Path) -> Vec<TriangleLoadFrame> {
@@ -406,7 +406,7 @@ fn threads_change_no_byte() {
 /// A run that goes on from a snapshot between two frames tells the same means.
 #[test]
 fn sums_survive_a_snapshot() {
-    let plan = Arc::new(thrown(false, vec![turning()]));
+    let plan = Arc::new(thrown(false, vec![turning()]).plan().unwrap());
     let mut whole = Engine::new(Arc::clone(&plan), 1).unwrap();
     advance(&mut whole, 150);
     let snapshot = whole.snapshot();

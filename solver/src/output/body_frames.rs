@@ -16,12 +16,12 @@ pub(super) struct BodyFrames {
 
 impl BodyFrames {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let kinds = plan.clumps.iter().map(|clump| ClumpKind {
+        let kinds = plan.physics().clumps().iter().map(|clump| ClumpKind {
             name: clump.name.clone(),
             surface: clump.surface.clone(),
         });
         let kinds: Vec<ClumpKind> = kinds.collect();
-        let path = folder.join(format!("{}.bodies.arrow", plan.prefix));
+        let path = folder.join(format!("{}.bodies.arrow", plan.outputs().prefix()));
         Ok(Self {
             writer: BodyWriter::create(path, &frames_header(plan), &kinds)?,
             table: BodyTable::new(plan),
@@ -55,7 +55,12 @@ pub(super) struct BodyTable {
 impl BodyTable {
     pub(super) fn new(plan: &Plan) -> Self {
         Self {
-            radii: plan.clumps.iter().map(|clump| clump.radius).collect(),
+            radii: plan
+                .physics()
+                .clumps()
+                .iter()
+                .map(|clump| clump.radius)
+                .collect(),
         }
     }
 

@@ -23,7 +23,7 @@ impl ContactFrames {
         history: &[HistoryNumber],
     ) -> Result<Self, OutputError> {
         let columns = contact_columns(plan, history);
-        let path = folder.join(format!("{}.contacts.arrow", plan.prefix));
+        let path = folder.join(format!("{}.contacts.arrow", plan.outputs().prefix()));
         Ok(Self {
             writer: ContactWriter::create(path, &frames_header(plan), &columns)?,
             columns,
@@ -33,7 +33,7 @@ impl ContactFrames {
 
 /// Which columns the contacts of a run have.
 pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> ContactColumns {
-    let mut laws = plan.laws.laws.iter().flatten();
+    let mut laws = plan.physics().laws().laws.iter().flatten();
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
         history: history

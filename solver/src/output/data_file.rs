@@ -23,11 +23,11 @@ pub(super) struct DataFile {
 impl DataFile {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
         Ok(Self {
-            file: TextFile::create(folder, &format!("{}.data", plan.prefix))?,
-            style: plan.output.number_style(),
-            dimensions: plan.dimensions,
-            domain: (plan.domain_min, plan.domain_max),
-            pebbles: plan.output.pebbles,
+            file: TextFile::create(folder, &format!("{}.data", plan.outputs().prefix()))?,
+            style: plan.outputs().files().number_style(),
+            dimensions: plan.physics().dimensions(),
+            domain: (plan.physics().domain_min(), plan.physics().domain_max()),
+            pebbles: plan.outputs().files().pebbles,
         })
     }
 }

@@ -19,15 +19,15 @@ pub(super) struct EneFile {
 
 impl EneFile {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.ene", plan.prefix))?;
-        let style = plan.output.number_style();
+        let mut file = TextFile::create(folder, &format!("{}.ene", plan.outputs().prefix()))?;
+        let style = plan.outputs().files().number_style();
         write_header(style, &mut file.buffer);
         file.flush()?;
         Ok(Self {
             file,
             style,
-            gravity: plan.gravity,
-            dimensions: plan.dimensions,
+            gravity: plan.physics().gravity(),
+            dimensions: plan.physics().dimensions(),
         })
     }
 }

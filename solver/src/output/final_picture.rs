@@ -24,7 +24,7 @@ pub fn draw_final(folder: &Path, plan: &Plan, last: &State) -> Result<(), Output
         ..Options::default()
     };
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
-    let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.prefix));
+    let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.outputs().prefix()));
     write_whole(&path("png"), &painter.image(&frame).png()?)?;
     write_whole(&path("svg"), painter.svg(&frame).as_bytes())?;
     Ok(())
@@ -33,11 +33,14 @@ pub fn draw_final(folder: &Path, plan: &Plan, last: &State) -> Result<(), Output
 /// What is to be seen, and what its colours show.
 fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     let particles = &last.particles;
-    let flat = plan.dimensions == 2;
+    let flat = plan.physics().dimensions() == 2;
     let diameters: f64 = particles.iter().map(|particle| 2.0 * particle.radius).sum();
-    let rest = rest_speed(plan.gravity, diameters / particles.len().max(1) as f64);
+    let rest = rest_speed(
+        plan.physics().gravity(),
+        diameters / particles.len().max(1) as f64,
+    );
     let moves = particles.iter().any(|p| p.velocity.length() > rest);
-    let up = upwards(plan.gravity, flat);
+    let up = upwards(plan.physics().gravity(), flat);
     let spheres = particles.iter().map(|particle| Sphere {
         centre: particle.position,
         radius: particle.radius,
@@ -48,7 +51,12 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
         },
         fixed: particle.flags & (FIXED | PRESCRIBED) != 0,
     });
-    let names: Vec<String> = plan.walls.iter().map(|wall| wall.name.clone()).collect();
+    let names: Vec<String> = plan
+        .physics()
+        .walls()
+        .iter()
+        .map(|wall| wall.name.clone())
+        .collect();
     let standing: Vec<Option<Placement>> = (last.walls.iter())
         .map(|(present, pose)| {
             present.then_some(Placement {
@@ -57,12 +65,12 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
             })
         })
         .collect();
-    let domain = (plan.domain_min, plan.domain_max);
+    let domain = (plan.physics().domain_min(), plan.physics().domain_max());
     let frame = Frame {
-        title: plan.title.clone(),
+        title: plan.outputs().title().to_owned(),
         time: Some(last.time),
         flat,
-        gravity: plan.gravity,
+        gravity: plan.physics().gravity(),
         domain: Some(domain),
         spheres: spheres.collect(),
         surfaces: wall_surfaces(&names, &surfaces(plan), &standing, domain),

@@ -22,10 +22,10 @@ pub(super) struct FstatFile {
 impl FstatFile {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
         Ok(Self {
-            file: TextFile::create(folder, &format!("{}.fstat", plan.prefix))?,
-            style: plan.output.number_style(),
-            domain: (plan.domain_min, plan.domain_max),
-            pebbles: plan.output.pebbles,
+            file: TextFile::create(folder, &format!("{}.fstat", plan.outputs().prefix()))?,
+            style: plan.outputs().files().number_style(),
+            domain: (plan.physics().domain_min(), plan.physics().domain_max()),
+            pebbles: plan.outputs().files().pebbles,
         })
     }
 }

@@ -29,7 +29,7 @@ pub struct OutputBytes {
 /// counted.
 #[must_use]
 pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber]) -> OutputBytes {
-    let output = &plan.output;
+    let output = plan.outputs().files();
     let rows = expected.spheres;
     let touching = expected.touching;
     let mut kept = rows * state_bytes(plan);
@@ -62,7 +62,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
 /// Bytes of a row in a state as it is written.
 fn state_bytes(plan: &Plan) -> f64 {
     // Its rank, but not where it was listed.
-    let row = Particles::bytes_per_row(plan.orientations) + size_of::<u32>();
+    let row = Particles::bytes_per_row(plan.physics().orientations()) + size_of::<u32>();
     (row - size_of::<glam::DVec3>()) as f64
 }
 

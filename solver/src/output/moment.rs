@@ -61,7 +61,11 @@ impl Moment {
                 .map(|wall| (wall.state.present, wall.state.pose))
                 .collect(),
             observation,
-            dissipated: engine.plan().energy_budget.then(|| audit.dissipated()),
+            dissipated: engine
+                .plan()
+                .physics()
+                .energy_budget()
+                .then(|| audit.dissipated()),
             load_sums,
         }
     }

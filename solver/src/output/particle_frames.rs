@@ -19,7 +19,7 @@ pub(super) struct ParticleFrames {
 impl ParticleFrames {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
         let table = ParticleTable::new(plan);
-        let path = folder.join(format!("{}.particles.arrow", plan.prefix));
+        let path = folder.join(format!("{}.particles.arrow", plan.outputs().prefix()));
         Ok(Self {
             writer: ParticleWriter::create(path, &frames_header(plan), &table.columns)?,
             table,
@@ -36,31 +36,40 @@ pub(super) struct ParticleTable {
 impl ParticleTable {
     pub(super) fn new(plan: &Plan) -> Self {
         let columns = ParticleColumns {
-            body: plan.has_bodies(),
-            orientation: plan.orientations,
+            body: plan.physics().has_bodies(),
+            orientation: plan.physics().orientations(),
             angular_velocity: true,
             force: true,
-            torque: plan.laws.turns(),
+            torque: plan.physics().laws().turns(),
             film_volume: false,
         };
         Self {
             columns,
-            dimensions: plan.dimensions,
+            dimensions: plan.physics().dimensions(),
         }
     }
 }
 
 /// What files of frames say about their run.
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
-    let materials = plan.materials.iter().map(|material| material.name.clone());
+    let materials = plan
+        .physics()
+        .materials()
+        .iter()
+        .map(|material| material.name.clone());
     FramesHeader {
-        title: plan.title.clone(),
+        title: plan.outputs().title().to_owned(),
         materials: materials.collect(),
-        walls: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
-        domain: Some((plan.domain_min, plan.domain_max)),
-        periodic: plan.periodic,
-        dimensions: Some(plan.dimensions),
-        gravity: Some(plan.gravity),
+        walls: plan
+            .physics()
+            .walls()
+            .iter()
+            .map(|wall| wall.name.clone())
+            .collect(),
+        domain: Some((plan.physics().domain_min(), plan.physics().domain_max())),
+        periodic: plan.physics().periodic(),
+        dimensions: Some(plan.physics().dimensions()),
+        gravity: Some(plan.physics().gravity()),
     }
 }
 

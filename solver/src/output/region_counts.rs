@@ -21,28 +21,35 @@ pub(super) struct RegionCounts {
 
 impl RegionCounts {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.regions.csv", plan.prefix))?;
+        let mut file =
+            TextFile::create(folder, &format!("{}.regions.csv", plan.outputs().prefix()))?;
         file.buffer
             .extend_from_slice(b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n");
         file.flush()?;
         Ok(Self {
             file,
-            regions: plan.regions.clone(),
+            regions: plan.outputs().regions().to_vec(),
             materials: materials(plan),
-            dimensions: plan.dimensions,
+            dimensions: plan.physics().dimensions(),
         })
     }
 }
 
 /// The materials of particles and bodies of the start and of insertions.
 fn materials(plan: &Plan) -> Vec<(u32, String)> {
-    let particles = plan.particles.iter().map(|particle| particle.material);
-    let bodies = plan
-        .bodies
+    let particles = plan
+        .physics()
+        .particles()
         .iter()
-        .map(|body| body.clump(&plan.clumps).material);
+        .map(|particle| particle.material);
+    let bodies = plan
+        .physics()
+        .bodies()
+        .iter()
+        .map(|body| body.clump(plan.physics().clumps()).material);
     let mixtures = plan
-        .insertions
+        .physics()
+        .insertions()
         .iter()
         .flat_map(|insertion| &insertion.mixture);
     let mut used: Vec<u32> = particles
@@ -52,7 +59,12 @@ fn materials(plan: &Plan) -> Vec<(u32, String)> {
     used.sort_unstable();
     used.dedup();
     used.into_iter()
-        .map(|index| (index, plan.materials[index as usize].name.clone()))
+        .map(|index| {
+            (
+                index,
+                plan.physics().materials()[index as usize].name.clone(),
+            )
+        })
         .collect()
 }
 

@@ -358,10 +358,10 @@ fn outputs_cut_back_and_written_again_are_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     let writer = Writer::start(place.path(), &plan, &engine.history_columns()).unwrap();
-    let mut schedule = Schedule::new(&plan.output, plan.time_step);
+    let mut schedule = Schedule::new(plan.outputs().files(), plan.physics().time_step());
     assert!(writer.send(Moment::take(&mut engine, schedule.everything())));
     let mut moments = Vec::new();
-    for step in 1..=plan.steps {
+    for step in 1..=plan.physics().steps() {
         let due = schedule.due(step);
         let watch = due.any().then_some(Watch {
             records: due.needs_records(),

@@ -15,13 +15,13 @@ pub(super) struct TrackFile {
 
 impl TrackFile {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.track.csv", plan.prefix))?;
+        let mut file = TextFile::create(folder, &format!("{}.track.csv", plan.outputs().prefix()))?;
         file.buffer
             .extend_from_slice(b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n");
         file.flush()?;
         Ok(Self {
             file,
-            track: plan.output.track.clone(),
+            track: plan.outputs().files().track.clone(),
         })
     }
 }

@@ -20,7 +20,7 @@ pub(super) struct TriangleLoads {
 
 impl TriangleLoads {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.triangle_loads.arrow", plan.prefix));
+        let path = folder.join(format!("{}.triangle_loads.arrow", plan.outputs().prefix()));
         Ok(Self {
             writer: TriangleLoadWriter::create(path, &frames_header(plan), &())?,
             table: TriangleTable::new(plan),
@@ -58,8 +58,13 @@ impl TriangleTable {
             _ => None,
         };
         Self {
-            meshes: plan.walls.iter().map(|wall| mesh(&wall.shape)).collect(),
-            time_step: plan.time_step,
+            meshes: plan
+                .physics()
+                .walls()
+                .iter()
+                .map(|wall| mesh(&wall.shape))
+                .collect(),
+            time_step: plan.physics().time_step(),
         }
     }
 

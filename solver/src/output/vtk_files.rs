@@ -67,18 +67,27 @@ impl VtkFiles {
         let made = std::fs::create_dir_all(&folder);
         made.map_err(FileError::of(&folder, "the folder cannot be made"))?;
         let series = |kind: &str| -> Result<Series, VtuError> {
-            Series::create(&folder, &format!("{}.{kind}", plan.prefix), OPTIONS)
+            Series::create(
+                &folder,
+                &format!("{}.{kind}", plan.outputs().prefix()),
+                OPTIONS,
+            )
         };
-        let walls = (!plan.walls.is_empty()).then(|| {
+        let walls = (!plan.physics().walls().is_empty()).then(|| {
             Ok::<_, VtuError>(Walls {
                 series: series("walls")?,
-                names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
+                names: plan
+                    .physics()
+                    .walls()
+                    .iter()
+                    .map(|wall| wall.name.clone())
+                    .collect(),
                 surfaces: surfaces(plan),
-                domain: (plan.domain_min, plan.domain_max),
+                domain: (plan.physics().domain_min(), plan.physics().domain_max()),
                 triangles: TriangleTable::new(plan),
             })
         });
-        let bodies = plan.has_bodies().then(|| {
+        let bodies = plan.physics().has_bodies().then(|| {
             Ok::<_, VtuError>(Bodies {
                 series: series("bodies")?,
                 table: BodyTable::new(plan),
@@ -87,11 +96,14 @@ impl VtkFiles {
         let parts = ScriptParts {
             contacts: true,
             walls: walls.is_some(),
-            bodies: plan.has_bodies(),
+            bodies: plan.physics().has_bodies(),
             clumps: false,
         };
-        let script = folder.join(format!("{}.paraview.py", plan.prefix));
-        write_whole(&script, paraview::script(&plan.prefix, parts).as_bytes())?;
+        let script = folder.join(format!("{}.paraview.py", plan.outputs().prefix()));
+        write_whole(
+            &script,
+            paraview::script(plan.outputs().prefix(), parts).as_bytes(),
+        )?;
         let table = ParticleTable::new(plan);
         Ok(Self {
             frames: 0,

@@ -17,7 +17,7 @@ pub(super) struct WallFrames {
 
 impl WallFrames {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let path = folder.join(format!("{}.walls.arrow", plan.prefix));
+        let path = folder.join(format!("{}.walls.arrow", plan.outputs().prefix()));
         Ok(Self {
             writer: WallWriter::create(path, &frames_header(plan), &surfaces(plan))?,
         })
@@ -43,7 +43,11 @@ impl Stream for WallFrames {
 
 /// What the walls look like, each in the frame in which the scene describes it.
 pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
-    plan.walls.iter().map(|wall| surface(&wall.shape)).collect()
+    plan.physics()
+        .walls()
+        .iter()
+        .map(|wall| surface(&wall.shape))
+        .collect()
 }
 
 /// Where the walls stand.

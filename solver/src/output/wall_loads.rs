@@ -15,13 +15,18 @@ pub(super) struct WallLoads {
 
 impl WallLoads {
     pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.walls.csv", plan.prefix))?;
+        let mut file = TextFile::create(folder, &format!("{}.walls.csv", plan.outputs().prefix()))?;
         file.buffer
             .extend_from_slice(b"time,name,fx,fy,fz,tx,ty,tz,power\n");
         file.flush()?;
         Ok(Self {
             file,
-            names: plan.walls.iter().map(|wall| wall.name.clone()).collect(),
+            names: plan
+                .physics()
+                .walls()
+                .iter()
+                .map(|wall| wall.name.clone())
+                .collect(),
         })
     }
 }

@@ -90,8 +90,8 @@ impl Writer {
         history: &[HistoryNumber],
     ) -> Result<Self, OutputError> {
         let streams = streams(folder, plan, history)?;
-        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
-        let (gravity, dimensions) = (plan.gravity, plan.dimensions);
+        let images = plan.physics().images();
+        let (gravity, dimensions) = (plan.physics().gravity(), plan.physics().dimensions());
         let (sender, receiver) = sync_channel(QUEUE);
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
@@ -140,7 +140,7 @@ fn streams(
     plan: &Plan,
     history: &[HistoryNumber],
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
-    let output = &plan.output;
+    let output = plan.outputs().files();
     let mut streams: Vec<Box<dyn Stream>> = Vec::new();
     if output.data {
         streams.push(Box::new(DataFile::create(folder, plan)?));
@@ -154,10 +154,10 @@ fn streams(
     if output.frames {
         streams.push(Box::new(ParticleFrames::create(folder, plan)?));
     }
-    if output.frames && !plan.walls.is_empty() {
+    if output.frames && !plan.physics().walls().is_empty() {
         streams.push(Box::new(WallFrames::create(folder, plan)?));
     }
-    if output.frames && plan.has_bodies() {
+    if output.frames && plan.physics().has_bodies() {
         streams.push(Box::new(BodyFrames::create(folder, plan)?));
     }
     if output.frames && output.triangle_loads {
@@ -172,10 +172,10 @@ fn streams(
     if !output.track.is_empty() {
         streams.push(Box::new(TrackFile::create(folder, plan)?));
     }
-    if output.walls && !plan.walls.is_empty() {
+    if output.walls && !plan.physics().walls().is_empty() {
         streams.push(Box::new(WallLoads::create(folder, plan)?));
     }
-    if !plan.regions.is_empty() {
+    if !plan.outputs().regions().is_empty() {
         streams.push(Box::new(RegionCounts::create(folder, plan)?));
     }
     Ok(streams)

@@ -16,7 +16,7 @@ use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, l
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
-use super::{Material, OutputPlan, Plan};
+use super::{Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
@@ -49,7 +49,13 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let clumps = clumps.unwrap_or_default();
     let regions = regions(scene, &start, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
-    let sizes = Sizes::of(scene, &start, &clumps, &insertions, dimensions);
+    let sizes = Sizes::of(
+        &densities(scene),
+        (&start.particles, &start.bodies),
+        &clumps,
+        &insertions,
+        dimensions,
+    );
     let pairs = plan_pairs(scene, &uses, &mut errors);
 
     let found = errors.len();
@@ -125,65 +131,71 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
     Ok(Plan {
-        title: scene.title.clone(),
-        prefix: scene.path.file_stem().map_or_else(
-            || "run".to_owned(),
-            |stem| stem.to_string_lossy().into_owned(),
-        ),
-        seed: scene.seed,
-        gravity: *scene.gravity,
-        dimensions,
-        time_step,
-        steps: steps(*scene.time.end, time_step) as u64,
-        until_at_rest: scene.time.until_at_rest,
-        domain_min: *scene.domain.min,
-        domain_max: *scene.domain.max,
-        periodic: scene.domain.periodic,
-        materials: scene
-            .materials
-            .iter()
-            .map(|material| Material {
-                name: material.name.value.clone(),
-                density: *material.density,
-            })
-            .collect(),
-        laws,
-        wall_curvature: scene.contact.wall_curvature,
-        startup_increment: scene.contact.startup_increment,
-        walls,
-        particles: start.particles,
-        clumps,
-        bodies: start.bodies,
-        insertions,
-        deletions: deletions(scene),
-        regions,
-        smallest_radius: sizes.smallest,
-        mean_radius: sizes.mean,
-        largest_radius: sizes.largest,
-        orientations: scene.output.data || *scene.output.vtk || !track.is_empty(),
-        contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
-        energy_budget: scene.output.energy_budget,
-        output: OutputPlan {
-            interval: *scene.output.interval,
-            fstat_interval: *scene.output.fstat_interval,
-            vtk_interval: *scene.output.vtk_interval,
-            data: scene.output.data,
-            ene: scene.output.ene,
-            fstat: scene.output.fstat,
-            vtk: *scene.output.vtk,
-            frames: scene.output.frames,
-            walls: scene.output.walls,
-            triangle_loads,
-            pictures: scene.output.pictures,
-            pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
-            track,
-            digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
+        physics: Physics {
+            seed: scene.seed,
+            gravity: *scene.gravity,
+            dimensions,
+            time_step,
+            steps: steps(*scene.time.end, time_step) as u64,
+            until_at_rest: scene.time.until_at_rest,
+            domain_min: *scene.domain.min,
+            domain_max: *scene.domain.max,
+            periodic: scene.domain.periodic,
+            materials: scene
+                .materials
+                .iter()
+                .map(|material| Material {
+                    name: material.name.value.clone(),
+                    density: *material.density,
+                })
+                .collect(),
+            laws,
+            wall_curvature: scene.contact.wall_curvature,
+            startup_increment: scene.contact.startup_increment,
+            contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
+            walls,
+            particles: start.particles,
+            clumps,
+            bodies: start.bodies,
+            insertions,
+            deletions: deletions(scene),
+            smallest_radius: sizes.smallest,
+            mean_radius: sizes.mean,
+            largest_radius: sizes.largest,
+            orientations: scene.output.data || *scene.output.vtk || !track.is_empty(),
+            energy_budget: scene.output.energy_budget,
         },
-        counted,
-        pairs,
-        step: step_plan,
-        warnings,
-        notes,
+        outputs: Outputs {
+            title: scene.title.clone(),
+            prefix: scene.path.file_stem().map_or_else(
+                || "run".to_owned(),
+                |stem| stem.to_string_lossy().into_owned(),
+            ),
+            files: OutputPlan {
+                interval: *scene.output.interval,
+                fstat_interval: *scene.output.fstat_interval,
+                vtk_interval: *scene.output.vtk_interval,
+                data: scene.output.data,
+                ene: scene.output.ene,
+                fstat: scene.output.fstat,
+                vtk: *scene.output.vtk,
+                frames: scene.output.frames,
+                walls: scene.output.walls,
+                triangle_loads,
+                pictures: scene.output.pictures,
+                pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
+                track,
+                digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
+            },
+            regions,
+        },
+        notes: Notes {
+            counted,
+            pairs,
+            step: step_plan,
+            warnings,
+            remarks: notes,
+        },
     })
 }
 

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError, Shape};
 
+use super::NewParticle;
 use super::particles::{StartingParticles, StartingSphere, Typed};
-use super::{InsertionPlan, NewParticle};
 use crate::bodies::Clump;
+use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
 use crate::neighbours::{Images, NO_SHIFT, Skin, build};
 use crate::state::{Particle, Particles};

@@ -114,18 +114,22 @@ mod tests {
             crate::plan::plan(&scene).unwrap()
         };
         let plan = planned();
-        let surface = plan.clumps[0].surface.as_ref();
+        let surface = plan.physics().clumps()[0].surface.as_ref();
         assert_eq!(surface.map(|mesh| mesh.triangles.len()), Some(1));
-        assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
+        assert!(
+            plan.notes().warnings().is_empty(),
+            "{:?}",
+            plan.notes().warnings()
+        );
 
         let told = |found: &str| {
             let plan = planned();
-            assert_eq!(plan.clumps[0].surface, None);
+            assert_eq!(plan.physics().clumps()[0].surface, None);
             let expected = format!(
                 "clump `ball` is shown by its pebbles, its surface cannot be read: {}{found}",
                 path("ball.stl").display()
             );
-            let warnings = &plan.warnings;
+            let warnings = &plan.notes().warnings();
             assert!(
                 warnings.len() == 1 && warnings[0].starts_with(&expected),
                 "{warnings:?}, not {expected}"

@@ -181,23 +181,28 @@ fn is_zero(count: &usize) -> bool {
 impl<'a> Document<'a> {
     fn of(plan: &'a Plan, memory: &Memory) -> Self {
         let finite = |number: f64| number.is_finite().then_some(number);
-        let material = |index: u32| plan.materials[index as usize].name.as_str();
-        let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+        let material = |index: u32| plan.physics().materials()[index as usize].name.as_str();
+        let densities: Vec<f64> = plan
+            .physics()
+            .materials()
+            .iter()
+            .map(|m| m.density)
+            .collect();
         let expected = expected(plan);
         let bound = |limit: &'a Option<Limit>| {
             limit.as_ref().map(|limit| Bound {
                 time: limit.time,
                 of: &limit.of,
-                ratio: plan.time_step / limit.time,
+                ratio: plan.physics().time_step() / limit.time,
             })
         };
         Self {
-            title: &plan.title,
-            prefix: &plan.prefix,
-            seed: plan.seed.to_string(),
-            gravity: plan.gravity.to_array(),
-            warnings: &plan.warnings,
-            notes: &plan.notes,
+            title: plan.outputs().title(),
+            prefix: plan.outputs().prefix(),
+            seed: plan.physics().seed().to_string(),
+            gravity: plan.physics().gravity().to_array(),
+            warnings: plan.notes().warnings(),
+            notes: plan.notes().remarks(),
             memory_bytes: memory.peak().round(),
             memory: MemoryBytes {
                 time_loop: memory.steps.round(),
@@ -205,39 +210,45 @@ impl<'a> Document<'a> {
                 at_start: memory.start.round(),
             },
             domain: Domain {
-                min: plan.domain_min.to_array(),
-                max: plan.domain_max.to_array(),
+                min: plan.physics().domain_min().to_array(),
+                max: plan.physics().domain_max().to_array(),
                 periodic: (0..3)
-                    .filter(|&axis| plan.periodic[axis])
+                    .filter(|&axis| plan.physics().periodic()[axis])
                     .map(|axis| ["x", "y", "z"][axis])
                     .collect(),
-                dimensions: plan.dimensions,
+                dimensions: plan.physics().dimensions(),
             },
             time: Time {
-                step: plan.time_step,
-                steps: plan.steps,
-                automatic: plan.step.is_automatic,
-                reason: &plan.step.reason,
-                reference_speed: plan.step.reference_speed,
-                reference_speed_reason: &plan.step.reference_speed_reason,
-                rayleigh_time: plan.step.rayleigh,
-                shortest_contact: bound(&plan.step.contact),
-                critical_step: bound(&plan.step.critical),
+                step: plan.physics().time_step(),
+                steps: plan.physics().steps(),
+                automatic: plan.notes().step().is_automatic,
+                reason: &plan.notes().step().reason,
+                reference_speed: plan.notes().step().reference_speed,
+                reference_speed_reason: &plan.notes().step().reference_speed_reason,
+                rayleigh_time: plan.notes().step().rayleigh,
+                shortest_contact: bound(&plan.notes().step().contact),
+                critical_step: bound(&plan.notes().step().critical),
             },
             particles: Particles {
-                at_start: plan.particles.len(),
-                bodies_at_start: plan.bodies.len(),
-                pebbles_at_start: (plan.bodies.iter())
-                    .map(|body| body.clump(&plan.clumps).pebbles.len())
+                at_start: plan.physics().particles().len(),
+                bodies_at_start: plan.physics().bodies().len(),
+                pebbles_at_start: (plan.physics().bodies().iter())
+                    .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
                     .sum(),
-                fixed: plan.particles.iter().filter(|p| p.fixed).count(),
+                fixed: plan
+                    .physics()
+                    .particles()
+                    .iter()
+                    .filter(|p| p.fixed)
+                    .count(),
                 expected: expected.particles + expected.bodies,
-                smallest_radius: plan.smallest_radius,
-                mean_radius: plan.mean_radius,
-                largest_radius: plan.largest_radius,
+                smallest_radius: plan.physics().smallest_radius(),
+                mean_radius: plan.physics().mean_radius(),
+                largest_radius: plan.physics().largest_radius(),
             },
             materials: plan
-                .materials
+                .physics()
+                .materials()
                 .iter()
                 .map(|m| Material {
                     name: &m.name,
@@ -245,7 +256,8 @@ impl<'a> Document<'a> {
                 })
                 .collect(),
             clumps: plan
-                .clumps
+                .physics()
+                .clumps()
                 .iter()
                 .map(|clump| Clump {
                     name: &clump.name,
@@ -259,7 +271,8 @@ impl<'a> Document<'a> {
                 })
                 .collect(),
             walls: plan
-                .walls
+                .physics()
+                .walls()
                 .iter()
                 .map(|wall| Wall {
                     name: &wall.name,
@@ -270,11 +283,16 @@ impl<'a> Document<'a> {
                 })
                 .collect(),
             insertions: plan
-                .insertions
+                .physics()
+                .insertions()
                 .iter()
                 .map(|insertion| Insertion {
                     name: &insertion.name,
-                    expected_number: expected_number(insertion, &densities, plan.dimensions),
+                    expected_number: expected_number(
+                        insertion,
+                        &densities,
+                        plan.physics().dimensions(),
+                    ),
                     from: insertion.from,
                     until: finite(insertion.until),
                     total: insertion.total.and_then(total),
@@ -285,7 +303,7 @@ impl<'a> Document<'a> {
                             material: material(part.material),
                             clump: part
                                 .clump
-                                .map(|index| plan.clumps[index as usize].name.as_str()),
+                                .map(|index| plan.physics().clumps()[index as usize].name.as_str()),
                             number_share: part.share,
                             smallest_diameter: part.sizes.smallest(),
                             largest_diameter: part.sizes.largest(),
@@ -294,7 +312,7 @@ impl<'a> Document<'a> {
                         .collect(),
                 })
                 .collect(),
-            contacts: plan.pairs.iter().map(contact).collect(),
+            contacts: plan.notes().pairs().iter().map(contact).collect(),
             passes: passes(plan)
                 .into_iter()
                 .map(|pass| Pass {

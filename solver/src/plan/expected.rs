@@ -27,14 +27,19 @@ const DENSE: [f64; 2] = [2.35, 3.3];
 /// What the run of a plan is expected to hold.
 #[must_use]
 pub fn expected(plan: &Plan) -> Expected {
-    let pebbles = |clump: u32| plan.clumps[clump as usize].pebbles.len() as f64;
+    let pebbles = |clump: u32| plan.physics().clumps()[clump as usize].pebbles.len() as f64;
     let mut expected = Expected {
-        particles: plan.particles.len() as f64,
-        bodies: plan.bodies.len() as f64,
-        pebbles: plan.bodies.iter().map(|body| pebbles(body.clump)).sum(),
+        particles: plan.physics().particles().len() as f64,
+        bodies: plan.physics().bodies().len() as f64,
+        pebbles: plan
+            .physics()
+            .bodies()
+            .iter()
+            .map(|body| pebbles(body.clump))
+            .sum(),
         ..Expected::default()
     };
-    for insertion in &plan.insertions {
+    for insertion in plan.physics().insertions() {
         let number = expected_inserted(insertion, plan);
         for part in &insertion.mixture {
             match part.clump {
@@ -48,8 +53,8 @@ pub fn expected(plan: &Plan) -> Expected {
     }
     expected.spheres = expected.particles + expected.pebbles;
     // What is loose now may lie together later.
-    expected.touching = (plan.counted.touching as f64).max(DENSE[0] * expected.spheres);
-    expected.listed = (plan.counted.listed as f64).max(DENSE[1] * expected.spheres);
+    expected.touching = (plan.notes().counted().touching as f64).max(DENSE[0] * expected.spheres);
+    expected.listed = (plan.notes().counted().listed as f64).max(DENSE[1] * expected.spheres);
     expected
 }
 

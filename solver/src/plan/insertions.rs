@@ -241,24 +241,30 @@ const PACKED: [f64; 2] = [0.64, 0.84];
 /// The particles that an insertion brings at most: as many as its total and its rate say, and as have room.
 #[must_use]
 pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
-    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
+    let densities: Vec<f64> = plan
+        .physics()
+        .materials()
+        .iter()
+        .map(|m| m.density)
+        .collect();
     let of_total = |total| {
         let only = InsertionPlan {
             total: Some(total),
             ..insertion.clone()
         };
-        expected_number(&only, &densities, plan.dimensions).unwrap_or(f64::INFINITY)
+        expected_number(&only, &densities, plan.physics().dimensions()).unwrap_or(f64::INFINITY)
     };
-    let [placed, packed] = [PLACED, PACKED].map(|part| part[usize::from(plan.dimensions == 2)]);
-    let (min, max) = (plan.domain_min, plan.domain_max);
-    let space = |low: DVec3, high: DVec3| match plan.dimensions {
+    let [placed, packed] =
+        [PLACED, PACKED].map(|part| part[usize::from(plan.physics().dimensions() == 2)]);
+    let (min, max) = (plan.physics().domain_min(), plan.physics().domain_max());
+    let space = |low: DVec3, high: DVec3| match plan.physics().dimensions() {
         2 => (high - low).truncate().max(DVec2::ZERO).element_product(),
         _ => (high - low).max(DVec3::ZERO).element_product(),
     };
     let by_total = match insertion.total {
         Some(Total::Full) => {
             let (low, high) = insertion.region.bounds();
-            let space = match plan.dimensions {
+            let space = match plan.physics().dimensions() {
                 2 => space(low.max(min), high.min(max)),
                 _ => volume_within(&insertion.region, min, max),
             };
@@ -267,7 +273,9 @@ pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
         Some(total) => of_total(total),
         None => f64::INFINITY,
     };
-    let end = insertion.until.min(plan.steps as f64 * plan.time_step);
+    let end = insertion
+        .until
+        .min(plan.physics().steps() as f64 * plan.physics().time_step());
     let by_rate = match &insertion.rate {
         _ if end < insertion.from => 0.0,
         None => f64::INFINITY,

@@ -45,18 +45,21 @@ impl StartBytes {
     /// Of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
-        let (particles, bodies) = (plan.particles.len() as f64, plan.bodies.len() as f64);
-        let pebbles = plan.bodies.iter();
+        let (particles, bodies) = (
+            plan.physics().particles().len() as f64,
+            plan.physics().bodies().len() as f64,
+        );
+        let pebbles = plan.physics().bodies().iter();
         let pebbles: usize = pebbles
-            .map(|body| body.clump(&plan.clumps).pebbles.len())
+            .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
             .sum();
         let spheres = particles + pebbles as f64;
-        let meshes = plan.walls.iter().map(|wall| match &wall.shape {
+        let meshes = plan.physics().walls().iter().map(|wall| match &wall.shape {
             Shape::Mesh(mesh) => mesh.bytes() as f64,
             _ => 0.0,
         });
         let typed = (particles + bodies) * size_of::<Typed>() as f64;
-        let table = plan.counted;
+        let table = plan.notes().counted();
         Self {
             plan: particles * size_of::<NewParticle>() as f64
                 + bodies * size_of::<NewBody>() as f64

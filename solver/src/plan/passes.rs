@@ -26,18 +26,25 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         is_done,
         reason: if is_done { done } else { skipped }.to_owned(),
     };
-    let turns = plan.laws.turns();
+    let turns = plan.physics().laws().turns();
     let has_rolling = plan
-        .pairs
+        .notes()
+        .pairs()
         .iter()
         .any(|pair| pair.law.rolling != AnyRolling::None);
     let has_friction = plan
-        .pairs
+        .notes()
+        .pairs()
         .iter()
         .any(|pair| pair.law.tangential != AnyTangential::None);
-    let moving = plan.walls.iter().filter(|wall| !wall.motion.is_static());
+    let moving = plan
+        .physics()
+        .walls()
+        .iter()
+        .filter(|wall| !wall.motion.is_static());
     let triangles: usize = plan
-        .walls
+        .physics()
+        .walls()
         .iter()
         .map(|wall| match &wall.shape {
             Shape::Mesh(mesh) => mesh.len(),
@@ -45,22 +52,22 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         })
         .sum();
     let levels = levels(plan).largest;
-    let ratio = plan.largest_radius / plan.smallest_radius;
-    let meshes = plan.walls.iter();
+    let ratio = plan.physics().largest_radius() / plan.physics().smallest_radius();
+    let meshes = plan.physics().walls().iter();
     let meshes = meshes.filter(|wall| matches!(wall.shape, Shape::Mesh(_)));
     let how = match meshes.count() {
         0 => "in closed form",
-        count if count == plan.walls.len() => "with the triangles of meshes",
+        count if count == plan.physics().walls().len() => "with the triangles of meshes",
         _ => "in closed form, and with the triangles of meshes",
     };
     vec![
         Pass {
             name: "contact loop",
-            is_done: !plan.pairs.is_empty(),
-            reason: if plan.pairs.is_empty() {
+            is_done: !plan.notes().pairs().is_empty(),
+            reason: if plan.notes().pairs().is_empty() {
                 "nothing can meet".to_owned()
             } else {
-                contact_loop(&plan.laws).1
+                contact_loop(plan.physics().laws()).1
             },
         },
         pass(
@@ -89,8 +96,8 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         Pass {
             name: "wall contacts",
-            is_done: !plan.walls.is_empty(),
-            reason: match (plan.walls.len(), moving.count()) {
+            is_done: !plan.physics().walls().is_empty(),
+            reason: match (plan.physics().walls().len(), moving.count()) {
                 (0, _) => "no walls".to_owned(),
                 (n, 0) => format!("{how}, {n} at rest"),
                 (n, m) => format!("{how}, {} at rest, {m} moving", n - m),
@@ -122,31 +129,31 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         },
         pass(
             "periodic images",
-            plan.periodic.contains(&true),
+            plan.physics().periodic().contains(&true),
             "one contact per pair, with a shift",
             "no axis is periodic",
         ),
         pass(
             "bodies",
-            plan.has_bodies(),
+            plan.physics().has_bodies(),
             "loads of the pebbles gathered, bodies moved and turned, pebbles put in place",
             "no clumps",
         ),
         pass(
             "insertion and deletion",
-            !plan.insertions.is_empty() || !plan.deletions.is_empty(),
+            !plan.physics().insertions().is_empty() || !plan.physics().deletions().is_empty(),
             "in every step while something is due",
             "none planned; particles that leave the domain are removed",
         ),
         pass(
             "contact output",
-            plan.output.fstat,
+            plan.outputs().files().fstat,
             "contacts are written",
             "output.fstat = false",
         ),
         pass(
             "loads on triangles",
-            plan.output.triangle_loads,
+            plan.outputs().files().triangle_loads,
             "summed up in every step",
             if triangles > 0 {
                 "output.triangle_loads = false"
@@ -156,13 +163,13 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "energy sums",
-            plan.energy_budget,
+            plan.physics().energy_budget(),
             "in every step, by mechanism",
             "only where a row is written (output.energy_budget = false)",
         ),
         pass(
             "orientations",
-            plan.orientations,
+            plan.physics().orientations(),
             "written to .data or .track",
             "nothing writes them",
         ),

@@ -35,16 +35,16 @@ fn vector(v: glam::DVec3) -> String {
 }
 
 fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Result {
-    writeln!(text, "{}", plan.title)?;
+    writeln!(text, "{}", plan.outputs().title())?;
     heading(text, "Space")?;
     let corners = format!(
         "{} to {} m",
-        vector(plan.domain_min),
-        vector(plan.domain_max)
+        vector(plan.physics().domain_min()),
+        vector(plan.physics().domain_max())
     );
     line(text, "domain", &corners)?;
     let axes: Vec<&str> = (0..3)
-        .filter(|&axis| plan.periodic[axis])
+        .filter(|&axis| plan.physics().periodic()[axis])
         .map(|axis| ["x", "y", "z"][axis])
         .collect();
     let periodic = if axes.is_empty() {
@@ -53,20 +53,24 @@ fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Re
         axes.join(", ")
     };
     line(text, "periodic", &periodic)?;
-    let dimensions = match plan.dimensions {
+    let dimensions = match plan.physics().dimensions() {
         2 => "2: discs in x-y, masses per unit length",
         _ => "3",
     };
     line(text, "dimensions", dimensions)?;
-    line(text, "gravity", &format!("{} m/s^2", vector(plan.gravity)))?;
+    line(
+        text,
+        "gravity",
+        &format!("{} m/s^2", vector(plan.physics().gravity())),
+    )?;
 
     particles(text, plan)?;
     walls(text, plan)?;
     heading(text, "Contacts")?;
-    if plan.pairs.is_empty() {
+    if plan.notes().pairs().is_empty() {
         writeln!(text, "  none: nothing in this scene can meet")?;
     }
-    for pair in &plan.pairs {
+    for pair in plan.notes().pairs() {
         write_pair(text, pair)?;
     }
     time(text, plan)?;
@@ -81,15 +85,15 @@ fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Re
         line(text, pass.name, &pass.reason)?;
     }
     write_memory(text, memory)?;
-    if !plan.notes.is_empty() {
+    if !plan.notes().remarks().is_empty() {
         heading(text, "Notes")?;
-        for note in &plan.notes {
+        for note in plan.notes().remarks() {
             writeln!(text, "  {note}")?;
         }
     }
-    if !plan.warnings.is_empty() {
+    if !plan.notes().warnings().is_empty() {
         heading(text, "Warnings")?;
-        for warning in &plan.warnings {
+        for warning in plan.notes().warnings() {
             writeln!(text, "  {warning}")?;
         }
     }
@@ -123,23 +127,38 @@ fn write_memory(text: &mut String, memory: &Memory) -> std::fmt::Result {
 
 fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Particles")?;
-    let fixed = plan.particles.iter().filter(|p| p.fixed).count();
+    let fixed = plan
+        .physics()
+        .particles()
+        .iter()
+        .filter(|p| p.fixed)
+        .count();
     let prescribed = plan
-        .particles
+        .physics()
+        .particles()
         .iter()
         .filter(|p| !p.fixed && p.is_prescribed())
         .count();
-    let mut start = format!("{}", plan.particles.len());
+    let mut start = format!("{}", plan.physics().particles().len());
     for (count, what) in [(fixed, "fixed"), (prescribed, "prescribed")] {
         if count > 0 {
             let _ = write!(start, ", {count} {what}");
         }
     }
     line(text, "at the start", &start)?;
-    if !plan.bodies.is_empty() {
-        let mut words = format!("{}", plan.bodies.len());
-        let fixed = plan.bodies.iter().filter(|body| body.fixed).count();
-        let prescribed = plan.bodies.iter().filter(|body| body.is_prescribed());
+    if !plan.physics().bodies().is_empty() {
+        let mut words = format!("{}", plan.physics().bodies().len());
+        let fixed = plan
+            .physics()
+            .bodies()
+            .iter()
+            .filter(|body| body.fixed)
+            .count();
+        let prescribed = plan
+            .physics()
+            .bodies()
+            .iter()
+            .filter(|body| body.is_prescribed());
         for (count, what) in [(fixed, "fixed"), (prescribed.count(), "prescribed")] {
             if count > 0 {
                 let _ = write!(words, ", {count} {what}");
@@ -147,11 +166,16 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         }
         line(text, "bodies at the start", &words)?;
     }
-    let densities: Vec<f64> = plan.materials.iter().map(|m| m.density).collect();
-    for insertion in &plan.insertions {
+    let densities: Vec<f64> = plan
+        .physics()
+        .materials()
+        .iter()
+        .map(|m| m.density)
+        .collect();
+    for insertion in plan.physics().insertions() {
         let mut words = match (
             insertion.total,
-            expected_number(insertion, &densities, plan.dimensions),
+            expected_number(insertion, &densities, plan.physics().dimensions()),
         ) {
             (Some(Total::Number(number)), _) => format!("{number} particles"),
             (Some(Total::Mass(mass)), Some(expected)) => {
@@ -195,8 +219,10 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         line(text, &format!("insertion `{}`", insertion.name), &words)?;
         for part in &insertion.mixture {
             let what = match part.clump {
-                None => plan.materials[part.material as usize].name.clone(),
-                Some(index) => format!("clump `{}`", plan.clumps[index as usize].name),
+                None => plan.physics().materials()[part.material as usize]
+                    .name
+                    .clone(),
+                Some(index) => format!("clump `{}`", plan.physics().clumps()[index as usize].name),
             };
             let words = format!(
                 "{what}, diameters {} to {} m, {} of the particles",
@@ -207,10 +233,10 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
             line(text, "", &words)?;
         }
     }
-    for deletion in &plan.deletions {
+    for deletion in plan.physics().deletions() {
         line(text, "deletion", &format!("`{}`", deletion.name))?;
     }
-    for region in &plan.regions {
+    for region in plan.outputs().regions() {
         let words = format!(
             "`{}`, {} m^3 within the domain",
             region.name,
@@ -219,16 +245,16 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         line(text, "counted region", &words)?;
     }
     clumps(text, plan)?;
-    if plan.largest_radius > 0.0 {
+    if plan.physics().largest_radius() > 0.0 {
         let radii = format!(
             "{} to {} m, mean {} m",
-            short(plan.smallest_radius),
-            short(plan.largest_radius),
-            short(plan.mean_radius)
+            short(plan.physics().smallest_radius()),
+            short(plan.physics().largest_radius()),
+            short(plan.physics().mean_radius())
         );
         line(text, "radii", &radii)?;
     }
-    for material in &plan.materials {
+    for material in plan.physics().materials() {
         let density = format!("{} kg/m^3", short(material.density));
         line(text, &format!("density of {}", material.name), &density)?;
     }
@@ -237,7 +263,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 /// A table of the clumps, at scale 1 and with the density of their material.
 fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
-    if plan.clumps.is_empty() {
+    if plan.physics().clumps().is_empty() {
         return Ok(());
     }
     writeln!(
@@ -245,7 +271,7 @@ fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
         "  {:<16}{:>8}  {:>12}  {:<36}{:>14}{:>14}",
         "clump", "pebbles", "mass/kg", "principal moments/(kg m^2)", "d_volume/m", "r_circum/m"
     )?;
-    for clump in &plan.clumps {
+    for clump in plan.physics().clumps() {
         let [a, b, c] = clump.moments.to_array();
         let moments = format!("{a:.5e} {b:.5e} {c:.5e}");
         writeln!(
@@ -264,11 +290,13 @@ fn clumps(text: &mut String, plan: &Plan) -> std::fmt::Result {
 
 fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Walls")?;
-    if plan.walls.is_empty() {
+    if plan.physics().walls().is_empty() {
         writeln!(text, "  none")?;
     }
-    for wall in &plan.walls {
-        let mut words = plan.materials[wall.material as usize].name.clone();
+    for wall in plan.physics().walls() {
+        let mut words = plan.physics().materials()[wall.material as usize]
+            .name
+            .clone();
         if !wall.motion.is_static() {
             words.push_str(", moving");
         }
@@ -309,12 +337,16 @@ fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
 
 fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Time")?;
-    let step = &plan.step;
-    let steps = format!("{:e} s: {}", plan.time_step, step.reason);
+    let step = plan.notes().step();
+    let steps = format!("{:e} s: {}", plan.physics().time_step(), step.reason);
     line(text, "step", &steps)?;
-    let end = short(plan.steps as f64 * plan.time_step);
-    line(text, "steps", &format!("{}, until {end} s", plan.steps))?;
-    if plan.until_at_rest {
+    let end = short(plan.physics().steps() as f64 * plan.physics().time_step());
+    line(
+        text,
+        "steps",
+        &format!("{}, until {end} s", plan.physics().steps()),
+    )?;
+    if plan.physics().until_at_rest() {
         line(text, "", "or until the particles rest")?;
     }
     let speed = format!(
@@ -332,7 +364,7 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
                 "{} s ({}); the step is {} of it",
                 short(limit.time),
                 limit.of,
-                short(plan.time_step / limit.time)
+                short(plan.physics().time_step() / limit.time)
             );
             line(text, name, &words)?;
         }
@@ -341,7 +373,7 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
         let words = format!(
             "{} s; the step is {} of it",
             short(time),
-            short(plan.time_step / time)
+            short(plan.physics().time_step() / time)
         );
         line(text, "Rayleigh time", &words)?;
     }

@@ -1,14 +1,13 @@
 //! The sizes of spheres that can occur, and the levels of the neighbour search that follow from them.
 
 use glam::DVec3;
-use mercury_common::scene::Scene;
 
 use super::Plan;
 use super::insertions::{expected_inserted, expected_number};
-use super::particles::StartingParticles;
-use crate::bodies::Clump;
+use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{Ingredient, InsertionPlan};
-use crate::neighbours::{Images, Levels, Skin};
+use crate::neighbours::{Levels, Skin};
+use crate::state::NewParticle;
 
 /// What an insertion that fills its region counts in the mean radius: it is large beside single particles.
 const FULL_COUNTS_AS: f64 = 1e4;
@@ -24,27 +23,25 @@ pub(super) struct Sizes {
 
 impl Sizes {
     pub(super) fn of(
-        scene: &Scene,
-        start: &StartingParticles,
+        densities: &[f64],
+        (particles, bodies): (&[NewParticle], &[NewBody]),
         clumps: &[Clump],
         insertions: &[InsertionPlan],
         dimensions: u8,
     ) -> Self {
-        let materials = scene.materials.iter();
-        let densities: Vec<f64> = materials.map(|material| *material.density).collect();
         let (mut smallest, mut largest, mut sum, mut count) = (f64::INFINITY, 0.0f64, 0.0, 0.0);
         let mut largest_body = 0.0f64;
-        for sphere in start.spheres(clumps) {
-            smallest = smallest.min(sphere.radius);
-            largest = largest.max(sphere.radius);
-            sum += sphere.radius;
+        for radius in radii(particles, bodies, clumps) {
+            smallest = smallest.min(radius);
+            largest = largest.max(radius);
+            sum += radius;
             count += 1.0;
         }
-        for body in &start.bodies {
+        for body in bodies {
             largest_body = largest_body.max(clumps[body.clump as usize].radius * body.scale);
         }
         for insertion in insertions {
-            let expected = expected_number(insertion, &densities, dimensions);
+            let expected = expected_number(insertion, densities, dimensions);
             let expected = expected.unwrap_or(FULL_COUNTS_AS);
             for part in &insertion.mixture {
                 // Radii over half the diameter that is drawn, and spheres for each.
@@ -88,22 +85,33 @@ impl Sizes {
     }
 }
 
+/// Radii of particles, then of the pebbles of bodies, m.
+fn radii<'a>(
+    particles: &'a [NewParticle],
+    bodies: &'a [NewBody],
+    clumps: &'a [Clump],
+) -> impl Iterator<Item = f64> + Clone + 'a {
+    let pebbles = bodies.iter().flat_map(|body| {
+        let pebbles = body.clump(clumps).pebbles.iter();
+        pebbles.map(|pebble| pebble.radius * body.scale)
+    });
+    particles
+        .iter()
+        .map(|particle| particle.radius)
+        .chain(pebbles)
+}
+
 /// Points at which a size distribution is looked at.
 const QUANTILES: u32 = 64;
 
 /// The levels that the neighbour search would choose for all that is planned, by the skin of the first list.
 #[must_use]
 pub(super) fn levels(plan: &Plan) -> Levels {
-    let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
-    let radii = [plan.smallest_radius, plan.mean_radius, plan.largest_radius];
-    let skin = Skin::first(radii, 0.0, &images).thickness;
+    let physics = plan.physics();
+    let images = physics.images();
+    let skin = Skin::first(physics.radii(), 0.0, &images).thickness;
     let inserted = inserted_sizes(plan);
-    let particles = plan.particles.iter();
-    let pebbles = plan.bodies.iter().flat_map(|body| {
-        let pebbles = body.clump(&plan.clumps).pebbles.iter();
-        pebbles.map(|pebble| pebble.radius * body.scale)
-    });
-    let start = particles.map(|particle| particle.radius).chain(pebbles);
+    let start = radii(&physics.particles, &physics.bodies, &physics.clumps);
     let sizes = start
         .map(|radius| (radius, 1.0))
         .chain(inserted.iter().copied());
@@ -112,12 +120,16 @@ pub(super) fn levels(plan: &Plan) -> Levels {
 
 /// How far the centres of spheres are spread along each axis, m.
 fn extent(plan: &Plan) -> DVec3 {
-    if !plan.insertions.is_empty() {
-        return plan.domain_max - plan.domain_min;
+    if !plan.physics().insertions().is_empty() {
+        return plan.physics().domain_max() - plan.physics().domain_min();
     }
-    let particles = plan.particles.iter().map(|particle| particle.position);
-    let pebbles = plan.bodies.iter().flat_map(|body| {
-        let spheres = body.spheres(body.clump(&plan.clumps));
+    let particles = plan
+        .physics()
+        .particles()
+        .iter()
+        .map(|particle| particle.position);
+    let pebbles = plan.physics().bodies().iter().flat_map(|body| {
+        let spheres = body.spheres(body.clump(plan.physics().clumps()));
         spheres.map(|(centre, _)| centre)
     });
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -131,7 +143,7 @@ fn extent(plan: &Plan) -> DVec3 {
 /// Radii (m) of the spheres that insertions are expected to bring, and how many of each.
 fn inserted_sizes(plan: &Plan) -> Vec<(f64, f64)> {
     let mut sizes = Vec::new();
-    for insertion in &plan.insertions {
+    for insertion in plan.physics().insertions() {
         let number = expected_inserted(insertion, plan);
         for part in insertion.mixture.iter().filter(|part| part.share > 0.0) {
             for (diameter, share) in diameters(part) {
@@ -139,7 +151,7 @@ fn inserted_sizes(plan: &Plan) -> Vec<(f64, f64)> {
                 match part.clump {
                     None => sizes.push((0.5 * diameter, number)),
                     Some(index) => {
-                        let clump = &plan.clumps[index as usize];
+                        let clump = &plan.physics().clumps()[index as usize];
                         let scale = diameter / clump.equal_volume_diameter();
                         let pebbles = clump.pebbles.iter();
                         sizes.extend(pebbles.map(|pebble| (pebble.radius * scale, number)));

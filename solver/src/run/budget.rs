@@ -35,15 +35,25 @@ impl Budget {
             None => (0.0, DVec3::ZERO),
         };
         let (inserted, deleted) = exchanged(engine);
-        let particles = plan.particles.iter().filter(|particle| !particle.fixed);
-        let bodies = plan.bodies.iter().filter(|body| !body.fixed);
+        let particles = plan
+            .physics()
+            .particles()
+            .iter()
+            .filter(|particle| !particle.fixed);
+        let bodies = plan.physics().bodies().iter().filter(|body| !body.fixed);
         Self {
             // An empty sum of floats is -0.
             initial_mass: 0.0
                 + particles
-                    .map(|particle| particle.build(&plan.materials, plan.dimensions).1)
+                    .map(|particle| {
+                        particle
+                            .build(plan.physics().materials(), plan.physics().dimensions())
+                            .1
+                    })
                     .sum::<f64>()
-                + bodies.map(|body| body.mass(&plan.clumps)).sum::<f64>(),
+                + bodies
+                    .map(|body| body.mass(plan.physics().clumps()))
+                    .sum::<f64>(),
             inserted_mass: inserted.mass,
             deleted_mass: deleted.mass,
             final_mass,
@@ -93,7 +103,7 @@ pub(super) fn energy_summary(
         deleted: None,
         closure_error: None,
     };
-    if !plan.energy_budget {
+    if !plan.physics().energy_budget() {
         return summary;
     }
     let audit = engine.audit();
@@ -102,8 +112,9 @@ pub(super) fn energy_summary(
         tangential: audit.dissipated_tangential,
         rolling: audit.dissipated_rolling,
     };
-    let carried =
-        |tally: &Tally| tally.kinetic + tally.rotational - plan.gravity.dot(tally.mass_moment);
+    let carried = |tally: &Tally| {
+        tally.kinetic + tally.rotational - plan.physics().gravity().dot(tally.mass_moment)
+    };
     let (inserted, deleted) = exchanged(engine);
     let inserted = carried(&inserted) - carried(&at_start.0);
     let deleted = carried(&deleted) - carried(&at_start.1);
@@ -132,14 +143,15 @@ pub(super) fn energy_summary(
 
 /// Whether all work done on the particles is measured.
 fn is_closed(plan: &Plan) -> bool {
-    let driven = plan.particles.iter().any(|particle| {
+    let driven = plan.physics().particles().iter().any(|particle| {
         let prescribed = [
             particle.prescribed_velocity,
             particle.prescribed_angular_velocity,
         ];
         prescribed.iter().flatten().any(Option::is_some)
     });
-    let driven = driven || plan.bodies.iter().any(NewBody::is_prescribed);
-    let falls_for_ever = (0..3).any(|axis| plan.periodic[axis] && plan.gravity[axis] != 0.0);
+    let driven = driven || plan.physics().bodies().iter().any(NewBody::is_prescribed);
+    let falls_for_ever =
+        (0..3).any(|axis| plan.physics().periodic()[axis] && plan.physics().gravity()[axis] != 0.0);
     !driven && !falls_for_ever
 }

@@ -18,10 +18,10 @@ const PROGRAM: f64 = 16e6;
 pub fn memory(plan: &Plan) -> Memory {
     let expected = expected(plan);
     let rows = expected.spheres;
-    let (forces, _) = contact_loop(&plan.laws);
+    let (forces, _) = contact_loop(plan.physics().laws());
     let [slot, carried] = forces.pair_bytes().map(|bytes| bytes as f64);
 
-    let columns = Particles::bytes_per_row(plan.orientations) as f64;
+    let columns = Particles::bytes_per_row(plan.physics().orientations()) as f64;
     let mut particles = rows * columns;
     if expected.bodies > 0.0 {
         particles += Bodies::bytes(expected.bodies, expected.pebbles, rows);
@@ -38,7 +38,8 @@ pub fn memory(plan: &Plan) -> Memory {
         + (GROWTH + 1.0) * expected.touching * carried
         + 4.0 * rows * size_of::<u32>() as f64
         - slots;
-    let checking = start.spheres * columns + build_bytes(start.spheres, plan.counted.listed as f64);
+    let checking =
+        start.spheres * columns + build_bytes(start.spheres, plan.notes().counted().listed as f64);
     Memory {
         spheres: rows,
         start: PROGRAM + start.plan + start.reading.max(start.looking_over + checking),

@@ -70,7 +70,7 @@ impl Progress<'_> {
     /// The share of the planned steps that is made.
     #[must_use]
     pub fn share(&self) -> f64 {
-        let steps = self.engine.plan().steps.max(1);
+        let steps = self.engine.plan().physics().steps().max(1);
         self.engine.steps() as f64 / steps as f64
     }
 
@@ -94,14 +94,14 @@ impl Progress<'_> {
 /// Threads that a run of this plan can keep busy, of those that the machine has.
 #[must_use]
 pub fn useful_threads(plan: &Plan, available: usize) -> usize {
-    if !plan.insertions.is_empty() {
+    if !plan.physics().insertions().is_empty() {
         return available.max(1);
     }
-    let pebbles = plan.bodies.iter();
+    let pebbles = plan.physics().bodies().iter();
     let pebbles: usize = pebbles
-        .map(|body| body.clump(&plan.clumps).pebbles.len())
+        .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
         .sum();
-    let particles = plan.particles.len() + pebbles;
+    let particles = plan.physics().particles().len() + pebbles;
     particles
         .div_ceil(block_size(particles))
         .clamp(1, available.max(1))
@@ -190,16 +190,16 @@ impl Run {
             write_whole(&folder.join("plan.toml"), document.as_bytes())
                 .map_err(OutputError::from)?;
         }
-        let starting = (plan.particles.len() + plan.bodies.len()) as u64;
+        let starting = (plan.physics().particles().len() + plan.physics().bodies().len()) as u64;
         let plan = Arc::new(plan);
-        let schedule = Schedule::new(&plan.output, plan.time_step);
+        let schedule = Schedule::new(plan.outputs().files(), plan.physics().time_step());
         let records = schedule.everything().needs_records();
         let mut engine = Engine::with_records(Arc::clone(&plan), options.threads, records)?;
         let writer = Writer::start(folder, &plan, &engine.history_columns())?;
         let at_start = exchanged(&engine);
-        let rest = plan.until_at_rest.then(|| {
-            let factor = inverse_inertia_factor(plan.dimensions);
-            Rest::new(plan.gravity.length(), factor)
+        let rest = plan.physics().until_at_rest().then(|| {
+            let factor = inverse_inertia_factor(plan.physics().dimensions());
+            Rest::new(plan.physics().gravity().length(), factor)
         });
         // Should the writer have given up, `advance` finds it so, and `finish` says why.
         let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
@@ -214,7 +214,7 @@ impl Run {
             stepping: Duration::ZERO,
             particle_steps: 0,
             next_look: 0,
-            ended: (plan.steps == 0).then_some(Ending::Planned),
+            ended: (plan.physics().steps() == 0).then_some(Ending::Planned),
             options,
         })
     }
@@ -236,13 +236,13 @@ impl Run {
     ) -> Result<Advance, RunFailure> {
         let plan = Arc::clone(self.engine.plan());
         // With the slack of the schedule: a millionth of a step.
-        let until = (until / plan.time_step - 1e-6).ceil().max(0.0) as u64;
+        let until = (until / plan.physics().time_step() - 1e-6).ceil().max(0.0) as u64;
         while self.ended.is_none() {
             if self.engine.steps() >= until {
                 return Ok(Advance::Reached);
             }
             let stopping = self.options.stop.load(Ordering::Relaxed);
-            if !self.advance_a_bit(until.min(plan.steps), stopping)? {
+            if !self.advance_a_bit(until.min(plan.physics().steps()), stopping)? {
                 break;
             }
             // Seldom enough that looking at the clock costs nothing.
@@ -275,7 +275,7 @@ impl Run {
         let count = target - step;
         let step = target;
         let mut due = self.schedule.due(step);
-        let planned_end = step == engine.plan().steps;
+        let planned_end = step == engine.plan().physics().steps();
         // A step that may be the last one is watched in case it is.
         let perhaps_last = planned_end || stopping || self.rest.as_ref().is_some_and(Rest::is_near);
         let everything = self.schedule.everything();
@@ -317,7 +317,7 @@ impl Run {
         let written = self.writer.finish()?;
         let folder = &self.options.folder;
         let plan = self.engine.plan();
-        if plan.output.pictures {
+        if plan.outputs().files().pictures {
             draw_pictures(folder, plan, &written)?;
         }
         let looped = Looped {
@@ -338,7 +338,7 @@ impl Run {
             .map_err(OutputError::from)?;
         report.total_seconds = self.begun.elapsed().as_secs_f64();
         // The log names all files, itself too.
-        report.files = folder::present(folder, &plan.prefix);
+        report.files = folder::present(folder, plan.outputs().prefix());
         report.files.push("run.log".to_owned());
         let log = log_head(&self.options) + &log_body(&report);
         write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
@@ -368,7 +368,7 @@ fn report(
     let observation = written.last.as_ref().map(|state| &state.observation);
     let contacts = observation.map_or(0, |observation| observation.particle_contacts);
     let created = engine.particles.grains_created();
-    let mut warnings = plan.warnings.clone();
+    let mut warnings = plan.notes().warnings().to_vec();
     let boundaries = engine.boundaries().state();
     warnings.extend(shortfalls(plan, &boundaries, engine.time()));
     if written.deep_frames > 0 {
@@ -382,10 +382,10 @@ fn report(
     let (rebuilds, listed) = engine.list_statistics();
     Report {
         summary: Summary {
-            title: plan.title.clone(),
+            title: plan.outputs().title().to_owned(),
             steps: engine.steps(),
             time: engine.time(),
-            time_step: plan.time_step,
+            time_step: plan.physics().time_step(),
             particles,
             contacts,
             wall_contacts: observation.map_or(0, |observation| observation.wall_contacts),
@@ -422,8 +422,8 @@ fn draw_pictures(folder: &Path, plan: &Plan, written: &Written) -> Result<(), Ou
     if let Some(last) = &written.last {
         draw_final(folder, plan, last)?;
     }
-    let stem = folder.join(format!("{}.energy", plan.prefix));
-    energy_page(&plan.title, &written.energies).write(&stem)?;
+    let stem = folder.join(format!("{}.energy", plan.outputs().prefix()));
+    energy_page(plan.outputs().title(), &written.energies).write(&stem)?;
     Ok(())
 }
 

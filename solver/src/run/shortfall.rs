@@ -7,8 +7,8 @@ use crate::plan::Plan;
 ///
 /// An insertion that goes on as its rate says when the run ends is no matter for a warning: the run was made that short.
 pub(super) fn shortfalls(plan: &Plan, state: &BoundaryState, time: f64) -> Vec<String> {
-    let pairs = plan.insertions.iter().zip(&state.insertions);
-    let slack = 1e-6 * plan.time_step;
+    let pairs = plan.physics().insertions().iter().zip(&state.insertions);
+    let slack = 1e-6 * plan.physics().time_step();
     pairs
         .filter_map(|(insertion, state)| {
             let is_over = time >= insertion.until - slack;

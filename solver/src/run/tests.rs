@@ -21,7 +21,7 @@ use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
-use crate::plan::{NewBody, NewParticle};
+use crate::plan::{Draft, NewBody, NewParticle};
 use crate::walls::{Motion, Plane, Shape, Wall};
 
 const RADIUS: f64 = 0.01;
@@ -48,9 +48,9 @@ fn law(friction: f64) -> AnyPairLaw {
 }
 
 /// An empty scene that writes everything every `interval`.
-fn plan(steps: u64, interval: f64, friction: f64) -> Plan {
+fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     let domain = (DVec3::ZERO, DVec3::splat(0.4));
-    let mut plan = Plan::bare(1e-4, domain, DENSITY, law(friction));
+    let mut plan = Draft::new(1e-4, domain, DENSITY, law(friction));
     plan.title = "test".to_owned();
     plan.prefix = "test".to_owned();
     plan.steps = steps;
@@ -96,12 +96,13 @@ fn options(folder: &Path, threads: usize) -> RunOptions {
     }
 }
 
-fn go(plan: Plan, folder: &Path) -> Report {
+fn go(plan: Draft, folder: &Path) -> Report {
+    let plan = plan.plan().unwrap();
     run(plan, &options(folder, 1), &mut |_| ()).unwrap()
 }
 
 /// Two spheres that collide along x in the middle of the domain.
-fn collision(steps: u64, interval: f64) -> Plan {
+fn collision(steps: u64, interval: f64) -> Draft {
     let mut plan = plan(steps, interval, 0.0);
     plan.gravity = DVec3::ZERO;
     let mut a = NewParticle::at(DVec3::new(0.2 - 1.01 * RADIUS, 0.2, 0.2), RADIUS, 0);
@@ -191,7 +192,7 @@ fn data_and_frames_hold_the_state() {
     let place = tempfile::tempdir().unwrap();
     let plan = collision(20, 1e-3);
     go(plan.clone(), place.path());
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     for _ in 0..20 {
         engine.step(None).unwrap();
     }
@@ -354,7 +355,7 @@ fn a_request_stops_the_run_with_its_state_written() {
     let place = tempfile::tempdir().unwrap();
     let mut options = options(place.path(), 1);
     options.stop = Arc::new(AtomicBool::new(true));
-    let report = run(collision(1000, 0.01), &options, &mut |_| ()).unwrap();
+    let report = run(collision(1000, 0.01).plan().unwrap(), &options, &mut |_| ()).unwrap();
     assert_eq!(
         (report.summary.status, report.summary.steps),
         (Status::Stopped, 1)
@@ -363,7 +364,7 @@ fn a_request_stops_the_run_with_its_state_written() {
 }
 
 /// 3,375 particles in a box that is periodic along x, thrown about, with friction.
-fn crowd() -> Plan {
+fn crowd() -> Draft {
     let mut plan = plan(40, 2e-3, 0.5);
     plan.periodic = [true, false, false];
     plan.domain_max = DVec3::splat(15.0 * 2.0 * RADIUS);
@@ -392,7 +393,12 @@ fn threads_do_not_change_a_byte() {
     let mut all = Vec::new();
     for threads in [1, 2, 4] {
         let place = tempfile::tempdir().unwrap();
-        let report = run(crowd(), &options(place.path(), threads), &mut |_| ()).unwrap();
+        let report = run(
+            crowd().plan().unwrap(),
+            &options(place.path(), threads),
+            &mut |_| (),
+        )
+        .unwrap();
         assert!(report.summary.contacts > 1000 && report.summary.wall_contacts > 100);
         let files: BTreeMap<String, Vec<u8>> = fs::read_dir(place.path())
             .unwrap()
@@ -422,7 +428,7 @@ fn a_full_disk_ends_the_run_and_names_the_file() {
     let place = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink("/dev/full", place.path().join("test.data")).unwrap();
     let failure = run(
-        collision(1000, 1e-3),
+        collision(1000, 1e-3).plan().unwrap(),
         &options(place.path(), 1),
         &mut |_| (),
     )
@@ -441,9 +447,11 @@ fn a_full_disk_ends_the_run_and_names_the_file() {
 fn a_missing_folder_ends_the_run_before_it_steps() {
     let place = tempfile::tempdir().unwrap();
     let missing = place.path().join("missing");
-    let message = run(collision(10, 1e-3), &options(&missing, 1), &mut |_| {
-        panic!("no step is made")
-    })
+    let message = run(
+        collision(10, 1e-3).plan().unwrap(),
+        &options(&missing, 1),
+        &mut |_| panic!("no step is made"),
+    )
     .unwrap_err()
     .to_string();
     assert!(message.contains("plan.toml"), "{message}");
@@ -457,7 +465,7 @@ fn numbers_that_explode_end_the_run_with_what_was_written() {
     plan.output.interval = 0.5;
     plan.walls = vec![floor(), floor()];
     plan.gravity = DVec3::new(0.0, 0.0, f64::MAX);
-    let failure = run(plan, &options(place.path(), 1), &mut |_| ()).unwrap_err();
+    let failure = run(plan.plan().unwrap(), &options(place.path(), 1), &mut |_| ()).unwrap_err();
     assert!(
         matches!(failure, RunFailure::Engine(RunError::NotFinite { .. })),
         "{failure}"

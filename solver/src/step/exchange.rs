@@ -8,8 +8,8 @@ impl Engine {
         let time = self.time();
         let changed = self.boundaries.exchange(
             &mut self.particles,
-            &self.plan.insertions,
-            &self.plan.setting(),
+            self.plan.physics().insertions(),
+            &self.plan.physics().setting(),
             &self.images,
             &self.walls,
             time,

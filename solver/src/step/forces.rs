@@ -15,11 +15,14 @@ impl Engine {
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
         let watch = match watch {
             Some(watch) => Some(watch),
-            None if self.plan.energy_budget || self.has_servos => Some(Watch::default()),
+            None if self.plan.physics().energy_budget() || self.has_servos => {
+                Some(Watch::default())
+            }
             None => None,
         };
         let watch = watch.map(|watch| Watch {
-            audit: (self.plan.energy_budget && self.step > 0).then_some(self.plan.time_step),
+            audit: (self.plan.physics().energy_budget() && self.step > 0)
+                .then_some(self.plan.physics().time_step()),
             ..watch
         });
         // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces
@@ -31,7 +34,7 @@ impl Engine {
             self.kick_due = true;
         }
         self.load_series.note_evaluation();
-        if self.plan.energy_budget {
+        if self.plan.physics().energy_budget() {
             let observation = self.observation();
             self.audit.take_in(&observation);
         }
@@ -46,7 +49,7 @@ impl Engine {
 
     /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
     fn forces_and_drift(&mut self, spring_time: f64, watch: Option<Watch>) {
-        let drift = self.plan.time_step;
+        let drift = self.plan.physics().time_step();
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
         let mut orientations = self.particles.orientations.take();
@@ -82,9 +85,9 @@ impl Engine {
             spring_time,
             images: &self.images,
             walls: &self.walls,
-            wall_curvature: self.plan.wall_curvature,
-            contact_point_mass: self.plan.contact_point_mass,
-            feature_loads: self.plan.output.triangle_loads,
+            wall_curvature: self.plan.physics().wall_curvature(),
+            contact_point_mass: self.plan.physics().contact_point_mass(),
+            feature_loads: self.plan.outputs().files().triangle_loads,
             watch,
         };
         let pool = self.pool.as_deref();

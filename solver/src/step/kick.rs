@@ -16,7 +16,7 @@ impl Engine {
         } else {
             1
         };
-        let drift = self.plan.time_step;
+        let drift = self.plan.physics().time_step();
         let fastest = self.advance(kicks, drift);
         self.turn_orientations(drift);
         fastest
@@ -66,20 +66,20 @@ impl Engine {
             return MotionBound::default();
         };
         let step = BodyStep {
-            half: 0.5 * self.plan.time_step,
+            half: 0.5 * self.plan.physics().time_step(),
             drift,
             kicks,
-            gravity: self.plan.gravity,
+            gravity: self.plan.physics().gravity(),
         };
         bodies.advance(records, &step, self.pool.as_deref())
     }
 
     pub(super) fn kick_drift(&self, kicks: u32, drift: f64) -> KickDrift {
         KickDrift {
-            half: 0.5 * self.plan.time_step,
+            half: 0.5 * self.plan.physics().time_step(),
             drift,
             kicks,
-            gravity: self.plan.gravity,
+            gravity: self.plan.physics().gravity(),
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
         }

@@ -37,7 +37,7 @@ impl Lists {
 impl Engine {
     /// Builds the candidate list anew if it may miss a contact. `fastest` is the largest speed of this step, m/s.
     pub(super) fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
-        let dt = self.plan.time_step;
+        let dt = self.plan.physics().time_step();
         let limit = 0.5 * self.lists.skin.thickness;
         let mut valid = !self.lists.rows_changed;
         if valid {

@@ -23,7 +23,7 @@ impl Engine {
     /// Loads on the features of mesh walls, summed over the force evaluations since this was last asked: for a frame, and for the
     /// files for ParaView. Nothing where it is not asked, or not planned.
     pub fn take_load_sums(&mut self, frame: bool, vtk: bool) -> [Option<LoadSums>; 2] {
-        let output = &self.plan.output;
+        let output = self.plan.outputs().files();
         if !output.triangle_loads || !(frame || vtk) {
             return [None, None];
         }

@@ -117,7 +117,7 @@ impl Engine {
         self.reshape_walls()?;
         self.exchange_particles();
         self.keep_lists_valid(fastest.squared_speed.sqrt())?;
-        self.evaluate_forces(self.plan.time_step, watch, fuse);
+        self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
         self.answer_loads();
         Ok(())
     }
@@ -125,7 +125,7 @@ impl Engine {
     /// Time of the present state, s: step number times step, never a running sum.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.step as f64 * self.plan.time_step
+        self.step as f64 * self.plan.physics().time_step()
     }
 
     /// Steps made.
@@ -161,12 +161,13 @@ impl Engine {
     /// What was seen of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        self.forces.observation(self.plan.walls.len())
+        self.forces.observation(self.plan.physics().walls().len())
     }
 
     /// The same, without leaving the records of contacts behind.
     pub(crate) fn take_observation(&mut self) -> Observation {
-        self.forces.take_observation(self.plan.walls.len())
+        self.forces
+            .take_observation(self.plan.physics().walls().len())
     }
 
     /// What became of the energy, if the plan asks for it.

@@ -154,7 +154,7 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        let contacts = contact_loop(&plan.laws);
+        let contacts = contact_loop(plan.physics().laws());
         Self::unstarted(plan, contacts, others, threads)?.restored(snapshot)
     }
 
@@ -175,16 +175,16 @@ impl Engine {
     fn fits(&self, snapshot: &Snapshot) -> Result<(), RunError> {
         let plan = &self.plan;
         let counts = [
-            ("walls", snapshot.walls.len(), plan.walls.len()),
+            ("walls", snapshot.walls.len(), plan.physics().walls().len()),
             (
                 "insertions",
                 snapshot.boundaries.insertions.len(),
-                plan.insertions.len(),
+                plan.physics().insertions().len(),
             ),
             (
                 "deletions",
                 snapshot.boundaries.deletions.len(),
-                plan.deletions.len(),
+                plan.physics().deletions().len(),
             ),
         ];
         let unlike = counts.iter().find(|(_, found, planned)| found != planned);
@@ -201,13 +201,13 @@ impl Engine {
             );
             return Err(RunError::OtherPlan(reason));
         }
-        let is_wall = |slot: &SavedSlot| (slot.partner as usize) < plan.walls.len();
+        let is_wall = |slot: &SavedSlot| (slot.partner as usize) < plan.physics().walls().len();
         if !snapshot.near_walls.iter().all(is_wall) {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
         let records = &snapshot.particles.records;
-        let is_material = |index: u32| (index as usize) < plan.materials.len();
+        let is_material = |index: u32| (index as usize) < plan.physics().materials().len();
         if !records.iter().all(|record| is_material(record.material)) {
             let reason = "it has particles of materials that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
@@ -237,8 +237,8 @@ impl Engine {
         engine.kick_due = snapshot.kick_due;
         engine.boundaries.restore(&snapshot.boundaries, rows);
         engine.audit = snapshot.audit;
-        let (time, dt) = (engine.time(), engine.plan.time_step);
-        let walls = engine.plan.walls.iter().zip(&mut engine.walls);
+        let (time, dt) = (engine.time(), engine.plan.physics().time_step());
+        let walls = engine.plan.physics().walls().iter().zip(&mut engine.walls);
         for ((wall, now), saved) in walls.zip(&snapshot.walls) {
             now.restore(wall, saved, (time, dt), &engine.images)
                 .map_err(|error| RunError::Wall {

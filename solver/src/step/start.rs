@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
-use crate::neighbours::{Images, Skin};
+use crate::neighbours::Skin;
 use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::walls::WallNow;
@@ -24,7 +24,7 @@ impl Engine {
     /// # Errors
     /// As [`Engine::new`].
     pub fn with_records(plan: Arc<Plan>, threads: usize, records: bool) -> Result<Self, RunError> {
-        let contacts = contact_loop(&plan.laws);
+        let contacts = contact_loop(plan.physics().laws());
         Self::unstarted(plan, contacts, Vec::new(), threads)?.started(records)
     }
 
@@ -37,7 +37,7 @@ impl Engine {
         others: Vec<Box<dyn ForcePass>>,
         threads: usize,
     ) -> Result<Self, RunError> {
-        let contacts = contact_loop(&plan.laws);
+        let contacts = contact_loop(plan.physics().laws());
         Self::unstarted(plan, contacts, others, threads)?.started(true)
     }
 
@@ -58,8 +58,8 @@ impl Engine {
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.exchange_particles();
         self.keep_lists_valid(0.0)?;
-        let spring_time = if self.plan.startup_increment {
-            self.plan.time_step
+        let spring_time = if self.plan.physics().startup_increment() {
+            self.plan.physics().time_step()
         } else {
             0.0
         };
@@ -83,14 +83,15 @@ impl Engine {
     ) -> Result<Self, RunError> {
         let forces = Forces::new(contacts, others);
         let needs = forces.needs();
-        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
-        let mut particles = Particles::new(plan.orientations || needs.orientations);
-        for new in &plan.particles {
-            let (record, mass, prescribed) = new.build(&plan.materials, plan.dimensions);
+        let images = plan.physics().images();
+        let mut particles = Particles::new(plan.physics().orientations() || needs.orientations);
+        for new in plan.physics().particles() {
+            let (record, mass, prescribed) =
+                new.build(plan.physics().materials(), plan.physics().dimensions());
             particles.push(record, mass, prescribed);
         }
-        for new in &plan.bodies {
-            new.add_to(&mut particles, &plan.clumps);
+        for new in plan.physics().bodies() {
+            new.add_to(&mut particles, plan.physics().clumps());
         }
         let pool = match threads {
             0 | 1 => None,
@@ -101,17 +102,26 @@ impl Engine {
                 ))
             }
         };
-        let walls = WallNow::all(&plan.walls, plan.time_step, &images);
+        let walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
         let has_servos = plan
-            .walls
+            .physics()
+            .walls()
             .iter()
             .any(|wall| wall.motion.servo(0.0).is_some());
-        let radii = [plan.smallest_radius, plan.mean_radius, plan.largest_radius];
+        let radii = [
+            plan.physics().smallest_radius(),
+            plan.physics().mean_radius(),
+            plan.physics().largest_radius(),
+        ];
         let skin = Skin::first(radii, needs.range, &images);
         Ok(Self {
-            boundaries: Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting()),
-            inverse_inertia: inverse_inertia_factor(plan.dimensions),
-            turns: plan.laws.turns(),
+            boundaries: Boundaries::new(
+                plan.physics().insertions(),
+                plan.physics().deletions(),
+                &plan.physics().setting(),
+            ),
+            inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
+            turns: plan.physics().laws().turns(),
             plan,
             particles,
             forces,

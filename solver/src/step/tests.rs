@@ -14,7 +14,7 @@ use super::{Engine, Snapshot};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
-use crate::plan::{NewParticle, Plan, plan};
+use crate::plan::{Draft, NewParticle, Plan, plan};
 use crate::walls::{Component, Mesh, Motion, Plane, Revolution, Shape, Side, SphereShell, Wall};
 
 fn frictionless() -> AnyPairLaw {
@@ -101,7 +101,7 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
     let profile = [[0.0, 0.0], [1.0, 0.0], [2.0, angle.tan()], [2.0, 1.0]];
     let vessel = Revolution::new(DVec3::Z, DVec3::ZERO, &profile, Side::Inside).unwrap();
     let domain = (dvec3(-3.0, -3.0, -1.0), dvec3(3.0, 3.0, 2.0));
-    let mut plan = Plan::bare(1e-4, domain, 1000.0, frictionless());
+    let mut plan = Draft::new(1e-4, domain, 1000.0, frictionless());
     plan.walls.push(Wall {
         name: "vessel".to_owned(),
         material: 0,
@@ -117,8 +117,7 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
         velocity: DVec3::X,
         ..NewParticle::at(dvec3(both - 1.5e-4, 0.0, height), radius, 0)
     });
-    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (radius, radius, radius);
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     assert_eq!(engine.observation().wall_contacts, 1);
     let watch = Watch::default();
     engine.steps_at_once(2, Some(watch)).unwrap();
@@ -129,10 +128,9 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
 #[test]
 fn a_periodic_domain_may_be_empty() {
     let domain = (DVec3::ZERO, DVec3::ONE);
-    let mut plan = Plan::bare(1e-3, domain, 1000.0, frictionless());
+    let mut plan = Draft::new(1e-3, domain, 1000.0, frictionless());
     plan.periodic = [true; 3];
-    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (0.0, 0.0, 0.0);
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     engine.steps_at_once(3, None).unwrap();
     assert_eq!(engine.steps(), 3);
 }
@@ -230,7 +228,7 @@ fn a_servo_is_part_of_the_state() {
 }
 
 /// A sheet of triangles under five spheres that bounce without loss, and the numbers of its corners' places.
-fn trampoline(motion: Motion) -> Plan {
+fn trampoline(motion: Motion) -> Draft {
     let mut sheet = TriangleMesh::default();
     for j in 0..=4u32 {
         for i in 0..=4u32 {
@@ -246,7 +244,7 @@ fn trampoline(motion: Motion) -> Plan {
     }
     let mesh = Mesh::new(&sheet, |x| x, false).unwrap();
     let domain = (dvec3(-0.3, -0.3, -1.0), dvec3(0.3, 0.3, 1.0));
-    let mut plan = Plan::bare(2e-5, domain, 1000.0, frictionless());
+    let mut plan = Draft::new(2e-5, domain, 1000.0, frictionless());
     plan.walls.push(Wall {
         name: "sheet".to_owned(),
         material: 0,
@@ -264,7 +262,6 @@ fn trampoline(motion: Motion) -> Plan {
         );
         plan.particles.push(NewParticle::at(place, 0.01, 0));
     }
-    (plan.smallest_radius, plan.mean_radius, plan.largest_radius) = (0.01, 0.01, 0.01);
     plan.gravity = -9.81 * DVec3::Z;
     plan
 }
@@ -275,7 +272,7 @@ fn lift(step: u64) -> f64 {
 }
 
 fn reshape_to(engine: &mut Engine, lift: f64) {
-    let Shape::Mesh(mesh) = &engine.plan().walls[0].shape else {
+    let Shape::Mesh(mesh) = &engine.plan().physics().walls()[0].shape else {
         panic!("it is a mesh");
     };
     let places: Vec<DVec3> = mesh
@@ -297,8 +294,9 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
         until: f64::INFINITY,
     }]);
     let still = Motion::new(Vec::new()).unwrap();
-    let mut reference = Engine::new(Arc::new(trampoline(moved.unwrap())), 1).unwrap();
-    let mut reshaped = Engine::new(Arc::new(trampoline(still)), 1).unwrap();
+    let mut reference =
+        Engine::new(Arc::new(trampoline(moved.unwrap()).plan().unwrap()), 1).unwrap();
+    let mut reshaped = Engine::new(Arc::new(trampoline(still).plan().unwrap()), 1).unwrap();
     let mut touched = 0;
     for step in 1..=4000 {
         reference.step(Some(Watch::default())).unwrap();
@@ -326,7 +324,7 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
         assert!(one.distance(other) < 1e-10, "{id}: {one} {other}");
     }
     // The plan keeps its own sheet.
-    let Shape::Mesh(mesh) = &reshaped.plan().walls[0].shape else {
+    let Shape::Mesh(mesh) = &reshaped.plan().physics().walls()[0].shape else {
         panic!("it is a mesh");
     };
     assert!(mesh.corners().iter().all(|x| x.z == 0.0));
@@ -334,7 +332,7 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
 
 #[test]
 fn a_reshaped_mesh_is_part_of_the_state() {
-    let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()));
+    let plan = Arc::new(trampoline(Motion::new(Vec::new()).unwrap()).plan().unwrap());
     let mut one = Engine::new(Arc::clone(&plan), 1).unwrap();
     assert!(one.snapshot().walls[0].shape.is_empty(), "it is the plan's");
     let advance_to = |engine: &mut Engine, until: u64| {
@@ -363,7 +361,7 @@ fn a_plane_that_is_exchanged_is_felt_at_once() {
     let mut plan = trampoline(Motion::new(Vec::new()).unwrap());
     let floor = |z: f64| Shape::Plane(Plane::new(z * DVec3::Z, DVec3::Z).unwrap());
     plan.walls[0].shape = floor(-0.5);
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     engine.step(Some(Watch::default())).unwrap();
     assert_eq!(engine.observation().wall_contacts, 0);
     engine.exchange_wall(0, floor(0.0003)).unwrap();

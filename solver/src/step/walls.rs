@@ -8,8 +8,8 @@ use crate::walls::{Shape, WallError};
 impl Engine {
     /// Moves the walls to the present time.
     pub(super) fn move_walls(&mut self) {
-        let (time, dt) = (self.time(), self.plan.time_step);
-        for (wall, now) in self.plan.walls.iter().zip(&mut self.walls) {
+        let (time, dt) = (self.time(), self.plan.physics().time_step());
+        for (wall, now) in self.plan.physics().walls().iter().zip(&mut self.walls) {
             now.advance(wall, time, dt);
         }
     }
@@ -56,9 +56,9 @@ impl Engine {
         if !self.has_servos {
             return;
         }
-        let (time, dt) = (self.time(), self.plan.time_step);
+        let (time, dt) = (self.time(), self.plan.physics().time_step());
         let observation = self.observation();
-        for (index, wall) in self.plan.walls.iter().enumerate() {
+        for (index, wall) in self.plan.physics().walls().iter().enumerate() {
             let Some((motor, axis)) = wall.motion.servo(time) else {
                 continue;
             };
@@ -75,7 +75,7 @@ impl Engine {
 
     /// What is wrong with a wall, by its name.
     fn wall_error(&self, wall: usize, error: WallError) -> RunError {
-        let of_plan = self.plan.walls.get(wall);
+        let of_plan = self.plan.physics().walls().get(wall);
         RunError::Wall {
             wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),
             error,

@@ -77,7 +77,7 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
     );
     let plan = plan(&read_scene(&path, overrides).map_err(|e| anyhow!("{e}"))?)
         .map_err(|e| anyhow!("{e}"))?;
-    let (folder, prefix) = (runs.join(name), plan.prefix.clone());
+    let (folder, prefix) = (runs.join(name), plan.outputs().prefix().to_owned());
     let document = document(&plan, &memory(&plan))?;
     let summary_path = folder.join("summary.json");
     let there = std::fs::read_to_string(folder.join("plan.toml")).is_ok_and(|old| old == document)

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use mercury_solver::plan::Plan;
+use mercury_solver::plan::Draft;
 use mercury_solver::state::Body;
 use mercury_solver::step::Engine;
 
@@ -29,8 +29,9 @@ pub(super) fn slow() -> Vec<Case> {
     cases
 }
 
-fn scene(name: &str) -> Plan {
-    planned(&format!("clumps/{name}.toml"), &[]).expect("the scenes of the project are right")
+fn scene(name: &str) -> Draft {
+    let plan = planned(&format!("clumps/{name}.toml"), &[]);
+    plan.expect("the scenes of the project are right").draft()
 }
 
 fn body(engine: &Engine, index: usize) -> Body {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use mercury_common::formats::ene::{EnergyReader, EnergyRow};
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -20,7 +20,7 @@ fn linear(stiffness: f64, dissipation: f64) -> mercury_solver::contact::registry
 
 /// Runs a plan beside a file of energies and returns the final state.
 fn beside_energies(
-    plan: Plan,
+    plan: Draft,
     saved: &[u64],
     file: &[EnergyRow],
     tally: &mut Tally,
@@ -83,7 +83,7 @@ fn compare_state(tally: &mut Tally, expected: &RestartState, engine: &Engine) ->
 pub(super) fn two_particles(data: &Data) -> Result<Comparison> {
     let (dt, end) = (2e-5, 0.25);
     let domain = (DVec3::ZERO, DVec3::new(0.01, 0.01, 0.0));
-    let mut plan = Plan::bare(dt, domain, 2000.0, linear(1e4, 0.0));
+    let mut plan = Draft::new(dt, domain, 2000.0, linear(1e4, 0.0));
     plan.dimensions = 2;
     plan.gravity = DVec3::new(0.0, -9.8, 0.0);
     for (outward, point) in [
@@ -119,7 +119,7 @@ pub(super) fn two_particles(data: &Data) -> Result<Comparison> {
 pub(super) fn free_fall(data: &Data) -> Result<Comparison> {
     let (dt, end) = (1e-6, 1.0);
     let domain = (DVec3::ZERO, DVec3::new(0.01, 0.1, 0.01));
-    let mut plan = Plan::bare(dt, domain, 2000.0, linear(8e6, 0.0));
+    let mut plan = Draft::new(dt, domain, 2000.0, linear(8e6, 0.0));
     plan.gravity = DVec3::new(0.0, -9.8, 0.0);
     plan.walls.push(plane(DVec3::NEG_Y, DVec3::ZERO)?);
     let sphere = NewParticle::at(DVec3::new(0.005, 0.095, 0.0), 0.005, 0);
@@ -148,7 +148,7 @@ pub(super) fn newtons_cradle(data: &Data) -> Result<Comparison> {
     let (dt, end) = (1e-4, 8.0);
     let domain = (DVec3::ZERO, DVec3::new(1.0, 1.0, 4.0));
     let density = 6.0 / std::f64::consts::PI;
-    let mut plan = Plan::bare(dt, domain, density, linear(SLUGGISH.0, SLUGGISH.1));
+    let mut plan = Draft::new(dt, domain, density, linear(SLUGGISH.0, SLUGGISH.1));
     plan.gravity = DVec3::NEG_Z;
     plan.walls.push(plane(DVec3::NEG_Z, DVec3::ZERO)?);
     let mut top = 0.0;
@@ -184,7 +184,7 @@ pub(super) fn square_packing(data: &Data) -> Result<Comparison> {
     let (dt, end) = (2e-4, 1.0);
     let domain = (DVec3::ZERO, DVec3::new(5.0, 5.0, 0.0));
     let density = 4.0 / std::f64::consts::PI;
-    let mut plan = Plan::bare(dt, domain, density, linear(SLUGGISH.0, SLUGGISH.1));
+    let mut plan = Draft::new(dt, domain, density, linear(SLUGGISH.0, SLUGGISH.1));
     plan.dimensions = 2;
     plan.gravity = DVec3::NEG_Y;
     for (outward, point) in [

@@ -5,7 +5,7 @@ use glam::DVec3;
 use mercury_common::formats::data::DataReader;
 use mercury_solver::boundaries::{DeletionPlan, Region};
 use mercury_solver::contact::{AnyNormal, Linear};
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -16,7 +16,7 @@ pub(super) fn deletion(data: &Data) -> Result<Comparison> {
     let (dt, end) = (1e-3, 3.0);
     let domain = (DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 5.0));
     let law = frictionless(AnyNormal::Linear(Linear::new(1e4, 0.0)));
-    let mut plan = Plan::bare(dt, domain, 1000.0, law);
+    let mut plan = Draft::new(dt, domain, 1000.0, law);
     plan.gravity = DVec3::NEG_Z;
     plan.deletions.push(DeletionPlan {
         name: "below".to_owned(),

@@ -8,7 +8,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
     SpringRotation,
 };
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -59,7 +59,7 @@ pub(super) fn extreme_overlap(data: &Data) -> Result<Comparison> {
     };
     // Wider than the source's, whose particles may leave it.
     let domain = (DVec3::splat(-0.05), DVec3::splat(0.05));
-    let mut plan = Plan::bare(dt, domain, 2000.0, law);
+    let mut plan = Draft::new(dt, domain, 2000.0, law);
     plan.dimensions = 2;
     plan.gravity = DVec3::new(0.0, -9.8, 0.0);
     plan.orientations = true;

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use mercury_solver::contact::normal::{effective_modulus, hertz_damping};
 use mercury_solver::contact::{AnyNormal, Hertz, Plastic};
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -28,7 +28,7 @@ fn plastic_pair(chi: f64) -> Result<Engine> {
     let speed = (2.0 * 100.0 * (chi * deepest) * (chi * deepest)).sqrt();
     let dt = 0.04 * PI / (2.0f64 * 500.0).sqrt();
     let domain = (DVec3::ZERO, DVec3::new(3.0, 2.0, 2.0));
-    let plan = Plan::bare(dt, domain, 6.0 / PI, frictionless(AnyNormal::Plastic(law)));
+    let plan = Draft::new(dt, domain, 6.0 / PI, frictionless(AnyNormal::Plastic(law)));
     let sphere = |x: f64, speed: f64| NewParticle {
         velocity: DVec3::new(speed, 0.0, 0.0),
         ..NewParticle::at(DVec3::new(x, 1.0, 1.0), 0.5, 0)
@@ -92,7 +92,7 @@ pub(super) fn hertz_wall(data: &Data) -> Result<Comparison> {
         DVec3::new(-1e-3, -1e-3, 0.0),
         DVec3::new(1e-3, 1e-3, 2.2e-3),
     );
-    let mut plan = Plan::bare(dt, domain, 2500.0, frictionless(AnyNormal::Hertz(law)));
+    let mut plan = Draft::new(dt, domain, 2500.0, frictionless(AnyNormal::Hertz(law)));
     plan.walls.push(plane(DVec3::NEG_Z, DVec3::ZERO)?);
     let sphere = NewParticle {
         velocity: DVec3::NEG_Z,

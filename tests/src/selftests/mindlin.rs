@@ -6,7 +6,7 @@ use mercury_common::formats::fstat::{FstatFrame, FstatReader};
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
 };
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -76,7 +76,7 @@ fn compare_contact(
 pub(super) fn oblique_impact(data: &Data) -> Result<Comparison> {
     let (dt, end) = (2.5e-9, 5e-4);
     let domain = (DVec3::ZERO, DVec3::new(0.01, 0.01, 0.0));
-    let mut plan = Plan::bare(dt, domain, 6.0 / std::f64::consts::PI, law(0.0));
+    let mut plan = Draft::new(dt, domain, 6.0 / std::f64::consts::PI, law(0.0));
     plan.walls.push(plane(DVec3::NEG_Y, DVec3::ZERO)?);
     let plan = plan.with_particles(vec![NewParticle {
         velocity: DVec3::new(10.0, -1.0, 0.0),
@@ -101,15 +101,15 @@ pub(super) fn oblique_impact(data: &Data) -> Result<Comparison> {
 
 /// Puts the only particle where it will be at `place` (m), with `velocity` (m/s), after the drift of the next step.
 fn lead(engine: &mut Engine, place: DVec3, velocity: DVec3) {
-    let dt = engine.plan().time_step;
+    let dt = engine.plan().physics().time_step();
     engine.particles.records[0].position = place - velocity * dt;
     engine.particles.prescribed[0].velocity = velocity.to_array().map(Some);
 }
 
 /// A sphere of 0.25 m whose motion is prescribed, on a floor.
-fn led_sphere(dt: f64, height: f64) -> Result<Plan> {
+fn led_sphere(dt: f64, height: f64) -> Result<Draft> {
     let domain = (DVec3::new(-0.25, -0.25, 0.0), DVec3::new(0.25, 0.25, 0.5));
-    let mut plan = Plan::bare(dt, domain, 6.0 / std::f64::consts::PI, law(2.0));
+    let mut plan = Draft::new(dt, domain, 6.0 / std::f64::consts::PI, law(2.0));
     plan.walls.push(plane(DVec3::NEG_Z, DVec3::ZERO)?);
     Ok(plan.with_particles(vec![NewParticle {
         prescribed_velocity: [Some(0.0); 3],

@@ -8,7 +8,7 @@ use mercury_common::formats::ene::EnergyRow;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw};
 use mercury_solver::forces::Watch;
-use mercury_solver::plan::Plan;
+use mercury_solver::plan::Draft;
 use mercury_solver::state::{FIXED, Particle, inverse_inertia_factor};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
@@ -35,7 +35,7 @@ pub(super) fn saved_steps(dt: f64, end: f64, every: u64) -> Vec<u64> {
 
 /// Runs a plan and shows each state that the source would have written, with its contacts. Returns the last state.
 pub(super) fn observe(
-    plan: Plan,
+    plan: Draft,
     saved: &[u64],
     mut visit: impl FnMut(&Engine) -> Result<()>,
 ) -> Result<Engine> {
@@ -44,12 +44,12 @@ pub(super) fn observe(
 
 /// As [`observe`], for particles moved from outside: `prepare` is called before every step.
 pub(super) fn drive(
-    plan: Plan,
+    plan: Draft,
     saved: &[u64],
     mut prepare: impl FnMut(&mut Engine),
     mut visit: impl FnMut(&Engine) -> Result<()>,
 ) -> Result<Engine> {
-    let mut engine = Engine::new(Arc::new(plan), 1)?;
+    let mut engine = Engine::new(Arc::new(plan.plan()?), 1)?;
     let watch = Watch {
         records: true,
         audit: None,
@@ -114,9 +114,9 @@ pub(super) fn energies(engine: &Engine) -> EnergyRow {
         if record.flags & FIXED != 0 {
             continue;
         }
-        let inertia =
-            mass * record.radius * record.radius / inverse_inertia_factor(plan.dimensions);
-        row.gravitational -= mass * plan.gravity.dot(record.position);
+        let inertia = mass * record.radius * record.radius
+            / inverse_inertia_factor(plan.physics().dimensions());
+        row.gravitational -= mass * plan.physics().gravity().dot(record.position);
         row.translational_kinetic += 0.5 * mass * record.velocity.length_squared();
         row.rotational_kinetic += 0.5 * inertia * record.angular_velocity.length_squared();
         mass_sum += mass;

@@ -7,7 +7,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw,
     SpringRotation,
 };
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -72,7 +72,7 @@ fn run(
         adhesion: AnyAdhesion::None,
     };
     let domain = (DVec3::splat(-1.0), DVec3::splat(1.0));
-    let mut plan = Plan::bare(dt, domain, 6.0 / std::f64::consts::PI, law);
+    let mut plan = Draft::new(dt, domain, 6.0 / std::f64::consts::PI, law);
     plan.startup_increment = true;
     let spin = match resistance {
         Resistance::Rolling => DVec3::Y,

@@ -8,7 +8,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
     SpringRotation,
 };
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -77,7 +77,7 @@ pub(super) fn run(data: &Data, index: usize) -> Result<Comparison> {
         adhesion: AnyAdhesion::None,
     };
     let domain = (DVec3::ZERO, DVec3::new(0.005, 0.005, 0.005));
-    let mut plan = Plan::bare(dt, domain, 2000.0, law);
+    let mut plan = Draft::new(dt, domain, 2000.0, law);
     plan.gravity = DVec3::new(0.0, -9.8, 0.0);
     plan.orientations = true;
     plan.walls

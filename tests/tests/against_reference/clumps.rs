@@ -8,7 +8,7 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::plan::{NewBody, NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewBody, NewParticle};
 use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::start;
@@ -49,7 +49,7 @@ fn scene(law: AnyPairLaw, around: &Surroundings, seed: u64) -> (Engine, Simulati
     let far = |periodic: bool| if periodic { 0.0 } else { 1.0 };
     let margin = DVec3::from_array(around.periodic.map(far));
     let domain = (-margin, DVec3::splat(SIZE) + margin);
-    let mut plan = Plan::bare(STEP, domain, DENSITY, law);
+    let mut plan = Draft::new(STEP, domain, DENSITY, law);
     plan.laws = uniform(law);
     plan.periodic = around.periodic;
     plan.gravity = around.gravity;
@@ -184,7 +184,7 @@ fn a_body_of_one_pebble_is_a_sphere() {
     let moments = DVec3::splat(0.4 * mass * radius * radius);
     let volume = mass / DENSITY;
     let clump = Clump::new("ball", 0, vec![pebble], mass, volume, moments).unwrap();
-    let plan = || Plan::bare(STEP, (DVec3::splat(-1.0), DVec3::splat(1.0)), DENSITY, law);
+    let plan = || Draft::new(STEP, (DVec3::splat(-1.0), DVec3::splat(1.0)), DENSITY, law);
     let (x, v, w) = (
         [dvec3(0.0, 0.0, 0.0), dvec3(0.037, 0.013, 0.002)],
         [dvec3(1.0, 0.2, 0.0), dvec3(-1.0, 0.0, 0.1)],

@@ -13,7 +13,7 @@ use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, SpringRotation};
-use mercury_solver::plan::{NewParticle, Plan};
+use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::{advance, start};
@@ -38,7 +38,7 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
     let far = |periodic: bool| if periodic { 0.0 } else { 1.0 };
     let margin = DVec3::from_array(surroundings.periodic.map(far));
     let domain = (-margin, DVec3::splat(SIZE) + margin);
-    let mut plan = Plan::bare(STEP, domain, DENSITY, laws.laws[0].unwrap());
+    let mut plan = Draft::new(STEP, domain, DENSITY, laws.laws[0].unwrap());
     while plan.materials.len() < laws.materials {
         let mut other = plan.materials[0].clone();
         other.density *= 1.5;

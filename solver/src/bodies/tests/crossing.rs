@@ -7,7 +7,7 @@ use glam::{DVec3, dvec3};
 use super::t_bar;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
-use crate::plan::{NewBody, Plan};
+use crate::plan::{Draft, NewBody};
 use crate::state::Body;
 use crate::step::Engine;
 
@@ -23,14 +23,18 @@ fn law() -> AnyPairLaw {
 /// The T-bar after 1 s in a box of 8 m, periodic or far from every face.
 fn after_a_second(periodic: bool, velocity: DVec3) -> Body {
     let half = if periodic { 4.0 } else { 1000.0 };
-    let mut plan = Plan::bare(1e-3, (DVec3::splat(-half), DVec3::splat(half)), 1.0, law());
+    let mut plan = Draft::new(1e-3, (DVec3::splat(-half), DVec3::splat(half)), 1.0, law());
     plan.periodic = [periodic; 3];
     let bar = NewBody {
         velocity,
         angular_velocity: dvec3(0.0, 20.0, 0.01),
         ..NewBody::at(DVec3::ZERO, 0)
     };
-    let mut engine = Engine::new(Arc::new(plan.with_bodies(vec![t_bar()], vec![bar])), 1).unwrap();
+    let mut engine = Engine::new(
+        Arc::new(plan.with_bodies(vec![t_bar()], vec![bar]).plan().unwrap()),
+        1,
+    )
+    .unwrap();
     engine.steps_at_once(1000, None).unwrap();
     engine.complete_step().unwrap();
     let bodies = engine.particles.bodies.as_ref().unwrap();

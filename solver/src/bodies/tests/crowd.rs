@@ -10,7 +10,7 @@ use super::{rod, t_bar};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
-use crate::plan::{NewBody, NewParticle, Plan, plan};
+use crate::plan::{Draft, NewBody, NewParticle, Plan, plan};
 use crate::state::PEBBLE;
 use crate::step::Engine;
 
@@ -20,14 +20,14 @@ const WATCH: Option<Watch> = Some(Watch {
 });
 
 /// Elastic T-bars, rods and a few spheres that fly into one another in a periodic box.
-fn gas() -> Plan {
+fn gas() -> Draft {
     let law = AnyPairLaw {
         normal: AnyNormal::Linear(Linear::new(1e4, 0.0)),
         tangential: AnyTangential::None,
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,
     };
-    let mut plan = Plan::bare(5e-4, (DVec3::ZERO, DVec3::splat(16.0)), 1.0, law);
+    let mut plan = Draft::new(5e-4, (DVec3::ZERO, DVec3::splat(16.0)), 1.0, law);
     plan.periodic = [true; 3];
     let mut random = mercury_common::random::Stream::new(4, "gas", 0);
     let mut vector = |size: f64| {
@@ -73,7 +73,7 @@ fn energy_and_momentum(engine: &Engine) -> (f64, DVec3) {
 
 #[test]
 fn an_elastic_gas_keeps_energy_and_momentum() {
-    let plan = Arc::new(gas());
+    let plan = Arc::new(gas().plan().unwrap());
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     let (energy, momentum) = energy_and_momentum(&engine);
     let (mut contacts, mut worst) = (0, 0.0f64);
@@ -188,7 +188,12 @@ fn neither_looking_nor_threads_nor_a_restart_change_a_bit() {
     );
     // Mass is neither lost nor counted twice: the prescribed rod is among the removed.
     let present: f64 = single.particles.masses.iter().sum();
-    let start: f64 = plan.bodies.iter().map(|body| body.mass(&plan.clumps)).sum();
+    let start: f64 = plan
+        .physics()
+        .bodies()
+        .iter()
+        .map(|body| body.mass(plan.physics().clumps()))
+        .sum();
     let missing = start + inserted.mass - removed.mass - present;
     assert!(missing.abs() < 1e-12 * start, "{missing:e}");
 }
@@ -200,14 +205,14 @@ fn pebbles_of_one_body_never_touch() {
     for pebble in &mut clump.pebbles {
         pebble.position *= 0.3;
     }
-    let plan = Plan::bare(
+    let plan = Draft::new(
         1e-3,
         (DVec3::splat(-9.0), DVec3::splat(9.0)),
         1.0,
         gas().laws.laws[0].unwrap(),
     );
     let plan = plan.with_bodies(vec![clump], vec![NewBody::at(DVec3::ZERO, 0)]);
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     for _ in 0..10 {
         engine.step(WATCH).unwrap();
     }

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3, dvec3};
 use super::rod;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
-use crate::plan::{NewBody, Plan};
+use crate::plan::{Draft, NewBody};
 use crate::step::Engine;
 use crate::walls::{Motion, Plane, Shape, Wall};
 
@@ -26,7 +26,7 @@ fn restitution(contact_point_mass: bool, tilt: f64) -> f64 {
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,
     };
-    let mut plan = Plan::bare(1e-6, (DVec3::splat(-5.0), DVec3::splat(5.0)), 1.0, law);
+    let mut plan = Draft::new(1e-6, (DVec3::splat(-5.0), DVec3::splat(5.0)), 1.0, law);
     plan.contact_point_mass = contact_point_mass;
     plan.walls.push(Wall {
         name: "floor".to_owned(),
@@ -44,7 +44,7 @@ fn restitution(contact_point_mass: bool, tilt: f64) -> f64 {
         ..NewBody::at(dvec3(0.0, 0.0, height), 0)
     };
     let plan = plan.with_bodies(vec![rod()], vec![body]);
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     engine.steps_at_once(6000, None).unwrap();
     engine.complete_step().unwrap();
     let records = &engine.particles.records;

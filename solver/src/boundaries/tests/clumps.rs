@@ -7,7 +7,6 @@ use super::inserting::{Still, wall};
 use super::{insertion, plan, uniform, unit_box};
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, Region, Total};
-use crate::plan::Plan;
 use crate::state::{PEBBLE, PebbleIndex};
 use crate::walls::{Cylinder, Shape, Side, Touches};
 
@@ -23,7 +22,7 @@ fn bean() -> Clump {
 
 /// Beans and spheres that fill a periodic box around a column, `number` of them.
 fn filled(total: Total) -> Still {
-    let mut plan: Plan = plan([0.01, 0.05]);
+    let mut plan = plan();
     plan.periodic = [true; 3];
     plan.clumps = vec![bean()];
     let column = Cylinder::new(DVec3::Z, DVec3::splat(0.5), 0.1, None, Side::Outside);
@@ -59,7 +58,7 @@ fn bodies_overlap_neither_each_other_nor_walls_nor_images() {
             assert!(nearest.length() >= a.radius + b.radius, "{row} {other}");
         }
         let mut touches = Touches::new();
-        let column = &still.plan.walls[0].shape;
+        let column = &still.plan.physics().walls()[0].shape;
         for shift in [DVec3::ZERO, DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y] {
             column.touches(a.position + shift, a.radius, &mut touches);
             assert!(touches.is_empty(), "row {row} lies in the column");
@@ -101,7 +100,7 @@ fn orientations_are_uniform_and_sizes_those_asked_for() {
 
 #[test]
 fn bodies_lie_wholly_in_their_region() {
-    let mut plan: Plan = plan([0.01, 0.05]);
+    let mut plan = plan();
     plan.clumps = vec![bean()];
     let region = Region::Sphere {
         origin: DVec3::splat(0.5),
@@ -124,8 +123,10 @@ fn bodies_lie_wholly_in_their_region() {
 
 #[test]
 fn bodies_leave_as_wholes_by_their_centres() {
-    let mut still = filled(Total::Number(300));
-    still.plan.deletions = vec![DeletionPlan {
+    let still = filled(Total::Number(300));
+    let mut plan = still.plan.draft();
+    plan.insertions = Vec::new();
+    plan.deletions = vec![DeletionPlan {
         name: "half".to_owned(),
         region: Region::Box {
             min: DVec3::ZERO,
@@ -140,10 +141,7 @@ fn bodies_leave_as_wholes_by_their_centres() {
     let leaving = left(&still);
     assert!(leaving > 50);
     let before = still.particles.bodies().len();
-    let mut again = Still::new(Plan {
-        insertions: Vec::new(),
-        ..still.plan.clone()
-    });
+    let mut again = Still::new(plan);
     again.particles = still.particles.clone();
     again.exchange(0.0);
     assert_eq!(again.particles.bodies().len(), before - leaving);

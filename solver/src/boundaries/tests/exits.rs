@@ -8,7 +8,7 @@ use mercury_common::random::Stream;
 use super::super::{DeletionPlan, InsertionPlan, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan};
 use crate::contact::{AnyTangential, LinearFriction, SpringRotation};
-use crate::plan::{NewParticle, Plan};
+use crate::plan::{Draft, NewParticle};
 use crate::step::Engine;
 
 fn outlet(name: &str, region: Region) -> DeletionPlan {
@@ -19,7 +19,7 @@ fn outlet(name: &str, region: Region) -> DeletionPlan {
 }
 
 /// A gas of small spheres that hardly meet, in random motion.
-fn gas(number: u64, plan: Plan) -> Plan {
+fn gas(number: u64, plan: Draft) -> Draft {
     let mut stream = Stream::new(3, "gas", 0);
     let mut point = |low, high| {
         DVec3::new(
@@ -38,8 +38,8 @@ fn gas(number: u64, plan: Plan) -> Plan {
 }
 
 /// Runs and compares in every step with a test of all particles; returns the engine.
-fn check_every_step(plan: Plan, steps: u32) -> Engine {
-    let plan = Arc::new(plan);
+fn check_every_step(plan: Draft, steps: u32) -> Engine {
+    let plan = Arc::new(plan.plan().unwrap());
     let mut engine = Engine::new(plan.clone(), 1).unwrap();
     for step in 0..steps {
         engine.step(None).unwrap();
@@ -47,14 +47,14 @@ fn check_every_step(plan: Plan, steps: u32) -> Engine {
         for record in &engine.particles.records {
             let position = record.position;
             let inside = images.wrap(position);
-            for deletion in &plan.deletions {
+            for deletion in plan.physics().deletions() {
                 assert!(
                     !deletion.region.contains(inside),
                     "step {step}: {position} is in {}",
                     deletion.name
                 );
             }
-            for axis in (0..3).filter(|&axis| !plan.periodic[axis]) {
+            for axis in (0..3).filter(|&axis| !plan.physics().periodic()[axis]) {
                 assert!((0.0..=1.0).contains(&position[axis]), "step {step}");
             }
         }
@@ -62,7 +62,7 @@ fn check_every_step(plan: Plan, steps: u32) -> Engine {
             engine.boundaries().inserted().number,
             engine.boundaries().removed().number,
         );
-        let start = plan.particles.len() as u64;
+        let start = plan.physics().particles().len() as u64;
         assert_eq!(engine.particles.len() as u64, start + came - left);
     }
     engine
@@ -79,7 +79,7 @@ fn everybody_leaves_in_the_step_in_which_the_centre_does() {
         max: DVec3::new(0.5, 0.6, 2.0),
     };
     for periodic in [[false; 3], [true, false, true], [true; 3]] {
-        let mut scene = plan([0.004; 2]);
+        let mut scene = plan();
         scene.periodic = periodic;
         scene.deletions = vec![outlet("ball", ball.clone()), outlet("slab", slab.clone())];
         let engine = check_every_step(gas(1500, scene), 300);
@@ -95,7 +95,7 @@ fn everybody_leaves_in_the_step_in_which_the_centre_does() {
 
 #[test]
 fn exits_are_counted_by_face_with_what_left() {
-    let mut scene = plan([0.01; 2]);
+    let mut scene = plan();
     scene.periodic = [false, true, false];
     let radius = 0.01;
     let mass = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * f64::powi(radius, 3);
@@ -133,8 +133,8 @@ fn exits_are_counted_by_face_with_what_left() {
     assert_eq!(engine.particles.len(), 3);
 }
 
-fn check_free(plan: Plan, steps: u32) -> Engine {
-    let mut engine = Engine::new(Arc::new(plan), 1).unwrap();
+fn check_free(plan: Draft, steps: u32) -> Engine {
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     for _ in 0..steps {
         engine.step(None).unwrap();
     }
@@ -143,7 +143,7 @@ fn check_free(plan: Plan, steps: u32) -> Engine {
 
 #[test]
 fn fixed_particles_are_geometry() {
-    let mut scene = plan([0.01; 2]);
+    let mut scene = plan();
     scene.deletions = vec![outlet("all", super::unit_box())];
     let fixed = NewParticle {
         fixed: true,
@@ -157,7 +157,7 @@ fn fixed_particles_are_geometry() {
 
 #[test]
 fn ids_are_never_used_twice_while_particles_come_and_go() {
-    let mut scene = plan([0.01; 2]);
+    let mut scene = plan();
     scene.gravity = DVec3::new(0.0, 0.0, -9.81);
     scene.insertions = vec![InsertionPlan {
         rate: Some(Rate::Steady {
@@ -201,7 +201,7 @@ fn ids_are_never_used_twice_while_particles_come_and_go() {
 #[test]
 fn contacts_keep_their_history_when_others_go_and_come() {
     let run = |others: bool| {
-        let mut scene = plan([0.05; 2]);
+        let mut scene = plan();
         scene.time_step = 1e-4;
         if let Some(law) = &mut scene.laws.laws[0] {
             law.tangential = AnyTangential::Linear(LinearFriction {

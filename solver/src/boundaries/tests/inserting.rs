@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::super::{Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::neighbours::Images;
-use crate::plan::{Material, NewParticle, Plan};
+use crate::plan::{Draft, Material, NewParticle, Plan};
 use crate::state::Particles;
 use crate::step::Engine;
 use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallNow};
@@ -24,17 +24,20 @@ pub(super) struct Still {
 }
 
 impl Still {
-    pub(super) fn new(plan: Plan) -> Self {
+    pub(super) fn new(draft: Draft) -> Self {
+        let plan = draft.plan().unwrap();
+        let physics = plan.physics();
         let mut particles = Particles::new(false);
-        for new in &plan.particles {
-            let (record, mass, prescribed) = new.build(&plan.materials, plan.dimensions);
+        for new in physics.particles() {
+            let (record, mass, prescribed) = new.build(physics.materials(), physics.dimensions());
             particles.push(record, mass, prescribed);
         }
-        let images = Images::new(plan.domain_min, plan.domain_max, plan.periodic);
+        let images = physics.images();
+        let (insertions, deletions) = (physics.insertions(), physics.deletions());
         Self {
-            walls: WallNow::all(&plan.walls, plan.time_step, &images),
+            walls: WallNow::all(physics.walls(), physics.time_step(), &images),
             images,
-            boundaries: Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting()),
+            boundaries: Boundaries::new(insertions, deletions, &physics.setting()),
             particles,
             plan,
         }
@@ -43,8 +46,8 @@ impl Still {
     pub(super) fn exchange(&mut self, time: f64) -> bool {
         self.boundaries.exchange(
             &mut self.particles,
-            &self.plan.insertions,
-            &self.plan.setting(),
+            self.plan.physics().insertions(),
+            &self.plan.physics().setting(),
             &self.images,
             &self.walls,
             time,
@@ -72,10 +75,10 @@ pub(super) fn wall(shape: Shape) -> Wall {
     }
 }
 
-fn with(insertions: Vec<InsertionPlan>, radii: [f64; 2]) -> Plan {
-    Plan {
+fn with(insertions: Vec<InsertionPlan>) -> Draft {
+    Draft {
         insertions,
-        ..plan(radii)
+        ..plan()
     }
 }
 
@@ -100,23 +103,22 @@ fn deepest_overlap(still: &Still) -> f64 {
 
 #[test]
 fn totals_are_exact() {
-    let radii = [0.01, 0.02];
     let feed = |total| insertion(unit_box(), uniform(0.02, 0.04), total);
     let largest = 4.0 / 3.0 * std::f64::consts::PI * 0.02f64.powi(3);
 
-    let mut still = Still::new(with(vec![feed(Total::Number(317))], radii));
+    let mut still = Still::new(with(vec![feed(Total::Number(317))]));
     assert!(still.exchange(0.0));
     assert_eq!((still.particles.len(), still.inserted().number), (317, 317));
     assert_eq!(still.limit(), Limit::Total);
     assert!(!still.exchange(1e-3), "it is finished");
     assert!(!still.boundaries.expects_more());
 
-    let mut still = Still::new(with(vec![feed(Total::Volume(2e-3))], radii));
+    let mut still = Still::new(with(vec![feed(Total::Volume(2e-3))]));
     still.exchange(0.0);
     let volume = still.inserted().volume;
     assert!((2e-3..2e-3 + largest).contains(&volume), "{volume}");
 
-    let mut still = Still::new(with(vec![feed(Total::Mass(2.0))], radii));
+    let mut still = Still::new(with(vec![feed(Total::Mass(2.0))]));
     still.exchange(0.0);
     let mass: f64 = still.particles.masses.iter().sum();
     assert!((2.0..2.0 + 1000.0 * largest).contains(&mass), "{mass}");
@@ -127,7 +129,7 @@ fn totals_are_exact() {
     for number in [1, 3, 10, 77, 300] {
         let total = Total::Mass(sphere * f64::from(number));
         let equal = insertion(unit_box(), monodisperse(0.02), total);
-        let mut still = Still::new(with(vec![equal], radii));
+        let mut still = Still::new(with(vec![equal]));
         still.exchange(0.0);
         assert_eq!(still.particles.len(), number as usize);
     }
@@ -156,7 +158,7 @@ fn rates_are_kept_at_every_step() {
             until: 0.4,
             ..insertion(unit_box(), monodisperse(0.01), Total::Full)
         };
-        let mut still = Still::new(with(vec![feed], [0.005; 2]));
+        let mut still = Still::new(with(vec![feed]));
         for step in 0..500 {
             let time = f64::from(step) * 1e-3;
             still.exchange(time);
@@ -166,8 +168,14 @@ fn rates_are_kept_at_every_step() {
             assert_eq!(still.inserted().number, expected, "at {time} s");
         }
         assert_eq!(still.limit(), Limit::Time);
-        let requested = still.plan.insertions[0].requested(1.0).unwrap().1;
-        let quantity_per_second = still.plan.insertions[0].requested(1.1).unwrap().1;
+        let requested = still.plan.physics().insertions()[0]
+            .requested(1.0)
+            .unwrap()
+            .1;
+        let quantity_per_second = still.plan.physics().insertions()[0]
+            .requested(1.1)
+            .unwrap()
+            .1;
         assert_eq!(requested, quantity_per_second, "nothing more after the end");
     }
 }
@@ -182,7 +190,7 @@ fn a_table_gives_the_flow() {
         }),
         ..insertion(unit_box(), monodisperse(0.01), Total::Number(30))
     };
-    let mut still = Still::new(with(vec![feed], [0.005; 2]));
+    let mut still = Still::new(with(vec![feed]));
     for (time, expected) in [
         (0.0, 0),
         (0.05, 5),
@@ -203,7 +211,7 @@ fn sizes_are_those_drawn_however_full_it_is() {
     // Random sequential addition to the end: large particles fail ever more often.
     let distribution = uniform(0.015, 0.045);
     let feed = insertion(unit_box(), distribution.clone(), Total::Full);
-    let mut still = Still::new(with(vec![feed], [0.0075, 0.0225]));
+    let mut still = Still::new(with(vec![feed]));
     still.exchange(0.0);
     let state = still.boundaries.state().insertions[0];
     assert!(state.failed_attempts > state.inserted.number, "{state:?}");
@@ -249,7 +257,7 @@ fn sizes_are_those_drawn_however_full_it_is() {
 
 #[test]
 fn mixtures_follow_their_shares_by_number() {
-    let mut plan = with(Vec::new(), [0.005; 2]);
+    let mut plan = with(Vec::new());
     plan.materials.push(Material {
         name: "heavy".to_owned(),
         density: 3000.0,
@@ -285,7 +293,7 @@ fn velocities_are_uniform_about_the_mean() {
         velocity_spread: DVec3::new(0.2, 0.0, 0.1),
         ..insertion(unit_box(), monodisperse(0.01), Total::Number(3000))
     };
-    let mut still = Still::new(with(vec![feed], [0.005; 2]));
+    let mut still = Still::new(with(vec![feed]));
     still.exchange(0.0);
     let n = still.particles.len() as f64;
     let mut sum = DVec3::ZERO;
@@ -309,7 +317,7 @@ fn velocities_are_uniform_about_the_mean() {
 
 #[test]
 fn discs_stay_in_their_plane() {
-    let mut plan = with(Vec::new(), [0.01; 2]);
+    let mut plan = with(Vec::new());
     plan.dimensions = 2;
     (plan.domain_min.z, plan.domain_max.z) = (-0.1, 0.1);
     let mut feed = insertion(
@@ -341,12 +349,12 @@ fn what_cannot_fit_fails_at_once() {
         max: DVec3::new(1.0, 1.0, 0.01),
     };
     let feed = insertion(slit.clone(), monodisperse(0.02), Total::Number(10));
-    let mut still = Still::new(with(vec![feed], [0.01; 2]));
+    let mut still = Still::new(with(vec![feed]));
     assert!(!still.exchange(0.0));
     assert_eq!(still.limit(), Limit::Space);
     assert!(still.boundaries.expects_more());
     let full = insertion(slit, monodisperse(0.02), Total::Full);
-    let mut still = Still::new(with(vec![full], [0.01; 2]));
+    let mut still = Still::new(with(vec![full]));
     assert!(!still.exchange(0.0));
     assert_eq!(still.limit(), Limit::Total, "full of nothing is full");
 }
@@ -358,7 +366,7 @@ fn full_is_once() {
         attempts: 50,
         ..insertion(unit_box(), monodisperse(0.2), Total::Full)
     };
-    let mut still = Still::new(with(vec![feed], [0.1; 2]));
+    let mut still = Still::new(with(vec![feed]));
     assert!(!still.exchange(0.0) && !still.exchange(0.009));
     assert_eq!(still.limit(), Limit::NotBegun);
     assert!(still.exchange(0.01));
@@ -377,7 +385,7 @@ fn goes_on_from_its_state_with_the_same_numbers() {
         velocity_spread: DVec3::ONE,
         ..insertion(unit_box(), uniform(0.02, 0.06), Total::Number(3000))
     };
-    let plan = with(vec![feed], [0.01, 0.03]);
+    let plan = with(vec![feed]);
     let mut whole = Still::new(plan.clone());
     let mut stopped = Still::new(plan.clone());
     for step in 0..200 {
@@ -386,8 +394,9 @@ fn goes_on_from_its_state_with_the_same_numbers() {
         stopped.exchange(time);
         if step % 37 == 0 {
             let state = stopped.boundaries.state();
-            stopped.boundaries =
-                Boundaries::new(&plan.insertions, &plan.deletions, &plan.setting());
+            let physics = stopped.plan.physics();
+            let (insertions, deletions) = (physics.insertions(), physics.deletions());
+            stopped.boundaries = Boundaries::new(insertions, deletions, &physics.setting());
             stopped.boundaries.restore(&state, stopped.particles.len());
             assert_eq!(stopped.boundaries.state(), state);
         }
@@ -415,11 +424,11 @@ fn the_engine_inserts_the_same_for_any_number_of_threads() {
             Total::Number(600),
         )
     };
-    let mut plan = with(vec![feed], [0.01, 0.02]);
+    let mut plan = with(vec![feed]);
     plan.periodic = [true, true, false];
     let floor = Plane::new(DVec3::ZERO, DVec3::Z).unwrap();
     plan.walls = vec![wall(Shape::Plane(floor))];
-    let plan = Arc::new(plan);
+    let plan = Arc::new(plan.plan().unwrap());
     let run = |threads| {
         let mut engine = Engine::new(plan.clone(), threads).unwrap();
         for _ in 0..120 {
@@ -454,7 +463,7 @@ proptest! {
             attempts: 60,
             ..insertion(region.clone(), uniform(0.05, 0.05 * ratio), Total::Full)
         };
-        let mut plan = with(vec![feed("one"), feed("two")], [0.025, 0.025 * ratio]);
+        let mut plan = with(vec![feed("one"), feed("two")]);
         plan.seed = seed;
         plan.periodic = periodic;
         let tube = Cylinder::new(DVec3::Z, DVec3::splat(0.5), 0.2, Some([-0.2, 0.3]), Side::Both).unwrap();
@@ -468,7 +477,7 @@ proptest! {
         prop_assert!(deepest_overlap(&still) <= 0.0, "{}", deepest_overlap(&still));
         let mut touches = Touches::new();
         for record in &still.particles.records[1..] {
-            for wall in &still.plan.walls {
+            for wall in still.plan.physics().walls() {
                 wall.shape.touches(record.position, record.radius, &mut touches);
                 prop_assert!(touches.is_empty());
             }

@@ -16,7 +16,7 @@ use mercury_common::sizes::SizeDistribution;
 use super::{Ingredient, InsertionPlan, Region, Total};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, PairLaw};
-use crate::plan::Plan;
+use crate::plan::Draft;
 
 /// A size law as a scene would write it.
 fn sizes(psd: &str) -> SizeDistribution {
@@ -61,12 +61,10 @@ fn frictionless() -> AnyPairLaw {
     }
 }
 
-/// A plan in the unit cube with steps of 1 ms and a density of 1000 kg/m^3; `radii` are the smallest and largest to come.
-fn plan(radii: [f64; 2]) -> Plan {
-    let mut plan = Plan::bare(1e-3, (DVec3::ZERO, DVec3::ONE), 1000.0, frictionless());
+/// A plan in the unit cube with steps of 1 ms and a density of 1000 kg/m^3.
+fn plan() -> Draft {
+    let mut plan = Draft::new(1e-3, (DVec3::ZERO, DVec3::ONE), 1000.0, frictionless());
     plan.seed = 7;
-    (plan.smallest_radius, plan.largest_radius) = (radii[0], radii[1]);
-    plan.mean_radius = 0.5 * (radii[0] + radii[1]);
     plan
 }
 

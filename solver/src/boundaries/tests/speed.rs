@@ -11,14 +11,14 @@ use crate::step::Engine;
 
 #[test]
 fn a_hundred_thousand_particles_come_within_seconds() {
-    let mut scene = plan([0.004, 0.006]);
+    let mut scene = plan();
     scene.insertions = vec![insertion(
         unit_box(),
         uniform(0.008, 0.012),
         Total::Number(100_000),
     )];
     let start = Instant::now();
-    let engine = Engine::new(Arc::new(scene), 1).unwrap();
+    let engine = Engine::new(Arc::new(scene.plan().unwrap()), 1).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     assert_eq!(engine.particles.len(), 100_000);
     // 0.4 s on a busy machine; testing all pairs would take minutes.
@@ -28,7 +28,7 @@ fn a_hundred_thousand_particles_come_within_seconds() {
 
 #[test]
 fn a_saturated_insertion_does_not_stop_the_run() {
-    let mut scene = plan([0.01; 2]);
+    let mut scene = plan();
     scene.insertions = vec![insertion(
         Region::Box {
             min: DVec3::ZERO,
@@ -37,7 +37,7 @@ fn a_saturated_insertion_does_not_stop_the_run() {
         monodisperse(0.02),
         Total::Number(1_000_000),
     )];
-    let mut engine = Engine::new(Arc::new(scene), 1).unwrap();
+    let mut engine = Engine::new(Arc::new(scene.plan().unwrap()), 1).unwrap();
     let failed = |engine: &Engine| engine.boundaries().state().insertions[0].failed_attempts;
     let before = (failed(&engine), engine.particles.len());
     let start = Instant::now();

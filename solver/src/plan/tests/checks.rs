@@ -21,7 +21,7 @@ fn particles_outside_the_domain_are_named() {
     // along a periodic axis there is no outside
     let text = format!("{HEAD}{scene}");
     let plan = planned_with(&text, &["domain.periodic=[\"z\"]"]).expect("plans");
-    assert_eq!(plan.particles[1].position.z, -0.5);
+    assert_eq!(plan.physics().particles()[1].position.z, -0.5);
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn rows_of_tables_are_named_by_their_lines() {
         plan(&scene)
     };
     let good = table("x,y,z,radius\n0,0,0,0.1\n0.5,0,0,0.1\n").expect("plans");
-    assert_eq!(good.particles.len(), 2);
+    assert_eq!(good.physics().particles().len(), 2);
     let path = folder.path().join("beads.csv").display().to_string();
     for (content, message) in [
         (
@@ -76,7 +76,7 @@ fn initial_overlaps_are_errors_or_warnings() {
     let plan =
         planned_with(&format!("{HEAD}{deep}"), &["contact.overlap_error=0.8"]).expect("plans");
     assert_eq!(
-        plan.warnings,
+        plan.notes().warnings(),
         [
             "particle 0 (particles[0]) and particle 1 (particles.deep) overlap by 0.075 m at the start, 0.75 of the smaller \
           radius (contact.overlap_warning = 0.1)"
@@ -85,12 +85,13 @@ fn initial_overlaps_are_errors_or_warnings() {
     // a shallow one is no matter, and fixed particles may overlap one another
     assert!(
         planned(&(BALL.to_owned() + &at(0.0, "") + &at(0.195, "")))
-            .warnings
+            .notes()
+            .warnings()
             .is_empty()
     );
     let fixed =
         BALL.to_owned() + &at(0.0, "fixed = true") + &at(0.1, "fixed = true") + &at(0.5, "");
-    assert!(planned(&fixed).warnings.is_empty());
+    assert!(planned(&fixed).notes().warnings().is_empty());
     // through a periodic face: -0.95 and 0.95 are 0.1 m apart
     let images = format!("{HEAD}{BALL}{}{}", at(-0.95, ""), at(0.95, ""));
     assert!(planned_with(&images, &[]).is_ok());
@@ -112,14 +113,14 @@ fn overlaps_with_walls_count_too() {
         ]
     );
     assert_eq!(
-        planned(&at(0.07, "")).warnings,
+        planned(&at(0.07, "")).notes().warnings(),
         [
             "particle 0 (particles[0]) overlaps wall `floor` by 0.03 m at the start, 0.3 of its radius \
           (contact.overlap_warning = 0.1)"
         ]
     );
     let rough = at(0.0, "fixed = true") + &particle("ball", 0.1, [0.5, 0.0, 0.5], "");
-    assert!(planned(&rough).warnings.is_empty());
+    assert!(planned(&rough).notes().warnings().is_empty());
 }
 
 #[test]
@@ -127,7 +128,7 @@ fn many_particles_are_checked_quickly() {
     let lattice = "[[particles]]\nmaterial = \"ball\"\nradius = 0.01\nlattice = { min = [-0.98, -0.98, -0.98], max = [0.98, 0.98, 0.98], spacing = 0.042 }\n";
     let begin = std::time::Instant::now();
     let plan = planned(&(BALL.to_owned() + lattice));
-    assert_eq!(plan.particles.len(), 47usize.pow(3));
+    assert_eq!(plan.physics().particles().len(), 47usize.pow(3));
     // All pairs would take minutes.
     assert!(begin.elapsed().as_secs() < 20);
 }
@@ -158,13 +159,18 @@ fn two_dimensions_are_flat() {
     let text = format!("{HEAD}{flat}");
     let plan =
         planned_with(&text, &["domain.dimensions=2"]).unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(plan.dimensions, 2);
+    assert_eq!(plan.physics().dimensions(), 2);
     // pi R^2 rho, m* = m/2
     let mass = std::f64::consts::PI * 0.01 * 1.909_859_317_102_744;
     let (k, gamma): (f64, f64) = (12496.02677090382, 17.83374719693662);
     let expected = std::f64::consts::PI / (k / (0.5 * mass) - (gamma / mass).powi(2)).sqrt();
     close(
-        plan.step.contact.as_ref().expect("two discs").time,
+        plan.notes()
+            .step()
+            .contact
+            .as_ref()
+            .expect("two discs")
+            .time,
         expected,
         1e-12,
     );
@@ -217,10 +223,10 @@ fn fixed_particles_have_no_velocity() {
         );
     let plan = planned(&moved);
     assert_eq!(
-        plan.particles[2].prescribed_velocity,
+        plan.physics().particles()[2].prescribed_velocity,
         [Some(0.5), None, None]
     );
-    assert_eq!(plan.particles[2].velocity.x, 0.5);
+    assert_eq!(plan.physics().particles()[2].velocity.x, 0.5);
 }
 
 #[test]
@@ -232,21 +238,29 @@ fn lattices_have_both_ends_and_frozen_jitter() {
         )
     };
     let still = planned_with(&scene(0.0), &[]).expect("plans");
-    assert_eq!(still.particles.len(), 6);
-    assert_eq!(still.particles[1].position, glam::DVec3::new(0.1, 0.0, 0.3));
+    assert_eq!(still.physics().particles().len(), 6);
+    assert_eq!(
+        still.physics().particles()[1].position,
+        glam::DVec3::new(0.1, 0.0, 0.3)
+    );
     let (a, b) = (
         planned_with(&scene(0.01), &[]),
         planned_with(&scene(0.01), &[]),
     );
     let (a, b) = (a.expect("plans"), b.expect("plans"));
-    assert_eq!(a.particles, b.particles);
-    for (moved, site) in a.particles.iter().zip(&still.particles) {
+    assert_eq!(a.physics().particles(), b.physics().particles());
+    for (moved, site) in a
+        .physics()
+        .particles()
+        .iter()
+        .zip(still.physics().particles())
+    {
         let shift = moved.position - site.position;
         assert!(shift.x != 0.0 && shift.y != 0.0 && shift.z == 0.0);
         assert!(shift.abs().max_element() <= 0.01);
     }
     let other = planned_with(&scene(0.01), &["seed=6"]).expect("plans");
-    assert_ne!(a.particles, other.particles);
+    assert_ne!(a.physics().particles(), other.physics().particles());
 }
 
 #[test]
@@ -264,10 +278,10 @@ fn a_region_in_which_nothing_can_be_is_an_error() {
         ]
     );
     let plan = planned(&region(0.0));
-    assert_eq!(plan.regions[0].name, "top");
-    assert!((plan.regions[0].volume - std::f64::consts::PI / 6.0).abs() < 1e-15);
+    assert_eq!(plan.outputs().regions()[0].name, "top");
+    assert!((plan.outputs().regions()[0].volume - std::f64::consts::PI / 6.0).abs() < 1e-15);
     // Centred on the top face: half of it.
-    let half = planned(&region(1.0)).regions[0].volume;
+    let half = planned(&region(1.0)).outputs().regions()[0].volume;
     assert!((half - std::f64::consts::PI / 12.0).abs() < 1e-3 * half);
 }
 
@@ -281,9 +295,9 @@ fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
     // The circle in which the plane z = 0 of the discs cuts the sphere has the radius 0.4 m.
     let area = std::f64::consts::PI * 0.16;
     assert!(
-        (plan.regions[0].volume / area - 1.0).abs() < 1e-3,
+        (plan.outputs().regions()[0].volume / area - 1.0).abs() < 1e-3,
         "{}",
-        plan.regions[0].volume
+        plan.outputs().regions()[0].volume
     );
 }
 

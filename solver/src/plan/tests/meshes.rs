@@ -30,12 +30,17 @@ fn scene(mesh: bool, output: &str, scale: f64, motion: &str) -> (tempfile::TempD
 fn notes(scale: f64, motion: &str) -> (Vec<String>, usize) {
     let (_folder, text) = scene(true, "", scale, motion);
     let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let Shape::Mesh(mesh) = &plan.walls[0].shape else {
+    let Shape::Mesh(mesh) = &plan.physics().walls()[0].shape else {
         panic!("a mesh")
     };
     let about_floor = |note: &&String| note.starts_with("walls.floor");
     (
-        plan.notes.iter().filter(about_floor).cloned().collect(),
+        plan.notes()
+            .remarks()
+            .iter()
+            .filter(about_floor)
+            .cloned()
+            .collect(),
         mesh.periods().len(),
     )
 }
@@ -75,12 +80,17 @@ fn loads_on_triangles_need_triangles_and_a_file() {
         let (_folder, text) = scene(mesh, output, 1.0, "");
         let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
         let told = |text: &String| text.starts_with("output.triangle_loads");
-        let warning = plan.warnings.iter().find(|text| told(text)).cloned();
+        let warning = plan
+            .notes()
+            .warnings()
+            .iter()
+            .find(|text| told(text))
+            .cloned();
         let pass = passes(&plan)
             .into_iter()
             .find(|pass| pass.name == "loads on triangles")
             .unwrap();
-        assert_eq!(pass.is_done, plan.output.triangle_loads);
+        assert_eq!(pass.is_done, plan.outputs().files().triangle_loads);
         (pass.is_done, pass.reason, warning.unwrap_or_default())
     };
     let text =
@@ -111,7 +121,7 @@ fn a_mesh_in_the_wrong_place_or_unit_is_told_of() {
         let (folder, text) = scene(true, "", scale, more);
         let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
         let folder = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
-        let warnings = plan.warnings.iter();
+        let warnings = plan.notes().warnings().iter();
         let about_mesh = warnings.filter(|warning| warning.contains("the mesh"));
         let texts = about_mesh.map(|warning| warning.replace(&folder, ""));
         texts.collect::<Vec<String>>()

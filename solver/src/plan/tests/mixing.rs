@@ -67,8 +67,8 @@ fn elastic_moduli_mix_exactly() {
     );
     close(number(&plan, ab, "tangential.friction"), 0.375, 1e-15);
     // the single particle of a meets nobody of its kind
-    assert_eq!(plan.pairs.len(), 1);
-    assert!(plan.laws.get(0, 0).is_none() && plan.laws.get(1, 0).is_some());
+    assert_eq!(plan.notes().pairs().len(), 1);
+    assert!(plan.physics().laws().get(0, 0).is_none() && plan.physics().laws().get(1, 0).is_some());
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn linear_setters_give_the_collision_they_promise() {
                 1e-12,
             );
         }
-        let Some(law) = plan.laws.get(0, 0) else {
+        let Some(law) = plan.physics().laws().get(0, 0) else {
             panic!()
         };
         let AnyNormal::Linear(law) = law.normal else {
@@ -232,7 +232,7 @@ fn different_laws_need_a_name_and_take_what_one_side_has() {
     );
     // a pair that never meets needs no law
     let text = material("a", hertz) + &material("b", linear) + &two("a", 0.01);
-    assert_eq!(planned(&text).pairs.len(), 1);
+    assert_eq!(planned(&text).notes().pairs().len(), 1);
 }
 
 #[test]
@@ -281,7 +281,7 @@ fn rolling_takes_the_stiffness_of_the_contact_or_asks_for_one() {
         ],
     )
     .unwrap_or_else(|errors| panic!("{errors}"));
-    let Some(law) = plan.laws.get(0, 1) else {
+    let Some(law) = plan.physics().laws().get(0, 1) else {
         panic!()
     };
     let AnyRolling::Luding(luding) = law.rolling else {
@@ -297,7 +297,7 @@ fn rolling_takes_the_stiffness_of_the_contact_or_asks_for_one() {
     // without friction the tangential law stays for its stiffness
     let entry = "[[contacts]]\nbetween = [\"a\", \"b\"]\ntangential = { friction = 0.0 }\n";
     let plan = planned(&pair(&rough, &rough, entry));
-    let Some(law) = plan.laws.get(0, 1) else {
+    let Some(law) = plan.physics().laws().get(0, 1) else {
         panic!()
     };
     let AnyTangential::Linear(linear) = law.tangential else {
@@ -320,7 +320,7 @@ fn mindlin_conventions_arrive_and_always_project() {
         ],
     )
     .unwrap_or_else(|errors| panic!("{errors}"));
-    let Some(law) = plan.laws.get(0, 1) else {
+    let Some(law) = plan.physics().laws().get(0, 1) else {
         panic!()
     };
     let AnyTangential::MindlinRescaled(mindlin) = law.tangential else {
@@ -341,9 +341,9 @@ fn a_smooth_material_makes_the_contact_smooth() {
         tangential = { law = \"linear\", stiffness = 2e3, friction = 0.5 }";
     let smooth = "normal = { law = \"linear\", stiffness = 1e4, dissipation = 0.0 }";
     let plan = planned(&pair(rough, smooth, ""));
-    let Some(law) = plan.laws.get(0, 1) else {
+    let Some(law) = plan.physics().laws().get(0, 1) else {
         panic!()
     };
     assert_eq!(law.tangential, AnyTangential::None);
-    assert!(!plan.laws.turns());
+    assert!(!plan.physics().laws().turns());
 }

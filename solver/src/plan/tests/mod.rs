@@ -71,7 +71,7 @@ fn two(material: &str, radius: f64) -> String {
 
 /// A parameter of the pair of materials `names`.
 fn parameter<'a>(plan: &'a Plan, names: [&str; 2], key: &str) -> &'a Parameter {
-    let pair = plan.pairs.iter().find(|pair| pair.names == names);
+    let pair = plan.notes().pairs().iter().find(|pair| pair.names == names);
     let pair = pair.unwrap_or_else(|| panic!("no pair {names:?}"));
     let found = pair
         .parameters

@@ -22,7 +22,7 @@ const SCENE: &str = "title = \"Rain\"\ngravity = [0, 0, -9.81]\n\
 #[test]
 fn mixtures_by_mass_become_shares_of_number() {
     let plan = planned_with(SCENE, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let insertion = &plan.insertions[0];
+    let insertion = &plan.physics().insertions()[0];
     // Masses per particle 2500 (2 mm)^3 : 10000 (1 mm)^3 = 2 : 1, so half the mass each is 1 : 2 particles.
     close(insertion.mixture[0].share, 1.0 / 3.0, 1e-12);
     close(insertion.mixture[1].share, 2.0 / 3.0, 1e-12);
@@ -30,11 +30,21 @@ fn mixtures_by_mass_become_shares_of_number() {
     assert!(matches!(insertion.rate, Some(Rate::Steady { .. })));
     // by volume 8 : 1
     let plan = planned_with(SCENE, &["insertions.rain.share_by=volume"]).expect("plans");
-    close(plan.insertions[0].mixture[0].share, 1.0 / 9.0, 1e-12);
+    close(
+        plan.physics().insertions()[0].mixture[0].share,
+        1.0 / 9.0,
+        1e-12,
+    );
     let plan = planned_with(SCENE, &["insertions.rain.share_by=number"]).expect("plans");
-    close(plan.insertions[0].mixture[0].share, 0.5, 1e-12);
-    assert_eq!((plan.smallest_radius, plan.largest_radius), (5e-4, 1e-3));
-    close(plan.mean_radius, 7.5e-4, 1e-12);
+    close(plan.physics().insertions()[0].mixture[0].share, 0.5, 1e-12);
+    assert_eq!(
+        (
+            plan.physics().smallest_radius(),
+            plan.physics().largest_radius()
+        ),
+        (5e-4, 1e-3)
+    );
+    close(plan.physics().mean_radius(), 7.5e-4, 1e-12);
 }
 
 #[test]
@@ -58,7 +68,7 @@ fn the_report_says_what_is_done_and_what_is_skipped() {
             "no line {line:?} in\n{text}"
         );
     }
-    assert!(!plan.orientations);
+    assert!(!plan.physics().orientations());
     // Done and skipped together are all.
     let (done, skipped): (Vec<_>, Vec<_>) =
         passes(&plan).into_iter().partition(|pass| pass.is_done);
@@ -110,9 +120,9 @@ fn keys_that_change_nothing_are_warned_of() {
         "output.fstat_interval: nothing is written at these times, as output.fstat is false; set fstat = true or leave the key out",
         "output.vtk_interval: nothing is written at these times, as output.vtk is false; set vtk = true or leave the key out",
     ];
-    let warnings: Vec<&str> = plan.warnings.iter().map(String::as_str).collect();
+    let warnings: Vec<&str> = plan.notes().warnings().iter().map(String::as_str).collect();
     assert_eq!(warnings, expected);
     let written = &["output.vtk=true", "output.fstat=true"];
     let plan = planned_with(&text, written).unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(plan.warnings, expected[..1]);
+    assert_eq!(*plan.notes().warnings(), expected[..1]);
 }

@@ -10,11 +10,16 @@ const HERTZ: &str = "[materials.soft]\ndensity = 2500.0\n\
     normal = { law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 1.0 }\n";
 
 fn contact_time(plan: &Plan) -> f64 {
-    plan.step.contact.as_ref().expect("a contact").time
+    plan.notes()
+        .step()
+        .contact
+        .as_ref()
+        .expect("a contact")
+        .time
 }
 
 fn critical(plan: &Plan) -> (f64, &str) {
-    let limit = plan.step.critical.as_ref().expect("a contact");
+    let limit = plan.notes().step().critical.as_ref().expect("a contact");
     (limit.time, &limit.of)
 }
 
@@ -23,16 +28,16 @@ fn linear_auto_is_a_fiftieth_of_the_collision_that_divides_the_interval() {
     // Case T1: t_c = 0.02 s, so 4e-4 s; 0.1 s holds 250 of them.
     let plan = planned(&(BALL.to_owned() + &two("ball", 0.5)));
     close(contact_time(&plan), 0.02, 1e-12);
-    close(plan.time_step, 4e-4, 1e-12);
-    assert_eq!(plan.steps, 2500);
+    close(plan.physics().time_step(), 4e-4, 1e-12);
+    assert_eq!(plan.physics().steps(), 2500);
     assert_eq!(
-        plan.step.reason,
+        plan.notes().step().reason,
         "1/50 of the shortest contact, 0.02 s (ball-ball, particles), rounded down to 1/250 of output.interval"
     );
     // 0.0999 s holds 249.75: rounded down to 0.0999/250.
     let text = format!("{HEAD}{BALL}{}", two("ball", 0.5));
     let plan = planned_with(&text, &["output.interval=0.0999"]).expect("plans");
-    close(plan.time_step, 0.0999 / 250.0, 1e-14);
+    close(plan.physics().time_step(), 0.0999 / 250.0, 1e-14);
 }
 
 #[test]
@@ -49,10 +54,10 @@ fn walls_and_fixed_partners_count_with_the_whole_mass() {
         1e-14,
     );
     assert_eq!(
-        single.step.contact.as_ref().expect("walls").of,
+        single.notes().step().contact.as_ref().expect("walls").of,
         "ball-ball, at a wall"
     );
-    assert_eq!(single.walls.len(), 6);
+    assert_eq!(single.physics().walls().len(), 6);
     let held = particle("ball", 0.5, [0.52, 0.0, 0.0], "fixed = true");
     let held = planned(&(free + &particle("ball", 0.5, [-0.49, 0.0, 0.0], "") + &held));
     close(
@@ -68,7 +73,7 @@ fn hertz_contacts_are_those_of_case_t4() {
     let plan = planned_with(&text, &["time.v_ref=0.2"]).expect("plans");
     close(contact_time(&plan), 1.406_751_502_853e-3, 1e-11);
     close(
-        plan.step.rayleigh.expect("E and nu"),
+        plan.notes().step().rayleigh.expect("E and nu"),
         4.326_991_627_612e-4,
         1e-12,
     );
@@ -155,11 +160,14 @@ fn stiff_dashpots_shorten_the_automatic_step() {
     let expected = 4.0 / (rate + (rate * rate + 4.0 * 12496.02677090382 / 0.5).sqrt());
     close(critical(&plan).0, expected, 1e-12);
     let parts = (0.1 / (expected / 5.0)).ceil();
-    close(plan.time_step, 0.1 / parts, 1e-14);
+    close(plan.physics().time_step(), 0.1 / parts, 1e-14);
     assert!(
-        plan.step.reason.starts_with("1/5 of the critical step, "),
+        plan.notes()
+            .step()
+            .reason
+            .starts_with("1/5 of the critical step, "),
         "{}",
-        plan.step.reason
+        plan.notes().step().reason
     );
 }
 
@@ -168,22 +176,22 @@ fn reference_speeds_are_explained() {
     let text = format!("gravity = [0, 0, -8]\n{HEAD}{HERTZ}{}", two("soft", 5e-3));
     let plan = planned_with(&text, &[]).expect("plans");
     // h = 2 m
-    close(plan.step.reference_speed, 32f64.sqrt(), 1e-14);
+    close(plan.notes().step().reference_speed, 32f64.sqrt(), 1e-14);
     assert_eq!(
-        plan.step.reference_speed_reason,
+        plan.notes().step().reference_speed_reason,
         "a fall through the domain"
     );
     let plan = planned(&(HERTZ.to_owned() + &two("soft", 5e-3)));
-    assert_eq!(plan.step.reference_speed, 0.1);
+    assert_eq!(plan.notes().step().reference_speed, 0.1);
     assert_eq!(
-        plan.step.reference_speed_reason,
+        plan.notes().step().reference_speed_reason,
         "the least that is assumed"
     );
     let fast = particle("soft", 5e-3, [0.0; 3], "velocity = [3, 0, 4]");
     let plan = planned(&(HERTZ.to_owned() + &fast + &two("soft", 5e-3)));
-    close(plan.step.reference_speed, 5.0, 1e-14);
+    close(plan.notes().step().reference_speed, 5.0, 1e-14);
     assert_eq!(
-        plan.step.reference_speed_reason,
+        plan.notes().step().reference_speed_reason,
         "the fastest initial velocity"
     );
 }
@@ -203,14 +211,14 @@ fn bad_steps_are_refused_or_warned_about() {
     );
     let plan = planned_with(&text, &["time.step=0.005"]).expect("plans");
     assert_eq!(
-        plan.warnings,
+        plan.notes().warnings(),
         [
             "time.step = 0.005 s is 0.251606 of the shortest contact, 0.0198723 s (ball-ball, particles): \
           collisions will be inaccurate; 1/50 is usual"
         ]
     );
     let plan = planned_with(&text, &["time.step=0.003"]).expect("plans");
-    assert!(plan.warnings.is_empty());
+    assert!(plan.notes().warnings().is_empty());
     assert_eq!(
         complaints_with(&scene, &["time.step=0.002", "time.end=0.001"]),
         ["time.step: is longer than the run: time.end = 0.001 s"]
@@ -265,10 +273,10 @@ proptest! {
         // The step: at most a fiftieth, at least the next part of the interval, and a part of it.
         for plan in [&unit, &other] {
             let wanted = contact_time(plan) / 50.0;
-            let parts = (0.1 / plan.time_step).round();
-            prop_assert!(plan.time_step <= wanted * (1.0 + 1e-8));
+            let parts = (0.1 / plan.physics().time_step()).round();
+            prop_assert!(plan.physics().time_step() <= wanted * (1.0 + 1e-8));
             prop_assert!(parts == 1.0 || 0.1 / (parts - 1.0) > wanted);
-            prop_assert!((plan.time_step * parts - 0.1).abs() < 1e-15);
+            prop_assert!((plan.physics().time_step() * parts - 0.1).abs() < 1e-15);
         }
     }
 }

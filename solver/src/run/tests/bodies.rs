@@ -26,7 +26,7 @@ fn tetrahedron() -> TriangleMesh {
 }
 
 /// Stones of two sizes that fall on a floor and on each other, across the periodic face at x = 0.
-fn falling(surface: Option<TriangleMesh>) -> Plan {
+fn falling(surface: Option<TriangleMesh>) -> Draft {
     let mut plan = plan(600, 0.01, 0.5);
     plan.periodic = [true, false, false];
     plan.walls = vec![floor()];

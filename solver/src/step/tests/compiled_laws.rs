@@ -84,10 +84,10 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
     ];
     for (laws, dimensions) in combinations.iter().flat_map(|laws| [(laws, 3), (laws, 2)]) {
         let plan = falling(laws, dimensions);
-        let (_, name) = contact_loop(&plan.laws);
+        let (_, name) = contact_loop(plan.physics().laws());
         assert!(name.ends_with("(compiled together)"), "{name}");
         let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
-        let contacts = (dispatching_loop(&plan.laws), String::new());
+        let contacts = (dispatching_loop(plan.physics().laws()), String::new());
         let mut dispatching = Engine::with_contacts(Arc::clone(&plan), contacts, 2).unwrap();
         assert_eq!(compiled.history_columns(), dispatching.history_columns());
         let watch = Some(Watch {
@@ -113,7 +113,7 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
 #[test]
 fn other_combinations_are_chosen_at_each_contact() {
     let plan = falling(&[HERTZ], 3);
-    let (_, name) = contact_loop(&plan.laws);
+    let (_, name) = contact_loop(plan.physics().laws());
     assert_eq!(
         name,
         "hertz, frictionless, no rolling (chosen at each contact)"

@@ -1,0 +1,337 @@
+//! Plans by hand, for library users and tests.
+
+use std::fmt;
+
+use glam::DVec3;
+
+use super::sizes::Sizes;
+use super::{Notes, OutputPlan, Outputs, Physics, Plan};
+use crate::bodies::{Clump, NewBody};
+use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
+use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::state::{Material, NewParticle};
+use crate::walls::Wall;
+
+/// Why a draft is no plan.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DraftError {
+    /// A number that cannot be computed with.
+    #[error("{what} must be {expected}, got {found}")]
+    Number {
+        /// Which.
+        what: String,
+        /// What it has to be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// Something names what is not there.
+    #[error("{what} is of {kind} {index}; there are {count}")]
+    Missing {
+        /// What names it.
+        what: String,
+        /// What is missing.
+        kind: &'static str,
+        /// Its index.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// A plan to be filled in: set what is to be so, then [`Draft::plan`] makes a plan of it, in which all is consistent.
+///
+/// [`Draft::new`] has one material, an empty domain, no gravity and no output. Radii, and all else that follows from the particles and
+/// insertions, is found when the plan is made.
+#[derive(Debug, Clone)]
+pub struct Draft {
+    /// Title.
+    pub title: String,
+    /// Prefix of all output files.
+    pub prefix: String,
+    /// Seed of every random choice.
+    pub seed: u64,
+    /// Gravity, m/s^2.
+    pub gravity: DVec3,
+    /// 3, or 2 for discs.
+    pub dimensions: u8,
+    /// Time step, s.
+    pub time_step: f64,
+    /// Steps to make.
+    pub steps: u64,
+    /// Also ends when the particles have come to rest.
+    pub until_at_rest: bool,
+    /// Lower corner of the domain, m.
+    pub domain_min: DVec3,
+    /// Upper corner of the domain, m.
+    pub domain_max: DVec3,
+    /// Periodic axes.
+    pub periodic: [bool; 3],
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Laws of all pairs of materials.
+    pub laws: LawTable,
+    /// R* includes the curvature of walls.
+    pub wall_curvature: bool,
+    /// Springs advance in the force evaluation before the first step.
+    pub startup_increment: bool,
+    /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
+    pub contact_point_mass: bool,
+    /// Walls.
+    pub walls: Vec<Wall>,
+    /// Particles of the start, in the order of their ids.
+    pub particles: Vec<NewParticle>,
+    /// Templates of rigid bodies.
+    pub clumps: Vec<Clump>,
+    /// Bodies of the start, in the order of their ids, which follow those of `particles`.
+    pub bodies: Vec<NewBody>,
+    /// Insertions.
+    pub insertions: Vec<InsertionPlan>,
+    /// Deletions.
+    pub deletions: Vec<DeletionPlan>,
+    /// Regions whose content is counted.
+    pub regions: Vec<CountedRegion>,
+    /// Whether rotations are integrated.
+    pub orientations: bool,
+    /// Whether the energy is audited in every step.
+    pub energy_budget: bool,
+    /// What is written, and when.
+    pub output: OutputPlan,
+}
+
+impl Draft {
+    /// One material of the given density (kg/m^3) whose contacts with itself follow `law`, in an empty domain (lower and upper
+    /// corner, m), with steps of `time_step` (s).
+    #[must_use]
+    pub fn new(time_step: f64, domain: (DVec3, DVec3), density: f64, law: AnyPairLaw) -> Self {
+        Self {
+            title: String::new(),
+            prefix: String::new(),
+            seed: 0,
+            gravity: DVec3::ZERO,
+            dimensions: 3,
+            time_step,
+            steps: 0,
+            until_at_rest: false,
+            domain_min: domain.0,
+            domain_max: domain.1,
+            periodic: [false; 3],
+            materials: vec![Material {
+                name: "material".to_owned(),
+                density,
+            }],
+            laws: LawTable {
+                materials: 1,
+                laws: vec![Some(law)],
+            },
+            wall_curvature: false,
+            startup_increment: false,
+            contact_point_mass: false,
+            walls: Vec::new(),
+            particles: Vec::new(),
+            clumps: Vec::new(),
+            bodies: Vec::new(),
+            insertions: Vec::new(),
+            deletions: Vec::new(),
+            regions: Vec::new(),
+            orientations: false,
+            energy_budget: false,
+            output: OutputPlan::default(),
+        }
+    }
+
+    /// With these particles instead of those it has.
+    #[must_use]
+    pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
+        self.particles = particles;
+        self
+    }
+
+    /// With these clumps and bodies instead of those it has.
+    #[must_use]
+    pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
+        (self.clumps, self.bodies) = (clumps, bodies);
+        self
+    }
+
+    /// The plan.
+    ///
+    /// # Errors
+    /// If a number cannot be computed with, or something is of a material or clump that is not there.
+    pub fn plan(self) -> Result<Plan, DraftError> {
+        self.check()?;
+        let densities: Vec<f64> = self.materials.iter().map(|m| m.density).collect();
+        let sizes = Sizes::of(
+            &densities,
+            (&self.particles, &self.bodies),
+            &self.clumps,
+            &self.insertions,
+            self.dimensions,
+        );
+        Ok(Plan {
+            physics: Physics {
+                seed: self.seed,
+                gravity: self.gravity,
+                dimensions: self.dimensions,
+                time_step: self.time_step,
+                steps: self.steps,
+                until_at_rest: self.until_at_rest,
+                domain_min: self.domain_min,
+                domain_max: self.domain_max,
+                periodic: self.periodic,
+                materials: self.materials,
+                laws: self.laws,
+                wall_curvature: self.wall_curvature,
+                startup_increment: self.startup_increment,
+                contact_point_mass: self.contact_point_mass,
+                walls: self.walls,
+                particles: self.particles,
+                clumps: self.clumps,
+                bodies: self.bodies,
+                insertions: self.insertions,
+                deletions: self.deletions,
+                smallest_radius: sizes.smallest,
+                mean_radius: sizes.mean,
+                largest_radius: sizes.largest,
+                orientations: self.orientations,
+                energy_budget: self.energy_budget,
+            },
+            outputs: Outputs {
+                title: self.title,
+                prefix: self.prefix,
+                files: self.output,
+                regions: self.regions,
+            },
+            notes: Notes::default(),
+        })
+    }
+
+    fn check(&self) -> Result<(), DraftError> {
+        positive("the time step", self.time_step)?;
+        if !(2..=3).contains(&self.dimensions) {
+            return Err(number("dimensions", "2 or 3", self.dimensions));
+        }
+        let (min, max) = (self.domain_min, self.domain_max);
+        if !(min.is_finite() && max.is_finite() && min.cmple(max).all()) {
+            let found = format!("{min} to {max}");
+            return Err(number(
+                "the domain",
+                "from a lower to an upper corner",
+                found,
+            ));
+        }
+        let count = self.materials.len();
+        if self.laws.materials != count || self.laws.laws.len() != count * count {
+            let found = self.laws.laws.len();
+            return Err(number("the laws", "one for each pair of materials", found));
+        }
+        for material in &self.materials {
+            positive(
+                &format!("the density of {}", material.name),
+                material.density,
+            )?;
+        }
+        for (id, particle) in self.particles.iter().enumerate() {
+            positive_of("the radius of particle", id, particle.radius)?;
+            present("particle", id, "material", particle.material, count)?;
+        }
+        for (index, wall) in self.walls.iter().enumerate() {
+            present("wall", index, "material", wall.material, count)?;
+        }
+        for (index, clump) in self.clumps.iter().enumerate() {
+            present("clump", index, "material", clump.material, count)?;
+        }
+        for (index, body) in self.bodies.iter().enumerate() {
+            positive_of("the scale of body", index, body.scale)?;
+            present("body", index, "clump", body.clump, self.clumps.len())?;
+        }
+        for (index, insertion) in self.insertions.iter().enumerate() {
+            for part in &insertion.mixture {
+                present("insertion", index, "material", part.material, count)?;
+                if let Some(clump) = part.clump {
+                    present("insertion", index, "clump", clump, self.clumps.len())?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// What a plan is made of, to be changed and planned again; what was told of it is left out.
+    #[must_use]
+    pub fn draft(&self) -> Draft {
+        let (physics, outputs) = (self.physics.clone(), self.outputs.clone());
+        Draft {
+            title: outputs.title,
+            prefix: outputs.prefix,
+            seed: physics.seed,
+            gravity: physics.gravity,
+            dimensions: physics.dimensions,
+            time_step: physics.time_step,
+            steps: physics.steps,
+            until_at_rest: physics.until_at_rest,
+            domain_min: physics.domain_min,
+            domain_max: physics.domain_max,
+            periodic: physics.periodic,
+            materials: physics.materials,
+            laws: physics.laws,
+            wall_curvature: physics.wall_curvature,
+            startup_increment: physics.startup_increment,
+            contact_point_mass: physics.contact_point_mass,
+            walls: physics.walls,
+            particles: physics.particles,
+            clumps: physics.clumps,
+            bodies: physics.bodies,
+            insertions: physics.insertions,
+            deletions: physics.deletions,
+            regions: outputs.regions,
+            orientations: physics.orientations,
+            energy_budget: physics.energy_budget,
+            output: outputs.files,
+        }
+    }
+}
+
+fn number(what: &str, expected: &'static str, found: impl fmt::Display) -> DraftError {
+    DraftError::Number {
+        what: what.to_owned(),
+        expected,
+        found: found.to_string(),
+    }
+}
+
+fn positive(what: &str, value: f64) -> Result<(), DraftError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(number(what, "a number above 0", value))
+    }
+}
+
+/// The same of one of many, whose name is made only if it is wrong.
+fn positive_of(what: &str, index: usize, value: f64) -> Result<(), DraftError> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        positive(&format!("{what} {index}"), value)
+    }
+}
+
+fn present(
+    what: &str,
+    number: usize,
+    kind: &'static str,
+    index: u32,
+    count: usize,
+) -> Result<(), DraftError> {
+    if (index as usize) < count {
+        return Ok(());
+    }
+    Err(DraftError::Missing {
+        what: format!("{what} {number}"),
+        kind,
+        index,
+        count,
+    })
+}

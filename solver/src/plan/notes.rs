@@ -1,0 +1,29 @@
+//! What is told of a plan.
+
+use super::getters;
+use super::{Counted, PairPlan, StepPlan};
+
+/// What is told of a plan and decides nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Notes {
+    pub(super) counted: Counted,
+    pub(super) pairs: Vec<PairPlan>,
+    pub(super) step: StepPlan,
+    pub(super) warnings: Vec<String>,
+    pub(super) remarks: Vec<String>,
+}
+
+impl Notes {
+    getters! {
+        /// What was counted while the start was read and looked over.
+        copy counted: Counted;
+        /// Every pair of materials that can meet, with all its numbers and where they came from.
+        borrow pairs: [PairPlan];
+        /// Why the time step is what it is.
+        borrow step: StepPlan;
+        /// What may be wrong with the run.
+        borrow warnings: [String];
+        /// What else its user should know.
+        borrow remarks: [String];
+    }
+}

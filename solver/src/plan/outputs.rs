@@ -1,0 +1,92 @@
+//! What a run writes.
+
+use mercury_common::formats::number::NumberStyle;
+
+use super::getters;
+use crate::boundaries::CountedRegion;
+
+/// What a run writes, and under which names.
+#[derive(Debug, Clone)]
+pub struct Outputs {
+    pub(super) title: String,
+    pub(super) prefix: String,
+    pub(super) files: OutputPlan,
+    pub(super) regions: Vec<CountedRegion>,
+}
+
+impl Outputs {
+    getters! {
+        /// Title of the scene.
+        borrow title: str;
+        /// Prefix of all output files: the stem of the scene file.
+        borrow prefix: str;
+        /// The files, and when they are written.
+        borrow files: OutputPlan;
+        /// Regions whose content is counted.
+        borrow regions: [CountedRegion];
+    }
+}
+
+/// What is written, and when.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputPlan {
+    /// Time between frames, s.
+    pub interval: f64,
+    /// Time between contact frames, s.
+    pub fstat_interval: f64,
+    /// Time between files for ParaView, s.
+    pub vtk_interval: f64,
+    /// `.data`.
+    pub data: bool,
+    /// `.ene`.
+    pub ene: bool,
+    /// `.fstat` and `.contacts.arrow`.
+    pub fstat: bool,
+    /// `vtk/<prefix>.*.vtu` and their lists.
+    pub vtk: bool,
+    /// `.particles.arrow` and `.walls.arrow`.
+    pub frames: bool,
+    /// `.walls.csv`.
+    pub walls: bool,
+    /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
+    pub triangle_loads: bool,
+    /// Pictures at the end.
+    pub pictures: bool,
+    /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
+    pub pebbles: bool,
+    /// Particles and bodies to follow: name and id.
+    pub track: Vec<(String, u32)>,
+    /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
+    pub digits: Option<u8>,
+}
+
+impl OutputPlan {
+    /// How `.data`, `.fstat` and `.ene` print numbers.
+    #[must_use]
+    pub fn number_style(&self) -> NumberStyle {
+        self.digits
+            .map_or(NumberStyle::Shortest, NumberStyle::Digits)
+    }
+}
+
+impl Default for OutputPlan {
+    /// Nothing is written.
+    fn default() -> Self {
+        Self {
+            interval: f64::INFINITY,
+            fstat_interval: f64::INFINITY,
+            vtk_interval: f64::INFINITY,
+            data: false,
+            ene: false,
+            fstat: false,
+            vtk: false,
+            frames: false,
+            walls: false,
+            triangle_loads: false,
+            pictures: false,
+            pebbles: false,
+            track: Vec::new(),
+            digits: None,
+        }
+    }
+}
