@@ -12,7 +12,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_solver::forces::find_near_walls;
 use mercury_solver::neighbours::{Built, Images, build};
-use mercury_solver::state::{Particle, Particles};
+use mercury_solver::state::{MaterialIndex, Particle, Particles};
 use mercury_solver::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
 };
@@ -36,7 +36,7 @@ fn packing(random: &mut Stream) -> (Particles, f64) {
             velocity: DVec3::ZERO,
             inverse_mass: 1.0,
             angular_velocity: DVec3::ZERO,
-            material: 0,
+            material: MaterialIndex::new(0),
             flags: 0,
         };
         particles.push(record, 1.0, None);
@@ -149,7 +149,7 @@ fn main() -> Result<(), WallError> {
                 for k in 0..count {
                     let wall = Wall {
                         name: String::new(),
-                        material: 0,
+                        material: MaterialIndex::new(0),
                         shape: shape(kind, k, size, &mut random)?,
                         motion: Motion::new(Vec::new())?,
                         from: 0.0,

@@ -10,7 +10,7 @@ use mercury_solver::contact::{
 use mercury_solver::forces::Watch;
 use mercury_solver::lanes::Vector;
 use mercury_solver::plan::{Draft, Material, NewParticle, Plan};
-use mercury_solver::state::Particle;
+use mercury_solver::state::{MaterialIndex, Particle};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
@@ -60,7 +60,7 @@ pub fn sphere(position: DVec3, radius: f64, velocity: DVec3, spin: DVec3) -> New
     NewParticle {
         velocity,
         angular_velocity: spin,
-        ..NewParticle::at(position, radius, 0)
+        ..NewParticle::at(position, radius, MaterialIndex::new(0))
     }
 }
 
@@ -77,7 +77,7 @@ pub fn held(particle: NewParticle) -> NewParticle {
 pub fn wall(shape: Shape, motion: Motion) -> Wall {
     Wall {
         name: "wall".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape,
         motion,
         from: f64::NEG_INFINITY,

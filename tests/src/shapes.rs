@@ -15,6 +15,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewBody};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
 use crate::cases::Case;
@@ -95,7 +96,7 @@ impl Table {
 fn solver_clump(file: &ClumpFile) -> Clump {
     Clump::new(
         &file.name,
-        0,
+        MaterialIndex::new(0),
         file.pebbles.clone(),
         file.mass,
         file.volume,

@@ -122,14 +122,14 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
 
 /// The particle of the reference path for one of a plan.
 fn reference_particle(new: &NewParticle, plan: &Draft) -> Particle {
-    let density = plan.materials[new.material as usize].density;
+    let density = plan.materials[new.material.index()].density;
     let particle = if plan.dimensions == 2 {
         Particle::disc(new.radius, density)
     } else {
         Particle::sphere(new.radius, density)
     };
     let mut particle = particle.placed(new.position, new.velocity, new.angular_velocity);
-    particle.material = new.material as usize;
+    particle.material = new.material.index();
     particle.fixed = new.fixed;
     particle.velocity_held = new.prescribed_velocity.map(|value| value.is_some());
     particle.angular_velocity_held = new.prescribed_angular_velocity.map(|value| value.is_some());
@@ -169,7 +169,7 @@ fn add_bodies(simulation: &mut Simulation, plan: &Draft) {
                 new.angular_velocity,
             );
             particle.mass = mass;
-            particle.material = clump.material as usize;
+            particle.material = clump.material.index();
             particle.fixed = new.fixed;
             particle.body = Some((index, k));
             body.pebbles.push((simulation.particles.len(), offset));

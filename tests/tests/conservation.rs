@@ -7,6 +7,7 @@ use mercury_solver::contact::{
     SpringRotation,
 };
 use mercury_solver::plan::NewParticle;
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_tests::scenes::{advance, plan, start};
 
@@ -62,7 +63,7 @@ fn cluster() -> Engine {
             ..NewParticle::at(
                 out * 0.07 + 0.004 * out.cross(DVec3::ONE),
                 0.025 + 0.003 * (k % 4) as f64,
-                0,
+                MaterialIndex::new(0),
             )
         })
         .collect();

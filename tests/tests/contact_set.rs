@@ -7,6 +7,7 @@ use mercury_common::random::Stream;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_tests::scenes::{RECORDS, frictionless, start};
 use proptest::prelude::*;
@@ -74,7 +75,7 @@ proptest! {
                 velocity: (vector() * 2.0 - 1.0) * speed,
                 fixed: k % fixed_every == 0,
                 prescribed_velocity: [None, None, (k % 7 == 3).then_some(0.0098)],
-                ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), 0)
+                ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), MaterialIndex::new(0))
             })
             .collect();
         let mut engine = start(plan.with_particles(particles));
@@ -116,7 +117,7 @@ proptest! {
             .map(|k| NewParticle {
                 velocity: (vector() * 2.0 - 1.0).normalize() * if k == 16 || k == 215 { speed } else { 0.02 },
                 fixed: k % 7 == 0,
-                ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), 0)
+                ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), MaterialIndex::new(0))
             })
             .collect();
         let mut engine = start(plan.with_particles(particles));
@@ -142,11 +143,11 @@ fn sees_a_particle_whose_prescribed_velocity_gravity_would_cancel() {
     let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));
     let mut plan = Draft::new(time_step, (-DVec3::ONE, DVec3::ONE), 1000.0, law);
     plan.gravity = -gravity * DVec3::Z;
-    let mut pusher = NewParticle::at(DVec3::ZERO, 0.01, 0);
+    let mut pusher = NewParticle::at(DVec3::ZERO, 0.01, MaterialIndex::new(0));
     let velocity = gravity * time_step;
     pusher.velocity.z = velocity;
     pusher.prescribed_velocity = [Some(0.0), Some(0.0), Some(velocity)];
-    let mut target = NewParticle::at(dvec3(0.0, 0.0, 0.03), 0.01, 0);
+    let mut target = NewParticle::at(dvec3(0.0, 0.0, 0.03), 0.01, MaterialIndex::new(0));
     target.fixed = true;
     let mut engine = start(plan.with_particles(vec![pusher, target]));
     let needed = (0.011 / (velocity * time_step)) as u64;

@@ -14,6 +14,7 @@ use mercury_solver::contact::{
 };
 use mercury_solver::forces::{SlotState, block_size};
 use mercury_solver::plan::{Draft, NewBody, NewParticle, Plan};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Motion, Shape, Side};
 use mercury_tests::scenes::{plane, wall};
@@ -89,7 +90,7 @@ fn heap(count: usize, drum: bool) -> Arc<Plan> {
                 ..NewParticle::at(
                     dvec3(0.03, 0.02, 0.12) + (place + 0.2 * jitter) * spacing,
                     spacing * (0.4 + 0.15 * random.uniform()),
-                    0,
+                    MaterialIndex::new(0),
                 )
             }
         })
@@ -144,7 +145,15 @@ fn heap_of_clumps(count: usize, drum: bool) -> Arc<Plan> {
     });
     let volume = 0.7;
     let moments = dvec3(0.06, 0.2, 0.21) * 2000.0 * volume;
-    let clump = Clump::new("bar", 0, pebbles.to_vec(), 2000.0 * volume, volume, moments).unwrap();
+    let clump = Clump::new(
+        "bar",
+        MaterialIndex::new(0),
+        pebbles.to_vec(),
+        2000.0 * volume,
+        volume,
+        moments,
+    )
+    .unwrap();
     let body = |particle: &NewParticle| NewBody {
         scale: particle.radius,
         velocity: particle.velocity,

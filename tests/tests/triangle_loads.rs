@@ -19,7 +19,7 @@ use mercury_solver::contact::{
 use mercury_solver::forces::{LoadSums, Watch, block_size};
 use mercury_solver::plan::{Draft, NewBody, NewParticle};
 use mercury_solver::run::{RunOptions, run};
-use mercury_solver::state::volume;
+use mercury_solver::state::{MaterialIndex, volume};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Mesh, Motion, Shape, Wall};
 use mercury_tests::scenes::{add_material, plan, wall};
@@ -122,7 +122,15 @@ fn tripod() -> Clump {
     let pebbles = vec![pebble(-1.5, -1.0), pebble(1.7, -0.8), pebble(-0.2, 1.8)];
     let volume = 3.0 * volume(RADIUS, 3);
     let moments = DVec3::splat(DENSITY * volume * RADIUS * RADIUS);
-    Clump::new("tripod", 0, pebbles, DENSITY * volume, volume, moments).unwrap()
+    Clump::new(
+        "tripod",
+        MaterialIndex::new(0),
+        pebbles,
+        DENSITY * volume,
+        volume,
+        moments,
+    )
+    .unwrap()
 }
 
 #[test]
@@ -132,7 +140,11 @@ fn a_ball_at_rest_lays_its_weight_on_the_triangles() {
         let mut plan = loaded(plan(1e-4, DENSITY, linear(0.0)));
         plan.walls
             .push(mesh_wall(&floor(0.04, 6), Motion::default()));
-        let ball = NewParticle::at(place + (RADIUS - overlap) * DVec3::Z, RADIUS, 0);
+        let ball = NewParticle::at(
+            place + (RADIUS - overlap) * DVec3::Z,
+            RADIUS,
+            MaterialIndex::new(0),
+        );
         let mut engine = engine(plan.with_particles(vec![ball]));
         let start = take(&mut engine);
         assert_eq!(start.evaluations, 1, "the start is one evaluation");
@@ -175,7 +187,7 @@ fn a_sliding_ball_and_a_sliding_body_dissipate_what_coulomb_says() {
             velocity: of_ball * DVec3::X,
             prescribed_velocity: [Some(of_ball), Some(0.0), None],
             prescribed_angular_velocity: [Some(0.0); 3],
-            ..NewParticle::at(height - 0.02 * DVec3::X, RADIUS, 0)
+            ..NewParticle::at(height - 0.02 * DVec3::X, RADIUS, MaterialIndex::new(0))
         };
         let mut engine = engine(plan.with_particles(vec![ball]));
         // The spring is stretched to mu N = 2/7 k x within mu overlap 7/2 = 18 micrometres: one step.
@@ -239,7 +251,11 @@ fn thrown(apart: bool, moves: Vec<Component>) -> Draft {
         NewParticle {
             velocity: dvec3(draw(), draw(), draw() - 0.6),
             angular_velocity: dvec3(draw(), draw(), draw()) * 100.0,
-            ..NewParticle::at((place + 1.01 * DVec3::Z) * RADIUS, RADIUS, k % 2 * other)
+            ..NewParticle::at(
+                (place + 1.01 * DVec3::Z) * RADIUS,
+                RADIUS,
+                MaterialIndex::new(k % 2 * other),
+            )
         }
     });
     plan.with_particles(balls.collect())
@@ -380,7 +396,7 @@ fn threads_change_no_byte() {
                 let place = dvec3(f64::from(k % 50) - 24.5, f64::from(k / 50) - 29.5, 0.5) * 2.01;
                 NewParticle {
                     velocity: dvec3(0.3, 0.1 * f64::from(k % 7), -0.5),
-                    ..NewParticle::at(place * RADIUS, RADIUS, 0)
+                    ..NewParticle::at(place * RADIUS, RADIUS, MaterialIndex::new(0))
                 }
             })
             .collect();

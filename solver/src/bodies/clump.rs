@@ -1,5 +1,6 @@
 //! A clump: the template of rigid bodies.
 
+use crate::state::MaterialIndex;
 use glam::{DMat3, DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
@@ -10,7 +11,7 @@ pub struct Clump {
     /// Name in the scene.
     pub name: String,
     /// Index of the material of its surface.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// Pebbles in the principal frame, about the centre of mass, m.
     pub pebbles: Vec<Pebble>,
     /// Mass, kg.
@@ -64,7 +65,7 @@ impl Clump {
     /// If this is no body.
     pub fn new(
         name: &str,
-        material: u32,
+        material: MaterialIndex,
         pebbles: Vec<Pebble>,
         mass: f64,
         volume: f64,

@@ -8,7 +8,7 @@ use super::placement::{Extent, Room, of_sphere, overlaps_wall};
 use super::{Ingredient, InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
 use crate::neighbours::Images;
-use crate::state::{NewParticle, Particles, Plain};
+use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
 use crate::walls::WallNow;
 
 /// Why an insertion did not insert more in the last step.
@@ -31,7 +31,7 @@ pub enum Limit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pending {
     /// Index of the material.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// Index of the clump; `None`: a sphere.
     pub clump: Option<u32>,
     /// Radius of the sphere, or of the sphere of the body's volume, m.

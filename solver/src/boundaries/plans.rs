@@ -5,6 +5,7 @@ use mercury_common::scene::{Quantity, Total};
 use mercury_common::sizes::SizeDistribution;
 
 use super::Region;
+use crate::state::MaterialIndex;
 
 /// A source of particles, resolved.
 #[derive(Debug, Clone)]
@@ -35,7 +36,7 @@ pub struct InsertionPlan {
 #[derive(Debug, Clone)]
 pub struct Ingredient {
     /// Index of the material.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// Index of the clump; `None`: spheres.
     pub clump: Option<u32>,
     /// Its sizes; a clump's is the diameter of a sphere of equal volume.

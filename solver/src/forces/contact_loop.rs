@@ -23,7 +23,7 @@ use crate::contact::{
     TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Bodies, Load, Particle, Particles, Row};
+use crate::state::{Bodies, Load, Particle, Particles, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
 use slots::{FREE, HELD, IMAGE, Slot, WallSlot};
@@ -299,7 +299,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 for slot in slots {
                     walls.push(SavedSlot {
                         row: near.row,
-                        partner: u32::from(near.wall),
+                        partner: u32::from(near.wall.number()),
                         image: u32::from(near.image),
                         state: SlotState::of(slot.state),
                         feature: slot.feature,
@@ -333,14 +333,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 let saved = &walls[next_wall];
                 next_wall += 1;
                 let same = |last: &NearWall| {
-                    (last.row, u32::from(last.wall), u32::from(last.image))
-                        == (saved.row, saved.partner, saved.image)
+                    (
+                        last.row,
+                        u32::from(last.wall.number()),
+                        u32::from(last.image),
+                    ) == (saved.row, saved.partner, saved.image)
                 };
                 match block.near_walls.last_mut() {
                     Some(last) if same(last) => last.features += 1,
                     _ => block.near_walls.push(NearWall {
                         row: saved.row,
-                        wall: saved.partner as u16,
+                        wall: WallIndex::new(saved.partner as u16),
                         image: saved.image as u8,
                         features: 1,
                     }),

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::neighbours::{Block, Boxes, Grid, Images};
-use crate::state::{Particle, Particles};
+use crate::state::{Particle, Particles, WallIndex};
 use crate::walls::{MAX_TOUCHES, Scratch, Shape, Touches, WallNow};
 
 /// A particle that may touch a wall before the list is built again.
@@ -12,7 +12,7 @@ pub struct NearWall {
     /// Row of the particle.
     pub row: u32,
     /// Index of the wall; a plan has no more walls than have a number.
-    pub wall: u16,
+    pub wall: WallIndex,
     /// Code of the particle's image that is near the wall.
     pub image: u8,
     /// Features of the wall that may be touched at once.
@@ -78,7 +78,7 @@ pub fn find_near_walls(
                 let (image, features) = tests.test(wall, row, u32::from(code))?;
                 Some(NearWall {
                     row: row as u32,
-                    wall: index,
+                    wall: WallIndex::new(index),
                     image,
                     features,
                 })
@@ -147,7 +147,7 @@ fn by_rows(found: &[Vec<NearWall>], rows: usize) -> Vec<NearWall> {
     }
     let nothing = NearWall {
         row: 0,
-        wall: 0,
+        wall: WallIndex::new(0),
         image: 0,
         features: 0,
     };

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::state::Load;
+use crate::state::{Load, WallIndex};
 use crate::walls::WallStiffness;
 
 /// What to see in a force evaluation.
@@ -27,7 +27,7 @@ pub enum Partner {
     /// A wall.
     Wall {
         /// Index of the wall.
-        wall: u16,
+        wall: WallIndex,
         /// Image code of the particle.
         image: u32,
     },

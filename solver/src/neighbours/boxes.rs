@@ -187,6 +187,7 @@ mod tests {
 
     use super::super::Images;
     use super::*;
+    use crate::state::MaterialIndex;
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
@@ -213,7 +214,7 @@ mod tests {
                 velocity: DVec3::ZERO,
                 inverse_mass: f64::from(k % 5 > 0),
                 angular_velocity: DVec3::ZERO,
-                material: 0,
+                material: MaterialIndex::new(0),
                 flags: 0,
             }).collect();
             let extra_skin: Vec<f64> = (0..count).map(|row| f64::from(row % 11 == 3)).collect();

@@ -47,7 +47,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::state::Particle;
+    use crate::state::{MaterialIndex, Particle};
 
     fn moved_by(ways: impl Iterator<Item = f64>) -> Particles {
         let mut particles = Particles::new(false);
@@ -58,7 +58,7 @@ mod tests {
                 velocity: DVec3::ZERO,
                 inverse_mass: 1.0,
                 angular_velocity: DVec3::ZERO,
-                material: 0,
+                material: MaterialIndex::new(0),
                 flags: 0,
             };
             particles.push(record, 1.0, None);

@@ -155,6 +155,7 @@ impl Classes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::state::MaterialIndex;
 
     fn packing(radii: &[(usize, f64)], size: DVec3) -> Vec<Particle> {
         let mut random = mercury_common::random::Stream::new(1, "levels test", 0);
@@ -168,7 +169,7 @@ mod tests {
                 velocity: DVec3::ZERO,
                 inverse_mass: 1.0,
                 angular_velocity: DVec3::ZERO,
-                material: 0,
+                material: MaterialIndex::new(0),
                 flags: 0,
             })
             .collect()

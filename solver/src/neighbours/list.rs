@@ -449,7 +449,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::state::FIXED;
+    use crate::state::{FIXED, MaterialIndex};
     use proptest::prelude::*;
 
     fn cloud(seed: u64, count: usize, size: DVec3, ratio: f64, fixed_every: usize) -> Particles {
@@ -466,7 +466,7 @@ mod tests {
                 velocity: DVec3::ZERO,
                 inverse_mass: f64::from(!fixed),
                 angular_velocity: DVec3::ZERO,
-                material: 0,
+                material: MaterialIndex::new(0),
                 flags: u32::from(fixed),
             };
             particles.push(record, 1.0, None);

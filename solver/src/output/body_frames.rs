@@ -72,7 +72,7 @@ impl BodyTable {
             step: state.step,
             id: bodies().map(|body| body.id).collect(),
             clump: bodies().map(|body| body.clump).collect(),
-            material: bodies().map(|body| body.material).collect(),
+            material: bodies().map(|body| body.material.number()).collect(),
             flags: bodies().map(|body| frame_flags(body.flags)).collect(),
             mass: bodies().map(|body| body.mass).collect(),
             volume: bodies().map(|body| body.volume).collect(),

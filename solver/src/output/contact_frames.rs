@@ -70,7 +70,7 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
     records.sort_by_key(|record| {
         let partner = match record.partner {
             Partner::Particle { row, .. } => (0, state.rank(row)),
-            Partner::Wall { wall, .. } => (1, usize::from(wall)),
+            Partner::Wall { wall, .. } => (1, wall.index()),
         };
         (state.rank(record.row), partner)
     });
@@ -91,7 +91,7 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
                 let distance = particle.radius + state.particles[j].radius - record.overlap;
                 (Some(state.ids[j]), None, distance)
             }
-            Partner::Wall { wall, .. } => (None, Some(u32::from(wall)), lever),
+            Partner::Wall { wall, .. } => (None, Some(u32::from(wall.number())), lever),
         };
         frame.i.push(state.ids[i]);
         frame.j.push(j);

@@ -51,7 +51,7 @@ impl Stream for DataFile {
                     radius: particle.radius,
                     angles,
                     angular_velocity: particle.angular_velocity,
-                    info: f64::from(particle.material),
+                    info: f64::from(particle.material.number()),
                 }
             }
             Row::Body(place) => {
@@ -62,7 +62,7 @@ impl Stream for DataFile {
                     radius: body.radius,
                     angles: euler_from_quaternion(body.orientation),
                     angular_velocity: body.angular_velocity,
-                    info: f64::from(body.material),
+                    info: f64::from(body.material.number()),
                 }
             }
         });

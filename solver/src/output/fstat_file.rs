@@ -107,7 +107,7 @@ pub(super) fn contact_rows(state: &State, pebbles: bool) -> Vec<ContactRow> {
                 }
             }
             Partner::Wall { wall, .. } => rows.push(ContactRow {
-                j: ContactRow::j_of_wall(u32::from(wall)),
+                j: ContactRow::j_of_wall(u32::from(wall.number())),
                 ..reversed
             }),
         }

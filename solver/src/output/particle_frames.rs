@@ -104,7 +104,7 @@ impl ParticleTable {
             time: state.time,
             step: state.step,
             id: state.ids.clone(),
-            material: particles.iter().map(|p| p.material).collect(),
+            material: particles.iter().map(|p| p.material.number()).collect(),
             flags: particles.iter().map(|p| frame_flags(p.flags)).collect(),
             mass: state.masses.clone(),
             volume: particles

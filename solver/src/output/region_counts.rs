@@ -9,13 +9,13 @@ use super::stream::{Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::boundaries::CountedRegion;
 use crate::plan::Plan;
-use crate::state::volume;
+use crate::state::{MaterialIndex, volume};
 
 pub(super) struct RegionCounts {
     file: TextFile,
     regions: Vec<CountedRegion>,
     /// Index and name of every material that particles have or come with, ascending.
-    materials: Vec<(u32, String)>,
+    materials: Vec<(MaterialIndex, String)>,
     dimensions: u8,
 }
 
@@ -36,7 +36,7 @@ impl RegionCounts {
 }
 
 /// The materials of particles and bodies of the start and of insertions.
-fn materials(plan: &Plan) -> Vec<(u32, String)> {
+fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
     let particles = plan
         .physics()
         .particles()
@@ -52,7 +52,7 @@ fn materials(plan: &Plan) -> Vec<(u32, String)> {
         .insertions()
         .iter()
         .flat_map(|insertion| &insertion.mixture);
-    let mut used: Vec<u32> = particles
+    let mut used: Vec<MaterialIndex> = particles
         .chain(bodies)
         .chain(mixtures.map(|part| part.material))
         .collect();
@@ -62,7 +62,7 @@ fn materials(plan: &Plan) -> Vec<(u32, String)> {
         .map(|index| {
             (
                 index,
-                plan.physics().materials()[index as usize].name.clone(),
+                plan.physics().materials()[index.index()].name.clone(),
             )
         })
         .collect()
@@ -98,11 +98,12 @@ impl Content {
 pub(super) fn contents(
     state: &State,
     region: &CountedRegion,
-    materials: &[(u32, String)],
+    materials: &[(MaterialIndex, String)],
     dimensions: u8,
 ) -> Vec<Content> {
     let mut contents = vec![Content::default(); materials.len()];
-    let place = |material: u32| materials.binary_search_by_key(&material, |known| known.0);
+    let place =
+        |material: MaterialIndex| materials.binary_search_by_key(&material, |known| known.0);
     for (rank, particle) in state.particles.iter().enumerate() {
         if state.is_fixed(rank)
             || state.is_pebble(rank)

@@ -14,7 +14,7 @@ use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner, Watch};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::plan::Plan;
-use crate::state::{FIXED, Load, Particle};
+use crate::state::{FIXED, Load, MaterialIndex, Particle, WallIndex};
 use crate::step::Engine;
 use mercury_common::frames::ContactColumns;
 use mercury_common::scene::{Files, parse_scene};
@@ -26,7 +26,7 @@ fn particle(x: f64, radius: f64, flags: u32) -> Particle {
         velocity: DVec3::new(0.0, 2.0, 0.0),
         inverse_mass: if flags & FIXED != 0 { 0.0 } else { 0.5 },
         angular_velocity: DVec3::new(0.0, 0.0, 3.0),
-        material: 0,
+        material: MaterialIndex::new(0),
         flags,
     }
 }
@@ -131,7 +131,7 @@ fn a_fixed_particle_has_no_line() {
 #[test]
 fn a_wall_makes_one_line_that_points_into_it() {
     let partner = Partner::Wall {
-        wall: 2,
+        wall: WallIndex::new(2),
         image: NO_SHIFT,
     };
     let rows = contact_rows(&state(0, vec![record(0, partner)]), false);
@@ -151,7 +151,7 @@ fn lines_are_sorted_by_both_indices() {
         image: NO_SHIFT,
     };
     let wall = Partner::Wall {
-        wall: 0,
+        wall: WallIndex::new(0),
         image: NO_SHIFT,
     };
     let records = vec![record(2, pair(0)), record(1, wall), record(1, pair(2))];
@@ -167,7 +167,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
         image: NO_SHIFT,
     };
     let wall = Partner::Wall {
-        wall: 2,
+        wall: WallIndex::new(2),
         image: NO_SHIFT,
     };
     let columns = ContactColumns {
@@ -265,7 +265,10 @@ fn a_region_counts_whole_spheres_by_their_centres() {
         },
         volume: 20.0,
     };
-    let materials = [(0, "stone".to_owned()), (3, "steel".to_owned())];
+    let materials = [
+        (MaterialIndex::new(0), "stone".to_owned()),
+        (MaterialIndex::new(3), "steel".to_owned()),
+    ];
     let found = contents(&state, &region, &materials, 3);
     // The centres x = 1 and x = 5; the one at 9.2 is out. A centre on the face counts.
     let sphere = 4.0 / 3.0 * std::f64::consts::PI;
@@ -285,7 +288,12 @@ fn fixed_particles_are_not_counted() {
         region: Region::Intersection(Vec::new()),
         volume: 1.0,
     };
-    let found = contents(&state, &everywhere, &[(0, "stone".to_owned())], 3);
+    let found = contents(
+        &state,
+        &everywhere,
+        &[(MaterialIndex::new(0), "stone".to_owned())],
+        3,
+    );
     assert_eq!(found[0].number, 2);
 }
 

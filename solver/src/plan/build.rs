@@ -23,6 +23,7 @@ use crate::contact::mixing::{elastic_constants, resolve_pair};
 use crate::contact::normal::rayleigh_time;
 use crate::contact::parameter::short;
 use crate::contact::registry::LawTable;
+use crate::state::MaterialIndex;
 use crate::walls::Wall;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
@@ -122,7 +123,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         laws: vec![None; scene.materials.len() * scene.materials.len()],
     };
     for pair in &pairs {
-        let [a, b] = pair.materials.map(|material| material as usize);
+        let [a, b] = pair.materials.map(|material| material.index());
         laws.laws[a * laws.materials + b] = Some(pair.law);
         laws.laws[b * laws.materials + a] = Some(pair.law);
     }
@@ -242,7 +243,7 @@ fn plan_pairs(scene: &Scene, uses: &[MaterialUse], errors: &mut Vec<SceneError>)
             }
             if let Some((law, parameters)) = resolve_pair(scene, [a, b], errors) {
                 pairs.push(PairPlan {
-                    materials: [a as u32, b as u32],
+                    materials: [MaterialIndex::new(a as u32), MaterialIndex::new(b as u32)],
                     names: [a, b].map(|index| scene.materials[index].name.value.clone()),
                     between_particles,
                     at_walls,

@@ -9,7 +9,7 @@ use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
 use crate::neighbours::{Images, NO_SHIFT, Skin, build};
-use crate::state::{Particle, Particles};
+use crate::state::{MaterialIndex, Particle, Particles};
 use crate::walls::{Touches, Wall, WallNow};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
@@ -354,7 +354,7 @@ fn for_each_touching_pair(
             // Only whether contacts can move it matters here.
             inverse_mass: if new.fixed { 0.0 } else { 1.0 },
             angular_velocity: DVec3::ZERO,
-            material: 0,
+            material: MaterialIndex::new(0),
             flags: 0,
         };
         particles.push(record, 1.0, None);

@@ -9,6 +9,7 @@ use mercury_common::scene::{Dimensions, Scene, SceneError};
 
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
+use crate::state::MaterialIndex;
 
 /// All clumps, in the order of the file; nothing if one of them cannot be read.
 ///
@@ -49,7 +50,7 @@ pub(super) fn clumps(
         let surface = surface(&clump.name.value, &file, &clump.file.value, warnings);
         let built = Clump::new(
             &clump.name.value,
-            clump.material.value.0 as u32,
+            MaterialIndex::new(clump.material.value.0 as u32),
             file.pebbles,
             file.mass * ratio,
             file.volume,

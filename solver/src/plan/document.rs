@@ -261,7 +261,7 @@ impl<'a> Document<'a> {
                 .iter()
                 .map(|clump| Clump {
                     name: &clump.name,
-                    material: material(clump.material),
+                    material: material(clump.material.number()),
                     pebbles: clump.pebbles.len(),
                     mass: clump.mass,
                     volume: clump.volume,
@@ -276,7 +276,7 @@ impl<'a> Document<'a> {
                 .iter()
                 .map(|wall| Wall {
                     name: &wall.name,
-                    material: material(wall.material),
+                    material: material(wall.material.number()),
                     moves: !wall.motion.is_static(),
                     from: wall.from,
                     until: finite(wall.until),
@@ -300,7 +300,7 @@ impl<'a> Document<'a> {
                         .mixture
                         .iter()
                         .map(|part| Ingredient {
-                            material: material(part.material),
+                            material: material(part.material.number()),
                             clump: part
                                 .clump
                                 .map(|index| plan.physics().clumps()[index as usize].name.as_str()),

@@ -233,13 +233,19 @@ impl Draft {
         }
         for (id, particle) in self.particles.iter().enumerate() {
             positive_of("the radius of particle", id, particle.radius)?;
-            present("particle", id, "material", particle.material, count)?;
+            present(
+                "particle",
+                id,
+                "material",
+                particle.material.number(),
+                count,
+            )?;
         }
         for (index, wall) in self.walls.iter().enumerate() {
-            present("wall", index, "material", wall.material, count)?;
+            present("wall", index, "material", wall.material.number(), count)?;
         }
         for (index, clump) in self.clumps.iter().enumerate() {
-            present("clump", index, "material", clump.material, count)?;
+            present("clump", index, "material", clump.material.number(), count)?;
         }
         for (index, body) in self.bodies.iter().enumerate() {
             positive_of("the scale of body", index, body.scale)?;
@@ -247,7 +253,13 @@ impl Draft {
         }
         for (index, insertion) in self.insertions.iter().enumerate() {
             for part in &insertion.mixture {
-                present("insertion", index, "material", part.material, count)?;
+                present(
+                    "insertion",
+                    index,
+                    "material",
+                    part.material.number(),
+                    count,
+                )?;
                 if let Some(clump) = part.clump {
                     present("insertion", index, "clump", clump, self.clumps.len())?;
                 }

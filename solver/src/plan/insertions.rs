@@ -17,7 +17,7 @@ use crate::boundaries::{
     DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold, volume_within,
 };
 use crate::contact::parameter::short;
-use crate::state::volume;
+use crate::state::{MaterialIndex, volume};
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(
@@ -89,7 +89,7 @@ fn plan_one(
             Quantity::Mass => mean_volume * *scene.materials.get(material.0)?.density,
         };
         mixture.push(Ingredient {
-            material: material.0 as u32,
+            material: MaterialIndex::new(material.0 as u32),
             clump,
             sizes,
             share: component.share / per_particle,
@@ -306,7 +306,7 @@ pub fn expected_number(
     match insertion.total? {
         Total::Number(number) => Some(number as f64),
         Total::Volume(volume) => Some(volume / mean(&|_| 1.0)),
-        Total::Mass(mass) => Some(mass / mean(&|part| densities[part.material as usize])),
+        Total::Mass(mass) => Some(mass / mean(&|part| densities[part.material.index()])),
         Total::Full => None,
     }
 }

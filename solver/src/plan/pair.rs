@@ -2,12 +2,13 @@
 
 use crate::contact::parameter::Parameter;
 use crate::contact::registry::AnyPairLaw;
+use crate::state::MaterialIndex;
 
 /// The law of two materials with all its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairPlan {
     /// Rows of the two materials, ascending.
-    pub materials: [u32; 2],
+    pub materials: [MaterialIndex; 2],
     /// Their names.
     pub names: [String; 2],
     /// Whether particles of the two can meet.

@@ -209,7 +209,11 @@ pub(super) fn starting_particles(
                             velocity: row.velocity,
                             angular_velocity: row.angular_velocity,
                             fixed: *fixed,
-                            ..NewParticle::at(row.position, row.radius, index.0 as u32)
+                            ..NewParticle::at(
+                                row.position,
+                                row.radius,
+                                crate::state::MaterialIndex::new(index.0 as u32),
+                            )
                         };
                         start.add(
                             particle,
@@ -316,7 +320,11 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
         fixed: values.start.fixed,
         prescribed_velocity: motion.prescribed_velocity,
         prescribed_angular_velocity: motion.prescribed_angular_velocity,
-        ..NewParticle::at(position, *values.radius, values.material.0 as u32)
+        ..NewParticle::at(
+            position,
+            *values.radius,
+            crate::state::MaterialIndex::new(values.material.0 as u32),
+        )
     }
 }
 

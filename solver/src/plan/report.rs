@@ -219,7 +219,7 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         line(text, &format!("insertion `{}`", insertion.name), &words)?;
         for part in &insertion.mixture {
             let what = match part.clump {
-                None => plan.physics().materials()[part.material as usize]
+                None => plan.physics().materials()[part.material.index()]
                     .name
                     .clone(),
                 Some(index) => format!("clump `{}`", plan.physics().clumps()[index as usize].name),
@@ -294,7 +294,7 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         writeln!(text, "  none")?;
     }
     for wall in plan.physics().walls() {
-        let mut words = plan.physics().materials()[wall.material as usize]
+        let mut words = plan.physics().materials()[wall.material.index()]
             .name
             .clone();
         if !wall.motion.is_static() {

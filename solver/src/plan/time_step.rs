@@ -209,7 +209,7 @@ fn meetings(
     densities: &[f64],
     dimensions: u8,
 ) -> Vec<(Meeting, Kind)> {
-    let [a, b] = pair.materials.map(|material| material as usize);
+    let [a, b] = pair.materials.map(|material| material.index());
     // Radius and mass of the smallest sphere, and of each clump: its smallest pebble with the mass that its contacts feel.
     let free = |material: usize| {
         let used = &uses[material];

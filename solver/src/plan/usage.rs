@@ -56,7 +56,7 @@ pub(super) fn material_uses(
     };
     let mut uses = vec![unused; scene.materials.len()];
     for particle in &start.particles {
-        let used = &mut uses[particle.material as usize];
+        let used = &mut uses[particle.material.index()];
         if particle.fixed {
             used.fixed += 1;
             used.smallest_fixed = used.smallest_fixed.min(particle.radius);
@@ -69,7 +69,7 @@ pub(super) fn material_uses(
     for body in &start.bodies {
         let index = body.clump as usize;
         let clump = &clumps[index];
-        let used = &mut uses[clump.material as usize];
+        let used = &mut uses[clump.material.index()];
         if body.fixed {
             used.fixed += 1;
             let radius = clump.pebble_radii().0 * body.scale;
@@ -80,7 +80,7 @@ pub(super) fn material_uses(
         }
     }
     for ingredient in insertions.iter().flat_map(|insertion| &insertion.mixture) {
-        let used = &mut uses[ingredient.material as usize];
+        let used = &mut uses[ingredient.material.index()];
         // Two stand for many: they can meet one another.
         used.free += 2;
         let diameter = ingredient.sizes.smallest();
@@ -97,7 +97,7 @@ pub(super) fn material_uses(
         }
     }
     for wall in walls {
-        uses[wall.material as usize].walls = true;
+        uses[wall.material.index()].walls = true;
     }
     uses
 }

@@ -7,6 +7,7 @@ use mercury_common::scene::{
 };
 
 use super::meshes;
+use crate::state::MaterialIndex;
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo, Shape, Side,
     SphereShell, Wall, WallError,
@@ -26,7 +27,7 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         let mut add = |name: String, shape: Result<Shape, WallError>, own: DVec3| match shape {
             Ok(shape) => planned.push(Wall {
                 name,
-                material: wall.material.0 as u32,
+                material: MaterialIndex::new(wall.material.0 as u32),
                 shape,
                 motion: motion.clone(),
                 from: *wall.from,

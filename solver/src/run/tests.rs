@@ -22,6 +22,7 @@ use crate::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
 };
 use crate::plan::{Draft, NewBody, NewParticle};
+use crate::state::MaterialIndex;
 use crate::walls::{Motion, Plane, Shape, Wall};
 
 const RADIUS: f64 = 0.01;
@@ -78,7 +79,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
 fn floor() -> Wall {
     Wall {
         name: "floor".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape: Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z).unwrap()),
         motion: Motion::new(Vec::new()).unwrap(),
         from: 0.0,
@@ -105,8 +106,16 @@ fn go(plan: Draft, folder: &Path) -> Report {
 fn collision(steps: u64, interval: f64) -> Draft {
     let mut plan = plan(steps, interval, 0.0);
     plan.gravity = DVec3::ZERO;
-    let mut a = NewParticle::at(DVec3::new(0.2 - 1.01 * RADIUS, 0.2, 0.2), RADIUS, 0);
-    let mut b = NewParticle::at(DVec3::new(0.2 + 1.01 * RADIUS, 0.2, 0.2), RADIUS, 0);
+    let mut a = NewParticle::at(
+        DVec3::new(0.2 - 1.01 * RADIUS, 0.2, 0.2),
+        RADIUS,
+        MaterialIndex::new(0),
+    );
+    let mut b = NewParticle::at(
+        DVec3::new(0.2 + 1.01 * RADIUS, 0.2, 0.2),
+        RADIUS,
+        MaterialIndex::new(0),
+    );
     (a.velocity.x, b.velocity.x) = (0.1, -0.1);
     plan.with_particles(vec![a, b])
 }
@@ -238,7 +247,7 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     let plan = plan.with_particles(vec![NewParticle::at(
         DVec3::new(x, y, 1.01 * RADIUS),
         RADIUS,
-        0,
+        MaterialIndex::new(0),
     )]);
     let report = go(plan, place.path());
     assert!(report.summary.steps < 40_000, "the run ends at rest");
@@ -274,7 +283,11 @@ fn energy_budget_closes() {
     let mut plan = plan(2000, 0.01, 0.5);
     plan.energy_budget = true;
     plan.walls = vec![floor()];
-    let mut ball = NewParticle::at(DVec3::new(0.2, 0.2, 2.0 * RADIUS), RADIUS, 0);
+    let mut ball = NewParticle::at(
+        DVec3::new(0.2, 0.2, 2.0 * RADIUS),
+        RADIUS,
+        MaterialIndex::new(0),
+    );
     ball.velocity.x = 0.3;
     let report = go(plan.with_particles(vec![ball]), place.path());
     let energy = report.summary.energy;
@@ -303,7 +316,15 @@ fn energy_budget_of_a_clump_closes() {
     let volume = 3.0 * crate::state::volume(RADIUS, 3);
     let mass = DENSITY * volume;
     let moments = DVec3::new(1.2, 9.2, 9.2) * (mass / 3.0 * RADIUS * RADIUS);
-    let rod = Clump::new("rod", 0, pebbles.to_vec(), mass, volume, moments).unwrap();
+    let rod = Clump::new(
+        "rod",
+        MaterialIndex::new(0),
+        pebbles.to_vec(),
+        mass,
+        volume,
+        moments,
+    )
+    .unwrap();
     let mut body = NewBody::at(DVec3::new(0.2, 0.2, 3.0 * RADIUS), 0);
     body.orientation = DQuat::from_rotation_y(0.4);
     body.velocity = DVec3::new(0.3, 0.1, 0.0);
@@ -379,7 +400,11 @@ fn crowd() -> Draft {
         // Pseudo-random speeds without a generator: the fractional parts of multiples of irrational numbers.
         let wobble = |n: f64| (f64::from(k) * n).fract() - 0.5;
         let position = (cell + 0.5) * (1.99 * RADIUS);
-        let mut particle = NewParticle::at(position, RADIUS * (1.0 + 0.01 * wobble(0.917)), 0);
+        let mut particle = NewParticle::at(
+            position,
+            RADIUS * (1.0 + 0.01 * wobble(0.917)),
+            MaterialIndex::new(0),
+        );
         particle.velocity = DVec3::new(wobble(0.618), wobble(0.414), wobble(0.732));
         particle.angular_velocity = particle.velocity * 50.0;
         particle.fixed = k % 97 == 0;

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{BodyIndex, FIXED, Load, PebbleIndex, Row};
+use super::{BodyIndex, FIXED, Load, MaterialIndex, PebbleIndex, Row};
 
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Body {
     /// Index of its clump in the plan.
     pub clump: u32,
     /// Index of the material of its surface.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// [`FIXED`] and [`PRESCRIBED`](crate::state::PRESCRIBED).
     pub flags: u32,
     /// Its first place in [`Bodies::pebbles`].

@@ -87,6 +87,62 @@ index! {
     PebbleIndex
 }
 
+macro_rules! number {
+    ($(#[$text:meta])* $name:ident($number:ty)) => {
+        $(#[$text])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name($number);
+
+        impl $name {
+            /// The one with this number, from 0.
+            #[inline]
+            #[must_use]
+            pub const fn new(number: $number) -> Self {
+                Self(number)
+            }
+
+            /// As files and columns hold it.
+            #[inline]
+            #[must_use]
+            pub const fn number(self) -> $number {
+                self.0
+            }
+
+            /// Its place in a list of all.
+            #[inline]
+            #[must_use]
+            pub const fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+
+        impl Plain for $name {
+            fn put(&self, bytes: &mut Vec<u8>) {
+                self.0.put(bytes);
+            }
+
+            fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+                <$number>::take(bytes).map(Self)
+            }
+        }
+    };
+}
+
+number! {
+    /// Place of a material in the scene.
+    MaterialIndex(u32)
+}
+number! {
+    /// Place of a wall in the scene.
+    WallIndex(u16)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{FIXED, PRESCRIBED, Particle, Prescribed, Row, volume};
+use super::{FIXED, MaterialIndex, PRESCRIBED, Particle, Prescribed, Row, volume};
 
 /// A material as the engine needs it; its laws stand in a table of their own, by pairs.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub struct NewParticle {
     /// Angular velocity, rad/s.
     pub angular_velocity: DVec3,
     /// Index of the material.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// Does not move.
     pub fixed: bool,
     /// Prescribed velocity components, m/s.
@@ -37,7 +37,7 @@ pub struct NewParticle {
 impl NewParticle {
     /// A free particle at rest.
     #[must_use]
-    pub fn at(position: DVec3, radius: f64, material: u32) -> Self {
+    pub fn at(position: DVec3, radius: f64, material: MaterialIndex) -> Self {
         Self {
             position,
             radius,
@@ -65,7 +65,7 @@ impl NewParticle {
         materials: &[Material],
         dimensions: u8,
     ) -> (Particle, f64, Option<Prescribed>) {
-        let density = materials[self.material as usize].density;
+        let density = materials[self.material.index()].density;
         let mass = density * volume(self.radius, dimensions);
         let is_prescribed = self.is_prescribed();
         let record = Particle {

@@ -1,5 +1,6 @@
 //! What the force loop reads of a particle, and what it leaves there.
 
+use super::MaterialIndex;
 use glam::DVec3;
 
 /// The record that the contact loop reads: 96 bytes, position and radius within one cache line.
@@ -20,7 +21,7 @@ pub struct Particle {
     /// Angular velocity in the global frame, rad/s.
     pub angular_velocity: DVec3,
     /// Index of the material in the order of the scene file.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// [`FIXED`], [`PRESCRIBED`] and [`PEBBLE`].
     pub flags: u32,
 }

@@ -208,7 +208,10 @@ impl Engine {
         }
         let records = &snapshot.particles.records;
         let is_material = |index: u32| (index as usize) < plan.physics().materials().len();
-        if !records.iter().all(|record| is_material(record.material)) {
+        if !records
+            .iter()
+            .all(|record| is_material(record.material.number()))
+        {
             let reason = "it has particles of materials that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::plan::parse_scene;
+use crate::state::MaterialIndex;
+use crate::state::WallIndex;
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::scene::Files;
@@ -104,7 +106,7 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
     let mut plan = Draft::new(1e-4, domain, 1000.0, frictionless());
     plan.walls.push(Wall {
         name: "vessel".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape: Shape::Revolution(vessel),
         motion: Motion::new(Vec::new()).unwrap(),
         from: 0.0,
@@ -115,7 +117,11 @@ fn a_face_that_comes_into_reach_after_the_list_was_built_is_felt() {
     let both = 1.0 - height * angle.tan();
     plan.particles.push(NewParticle {
         velocity: DVec3::X,
-        ..NewParticle::at(dvec3(both - 1.5e-4, 0.0, height), radius, 0)
+        ..NewParticle::at(
+            dvec3(both - 1.5e-4, 0.0, height),
+            radius,
+            MaterialIndex::new(0),
+        )
     });
     let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     assert_eq!(engine.observation().wall_contacts, 1);
@@ -247,7 +253,7 @@ fn trampoline(motion: Motion) -> Draft {
     let mut plan = Draft::new(2e-5, domain, 1000.0, frictionless());
     plan.walls.push(Wall {
         name: "sheet".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape: Shape::Mesh(Arc::new(mesh)),
         motion,
         from: 0.0,
@@ -260,7 +266,8 @@ fn trampoline(motion: Motion) -> Draft {
             0.013 * f64::from(k) - 0.03,
             0.0102,
         );
-        plan.particles.push(NewParticle::at(place, 0.01, 0));
+        plan.particles
+            .push(NewParticle::at(place, 0.01, MaterialIndex::new(0)));
     }
     plan.gravity = -9.81 * DVec3::Z;
     plan
@@ -280,7 +287,7 @@ fn reshape_to(engine: &mut Engine, lift: f64) {
         .iter()
         .map(|x| *x + lift * DVec3::Z)
         .collect();
-    engine.reshape_wall(0, &places).unwrap();
+    engine.reshape_wall(WallIndex::new(0), &places).unwrap();
 }
 
 /// A sheet whose corners are lifted pushes spheres as one that moves: by the same overlaps, found in time whatever list there is.
@@ -364,14 +371,16 @@ fn a_plane_that_is_exchanged_is_felt_at_once() {
     let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
     engine.step(Some(Watch::default())).unwrap();
     assert_eq!(engine.observation().wall_contacts, 0);
-    engine.exchange_wall(0, floor(0.0003)).unwrap();
+    engine
+        .exchange_wall(WallIndex::new(0), floor(0.0003))
+        .unwrap();
     engine.step(Some(Watch::default())).unwrap();
     assert_eq!(engine.observation().wall_contacts, 5);
     let ball = Shape::Sphere(SphereShell::new(DVec3::ZERO, 1.0, Side::Inside).unwrap());
-    let error = engine.exchange_wall(0, ball).unwrap_err();
+    let error = engine.exchange_wall(WallIndex::new(0), ball).unwrap_err();
     assert!(
         error.to_string().starts_with("walls.sheet: shape: "),
         "{error}"
     );
-    assert!(engine.exchange_wall(7, floor(0.0)).is_err());
+    assert!(engine.exchange_wall(WallIndex::new(7), floor(0.0)).is_err());
 }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Engine, RunError};
+use crate::state::WallIndex;
 use crate::walls::{Shape, WallError};
 
 impl Engine {
@@ -21,7 +22,7 @@ impl Engine {
         }
         let time = self.time();
         for (wall, corners) in self.forces.reshaped_walls(&self.particles, time) {
-            self.reshape_wall(wall, &corners)?;
+            self.reshape_wall(WallIndex::new(wall as u16), &corners)?;
         }
         Ok(())
     }
@@ -31,8 +32,8 @@ impl Engine {
     ///
     /// # Errors
     /// If there is no such wall, or it cannot take these places; it stays as it was then.
-    pub fn reshape_wall(&mut self, wall: usize, corners: &[DVec3]) -> Result<(), RunError> {
-        let Some(now) = self.walls.get_mut(wall) else {
+    pub fn reshape_wall(&mut self, wall: WallIndex, corners: &[DVec3]) -> Result<(), RunError> {
+        let Some(now) = self.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.reshape(corners, &self.images);
@@ -43,8 +44,8 @@ impl Engine {
     ///
     /// # Errors
     /// As [`Engine::reshape_wall`].
-    pub fn exchange_wall(&mut self, wall: usize, shape: Shape) -> Result<(), RunError> {
-        let Some(now) = self.walls.get_mut(wall) else {
+    pub fn exchange_wall(&mut self, wall: WallIndex, shape: Shape) -> Result<(), RunError> {
+        let Some(now) = self.walls.get_mut(wall.index()) else {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.exchange(shape, &self.images);
@@ -74,8 +75,8 @@ impl Engine {
     }
 
     /// What is wrong with a wall, by its name.
-    fn wall_error(&self, wall: usize, error: WallError) -> RunError {
-        let of_plan = self.plan.physics().walls().get(wall);
+    fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
+        let of_plan = self.plan.physics().walls().get(wall.index());
         RunError::Wall {
             wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),
             error,

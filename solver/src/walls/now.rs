@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::images::{image_between_faces, images_met};
 use super::{Pose, ServoState, Shape, Wall, WallError, WallState};
 use crate::neighbours::Images;
+use crate::state::MaterialIndex;
 
 /// A wall as it is now: its surface, where it stands, how far its servo has come.
 ///
@@ -15,7 +16,7 @@ use crate::neighbours::Images;
 #[derive(Debug, Clone)]
 pub struct WallNow {
     /// Index of the material.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// Where it stands in this step, and how it moves.
     pub state: WallState,
     /// How far its servo has come; at rest if it has none.

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::{Motion, Pose, RigidVelocity, ServoState, Shape};
+use crate::state::MaterialIndex;
 
 /// A wall: a surface with a material, perhaps in motion, perhaps there only for a while.
 #[derive(Debug, Clone)]
@@ -10,7 +11,7 @@ pub struct Wall {
     /// Name as in the scene; faces of a box are `box.-z` ...
     pub name: String,
     /// Index of the material.
-    pub material: u32,
+    pub material: MaterialIndex,
     /// The surface where it stands at the start.
     pub shape: Shape,
     /// How it moves.

@@ -9,7 +9,7 @@ use crate::scenes::{
     add_material, frictionless, observed_step, particle, plan, plane, sphere, start,
 };
 use mercury_solver::contact::AnyNormal;
-use mercury_solver::state::volume;
+use mercury_solver::state::{MaterialIndex, volume};
 
 /// What a collision was like.
 #[derive(Debug, Clone, Copy, Default)]
@@ -80,7 +80,7 @@ impl HeadOn {
         } else {
             let other = add_material(&mut plan, self.masses[1] / volume(radius, 3));
             let mut second = at(radius, -0.5 * self.speed);
-            second.material = other;
+            second.material = MaterialIndex::new(other);
             plan.with_particles(vec![at(-radius, 0.5 * self.speed), second])
         };
         let mut engine = start(plan);

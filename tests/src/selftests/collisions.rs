@@ -6,6 +6,7 @@ use mercury_common::formats::ene::{EnergyReader, EnergyRow};
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -57,7 +58,8 @@ fn compare_state(tally: &mut Tally, expected: &RestartState, engine: &Engine) ->
         let id = |row: u32| engine.particles.ids[row as usize];
         let found = records.iter().find_map(|record| match record.partner {
             Partner::Wall { wall, .. } => {
-                let same = expected.with_wall && expected.ids == (id(record.row), u32::from(wall));
+                let same = expected.with_wall
+                    && expected.ids == (id(record.row), u32::from(wall.number()));
                 same.then_some((record.overlap, record.force))
             }
             Partner::Particle { row, .. } if expected.with_wall || row == record.row => None,
@@ -96,7 +98,7 @@ pub(super) fn two_particles(data: &Data) -> Result<Comparison> {
     }
     let disc = |x: f64, speed: f64| NewParticle {
         velocity: DVec3::new(speed, 0.0, 0.0),
-        ..NewParticle::at(DVec3::new(x, 0.005, 0.0), 0.0005, 0)
+        ..NewParticle::at(DVec3::new(x, 0.005, 0.0), 0.0005, MaterialIndex::new(0))
     };
     let plan = plan.with_particles(vec![disc(0.006, -0.1), disc(0.004, 0.1)]);
     let file = data.file("interactions/TwoParticleElasticCollisionSelfTest.ene");
@@ -122,7 +124,7 @@ pub(super) fn free_fall(data: &Data) -> Result<Comparison> {
     let mut plan = Draft::new(dt, domain, 2000.0, linear(8e6, 0.0));
     plan.gravity = DVec3::new(0.0, -9.8, 0.0);
     plan.walls.push(plane(DVec3::NEG_Y, DVec3::ZERO)?);
-    let sphere = NewParticle::at(DVec3::new(0.005, 0.095, 0.0), 0.005, 0);
+    let sphere = NewParticle::at(DVec3::new(0.005, 0.095, 0.0), 0.005, MaterialIndex::new(0));
     let plan = plan.with_particles(vec![sphere]);
     let file = data.file("interactions/FreeFallSelfTest.ene");
     let rows = EnergyReader::open(file)?.collect::<Result<Vec<_>, _>>()?;
@@ -155,7 +157,11 @@ pub(super) fn newtons_cradle(data: &Data) -> Result<Comparison> {
     let spheres = (0..5).map(|k| {
         let radius = 0.5 * (1.0 - 0.1 * f64::from(k));
         top += 2.0 * radius;
-        NewParticle::at(DVec3::new(0.5, 0.5, top - radius), radius, 0)
+        NewParticle::at(
+            DVec3::new(0.5, 0.5, top - radius),
+            radius,
+            MaterialIndex::new(0),
+        )
     });
     let spheres = spheres.collect();
     let plan = plan.with_particles(spheres);
@@ -197,7 +203,7 @@ pub(super) fn square_packing(data: &Data) -> Result<Comparison> {
     }
     let discs = (0..25).map(|k| {
         let place = DVec3::new(0.5 + f64::from(k / 5), 0.5 + f64::from(k % 5), 0.0);
-        NewParticle::at(place, 0.5, 0)
+        NewParticle::at(place, 0.5, MaterialIndex::new(0))
     });
     let discs = discs.collect();
     let plan = plan.with_particles(discs);

@@ -6,6 +6,7 @@ use mercury_common::formats::data::DataReader;
 use mercury_solver::boundaries::{DeletionPlan, Region};
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -25,7 +26,7 @@ pub(super) fn deletion(data: &Data) -> Result<Comparison> {
             max: DVec3::ONE,
         },
     });
-    let sphere = NewParticle::at(DVec3::new(0.0, 0.0, 4.0), 0.5, 0);
+    let sphere = NewParticle::at(DVec3::new(0.0, 0.0, 4.0), 0.5, MaterialIndex::new(0));
     let plan = plan.with_particles(vec![sphere]);
     let frames = DataReader::open(data.file("boundaries/DeletionBoundarySelfTest.data"))?;
     let frames = frames.collect::<Result<Vec<_>, _>>()?;

@@ -9,6 +9,7 @@ use mercury_solver::contact::{
     SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -66,9 +67,9 @@ pub(super) fn extreme_overlap(data: &Data) -> Result<Comparison> {
     plan.startup_increment = true;
     let small = NewParticle {
         velocity: DVec3::X,
-        ..NewParticle::at(DVec3::new(0.0, 0.015, 0.0), 0.001, 0)
+        ..NewParticle::at(DVec3::new(0.0, 0.015, 0.0), 0.001, MaterialIndex::new(0))
     };
-    let large = NewParticle::at(DVec3::new(0.0, 0.01, 0.0), 0.01, 0);
+    let large = NewParticle::at(DVec3::new(0.0, 0.01, 0.0), 0.01, MaterialIndex::new(0));
     let plan = plan.with_particles(vec![large, small]);
     let frames = DataReader::open(data.file("unittests/ExtremeOverlapUnitTest.data"))?;
     let frames = frames.collect::<Result<Vec<_>, _>>()?;

@@ -7,6 +7,7 @@ use glam::DVec3;
 use mercury_solver::contact::normal::{effective_modulus, hertz_damping};
 use mercury_solver::contact::{AnyNormal, Hertz, Plastic};
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -31,7 +32,7 @@ fn plastic_pair(chi: f64) -> Result<Engine> {
     let plan = Draft::new(dt, domain, 6.0 / PI, frictionless(AnyNormal::Plastic(law)));
     let sphere = |x: f64, speed: f64| NewParticle {
         velocity: DVec3::new(speed, 0.0, 0.0),
-        ..NewParticle::at(DVec3::new(x, 1.0, 1.0), 0.5, 0)
+        ..NewParticle::at(DVec3::new(x, 1.0, 1.0), 0.5, MaterialIndex::new(0))
     };
     let spheres = vec![sphere(1.0, 0.5 * speed), sphere(2.0, -0.5 * speed)];
     observe(plan.with_particles(spheres), &[0, 100], |_| Ok(()))
@@ -96,7 +97,7 @@ pub(super) fn hertz_wall(data: &Data) -> Result<Comparison> {
     plan.walls.push(plane(DVec3::NEG_Z, DVec3::ZERO)?);
     let sphere = NewParticle {
         velocity: DVec3::NEG_Z,
-        ..NewParticle::at(DVec3::new(0.0, 0.0, 0.00101), 0.001, 0)
+        ..NewParticle::at(DVec3::new(0.0, 0.0, 0.00101), 0.001, MaterialIndex::new(0))
     };
     let plan = plan.with_particles(vec![sphere]);
     let engine = observe(plan, &saved_steps(dt, end, 1), |_| Ok(()))?;

@@ -7,6 +7,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
 };
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
 use super::Data;
@@ -80,7 +81,11 @@ pub(super) fn oblique_impact(data: &Data) -> Result<Comparison> {
     plan.walls.push(plane(DVec3::NEG_Y, DVec3::ZERO)?);
     let plan = plan.with_particles(vec![NewParticle {
         velocity: DVec3::new(10.0, -1.0, 0.0),
-        ..NewParticle::at(DVec3::new(0.005, 0.005_005, 0.0), 0.005, 0)
+        ..NewParticle::at(
+            DVec3::new(0.005, 0.005_005, 0.0),
+            0.005,
+            MaterialIndex::new(0),
+        )
     }]);
     let frames = frames(data, "interactions/ObliqueImpactSelfTest.fstat")?;
     let saved = saved_steps(dt, end, 500);
@@ -114,7 +119,7 @@ fn led_sphere(dt: f64, height: f64) -> Result<Draft> {
     Ok(plan.with_particles(vec![NewParticle {
         prescribed_velocity: [Some(0.0); 3],
         prescribed_angular_velocity: [Some(0.0); 3],
-        ..NewParticle::at(DVec3::new(0.0, 0.0, height), 0.25, 0)
+        ..NewParticle::at(DVec3::new(0.0, 0.0, height), 0.25, MaterialIndex::new(0))
     }]))
 }
 

@@ -9,7 +9,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw};
 use mercury_solver::forces::Watch;
 use mercury_solver::plan::Draft;
-use mercury_solver::state::{FIXED, Particle, inverse_inertia_factor};
+use mercury_solver::state::{FIXED, MaterialIndex, Particle, inverse_inertia_factor};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
@@ -80,7 +80,7 @@ pub(super) fn frictionless(normal: AnyNormal) -> AnyPairLaw {
 pub(super) fn plane(outward: DVec3, point: DVec3) -> Result<Wall> {
     Ok(Wall {
         name: "wall".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape: Shape::Plane(Plane::new(point, -outward)?),
         motion: Motion::default(),
         from: 0.0,

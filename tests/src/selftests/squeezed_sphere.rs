@@ -8,6 +8,7 @@ use mercury_solver::contact::{
     SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -80,11 +81,11 @@ fn run(
     };
     let fixed = |z: f64| NewParticle {
         fixed: true,
-        ..NewParticle::at(DVec3::new(0.0, 0.0, z), 0.5, 0)
+        ..NewParticle::at(DVec3::new(0.0, 0.0, z), 0.5, MaterialIndex::new(0))
     };
     let free = NewParticle {
         angular_velocity: spin,
-        ..NewParticle::at(DVec3::ZERO, 0.5, 0)
+        ..NewParticle::at(DVec3::ZERO, 0.5, MaterialIndex::new(0))
     };
     let plan = plan.with_particles(vec![free, fixed(-0.995), fixed(0.995)]);
 

@@ -9,6 +9,7 @@ use mercury_solver::contact::{
     SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 
 use super::Data;
 use super::comparison::{Comparison, Tally, Tolerance};
@@ -84,7 +85,11 @@ pub(super) fn run(data: &Data, index: usize) -> Result<Comparison> {
         .push(plane(DVec3::X, DVec3::new(0.0025, 0.0, 0.0))?);
     let plan = plan.with_particles(vec![NewParticle {
         velocity: DVec3::new(0.076_859_099_532_608_8, 0.072_577_551_312_206_7, 0.0),
-        ..NewParticle::at(DVec3::new(0.0025 - radius, 0.0025, 0.0025), radius, 0)
+        ..NewParticle::at(
+            DVec3::new(0.0025 - radius, 0.0025, 0.0025),
+            radius,
+            MaterialIndex::new(0),
+        )
     }]);
     let frames = DataReader::open(data.file(&format!("{file}.data")))?;
     let frames = frames.collect::<Result<Vec<_>, _>>()?;

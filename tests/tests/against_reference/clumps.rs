@@ -9,6 +9,7 @@ use mercury_common::random::Stream;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::plan::{Draft, NewBody, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::start;
@@ -38,8 +39,22 @@ fn clumps() -> Vec<Clump> {
         pebble(0.002, -0.012, 0.0, 0.011),
         pebble(0.0, 0.0, 0.014, 0.01),
     ];
-    let snake = Clump::new("snake", 0, snake, 0.06, 3e-5, dvec3(6e-6, 1.9e-5, 2.1e-5));
-    let knot = Clump::new("knot", 0, knot, 0.05, 2.5e-5, dvec3(7e-6, 8e-6, 1e-5));
+    let snake = Clump::new(
+        "snake",
+        MaterialIndex::new(0),
+        snake,
+        0.06,
+        3e-5,
+        dvec3(6e-6, 1.9e-5, 2.1e-5),
+    );
+    let knot = Clump::new(
+        "knot",
+        MaterialIndex::new(0),
+        knot,
+        0.05,
+        2.5e-5,
+        dvec3(7e-6, 8e-6, 1e-5),
+    );
     vec![snake.unwrap(), knot.unwrap()]
 }
 
@@ -142,7 +157,7 @@ fn scene(law: AnyPairLaw, around: &Surroundings, seed: u64) -> (Engine, Simulati
             particles.push(NewParticle {
                 velocity: vector(0.6),
                 angular_velocity: vector(20.0),
-                ..NewParticle::at(position, radius, 0)
+                ..NewParticle::at(position, radius, MaterialIndex::new(0))
             });
         }
     }
@@ -183,7 +198,15 @@ fn a_body_of_one_pebble_is_a_sphere() {
     };
     let moments = DVec3::splat(0.4 * mass * radius * radius);
     let volume = mass / DENSITY;
-    let clump = Clump::new("ball", 0, vec![pebble], mass, volume, moments).unwrap();
+    let clump = Clump::new(
+        "ball",
+        MaterialIndex::new(0),
+        vec![pebble],
+        mass,
+        volume,
+        moments,
+    )
+    .unwrap();
     let plan = || Draft::new(STEP, (DVec3::splat(-1.0), DVec3::splat(1.0)), DENSITY, law);
     let (x, v, w) = (
         [dvec3(0.0, 0.0, 0.0), dvec3(0.037, 0.013, 0.002)],
@@ -193,7 +216,7 @@ fn a_body_of_one_pebble_is_a_sphere() {
     let spheres = [0, 1].map(|k| NewParticle {
         velocity: v[k],
         angular_velocity: w[k],
-        ..NewParticle::at(x[k], radius, 0)
+        ..NewParticle::at(x[k], radius, MaterialIndex::new(0))
     });
     let bodies = [0, 1].map(|k| NewBody {
         velocity: v[k],

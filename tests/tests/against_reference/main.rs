@@ -14,6 +14,7 @@ use mercury_common::random::Stream;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, SpringRotation};
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::{advance, start};
@@ -97,8 +98,8 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
         particles.push(NewParticle {
             velocity: inward + vector(0.6),
             angular_velocity: if flat { spin.x * DVec3::Z } else { spin },
-            material: (count % plan.materials.len()) as u32,
-            ..NewParticle::at(position, radius, 0)
+            material: MaterialIndex::new((count % plan.materials.len()) as u32),
+            ..NewParticle::at(position, radius, MaterialIndex::new(0))
         });
     }
     assert_eq!(particles.len(), wanted, "{}: no room", surroundings.name);

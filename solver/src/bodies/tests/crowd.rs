@@ -11,7 +11,7 @@ use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::forces::Watch;
 use crate::plan::{Draft, NewBody, NewParticle, Plan, plan};
-use crate::state::PEBBLE;
+use crate::state::{MaterialIndex, PEBBLE};
 use crate::step::Engine;
 
 const WATCH: Option<Watch> = Some(Watch {
@@ -45,7 +45,11 @@ fn gas() -> Draft {
         });
         particles.push(NewParticle {
             velocity: vector(20.0),
-            ..NewParticle::at(position + DVec3::splat(4.0) * dvec3(1.0, 0.0, 0.0), 0.4, 0)
+            ..NewParticle::at(
+                position + DVec3::splat(4.0) * dvec3(1.0, 0.0, 0.0),
+                0.4,
+                MaterialIndex::new(0),
+            )
         });
     }
     plan.with_particles(particles)

@@ -12,6 +12,7 @@ use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 
 use super::Clump;
+use crate::state::MaterialIndex;
 
 /// Touching spheres of diameter 1 m and density 1 kg/m^3 at `centres` (m), principal moments given in units of pi/6 kg m^2.
 fn touching(name: &str, centres: &[DVec3], moments: DVec3) -> Clump {
@@ -21,7 +22,15 @@ fn touching(name: &str, centres: &[DVec3], moments: DVec3) -> Clump {
     });
     let volume = PI / 6.0 * centres.len() as f64;
     let moments = moments * (PI / 6.0);
-    Clump::new(name, 0, pebbles.collect(), volume, volume, moments).unwrap()
+    Clump::new(
+        name,
+        MaterialIndex::new(0),
+        pebbles.collect(),
+        volume,
+        volume,
+        moments,
+    )
+    .unwrap()
 }
 
 /// Three spheres in a row: I = (pi/6) diag(0.3, 2.3, 2.3).

@@ -8,6 +8,7 @@ use super::rod;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear};
 use crate::plan::{Draft, NewBody};
+use crate::state::MaterialIndex;
 use crate::step::Engine;
 use crate::walls::{Motion, Plane, Shape, Wall};
 
@@ -30,7 +31,7 @@ fn restitution(contact_point_mass: bool, tilt: f64) -> f64 {
     plan.contact_point_mass = contact_point_mass;
     plan.walls.push(Wall {
         name: "floor".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape: Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z).unwrap()),
         motion: Motion::new(Vec::new()).unwrap(),
         from: 0.0,

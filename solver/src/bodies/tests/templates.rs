@@ -5,6 +5,7 @@ use mercury_common::formats::clump::Pebble;
 
 use super::{rod, t_bar};
 use crate::bodies::{Clump, ClumpError};
+use crate::state::MaterialIndex;
 
 #[test]
 fn sizes_of_known_clumps() {
@@ -24,7 +25,15 @@ fn the_contact_mass_is_that_of_the_stiffest_pose() {
         radius: 1.0,
     };
     let one = vec![pebble(DVec3::ZERO)];
-    let sphere = Clump::new("one", 0, one, 2.0, 1.0, DVec3::splat(0.8)).unwrap();
+    let sphere = Clump::new(
+        "one",
+        MaterialIndex::new(0),
+        one,
+        2.0,
+        1.0,
+        DVec3::splat(0.8),
+    )
+    .unwrap();
     assert!((sphere.contact_mass - 2.0).abs() < 1e-12);
     // A rod lies on three pebbles: 3/M + 2 l^2/I along the normal, more than at one end. With M = 3 u, I = 2.3 u: 1.87/u; the bound
     // for friction springs, sum of (1/M + |c|^2/I) with the slow axis I_1 = 0.3 u at r = 0.5 m, is 3 (1/3 + 0.25/0.3) / 3.5.
@@ -44,7 +53,9 @@ fn what_is_no_body_is_refused() {
         position: DVec3::ZERO,
         radius: 1.0,
     };
-    let clump = |pebbles, mass, moments| Clump::new("c", 0, pebbles, mass, 1.0, moments);
+    let clump = |pebbles, mass, moments| {
+        Clump::new("c", MaterialIndex::new(0), pebbles, mass, 1.0, moments)
+    };
     let message = |clump: Result<Clump, ClumpError>| clump.unwrap_err().to_string();
     assert_eq!(
         message(clump(vec![], 1.0, DVec3::ONE)),

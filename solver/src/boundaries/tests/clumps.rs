@@ -7,7 +7,7 @@ use super::inserting::{Still, wall};
 use super::{insertion, plan, uniform, unit_box};
 use crate::bodies::Clump;
 use crate::boundaries::{DeletionPlan, Ingredient, Region, Total};
-use crate::state::{PEBBLE, PebbleIndex};
+use crate::state::{MaterialIndex, PEBBLE, PebbleIndex};
 use crate::walls::{Cylinder, Shape, Side, Touches};
 
 /// Two spheres that lie half in one another, of volume 1 m^3 by decree.
@@ -17,7 +17,15 @@ fn bean() -> Clump {
         radius: 0.5,
     });
     let moments = dvec3(90.0, 150.0, 150.0);
-    Clump::new("bean", 0, pebbles.to_vec(), 1000.0, 1.0, moments).unwrap()
+    Clump::new(
+        "bean",
+        MaterialIndex::new(0),
+        pebbles.to_vec(),
+        1000.0,
+        1.0,
+        moments,
+    )
+    .unwrap()
 }
 
 /// Beans and spheres that fill a periodic box around a column, `number` of them.

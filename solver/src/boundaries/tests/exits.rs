@@ -9,6 +9,7 @@ use super::super::{DeletionPlan, InsertionPlan, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan};
 use crate::contact::{AnyTangential, LinearFriction, SpringRotation};
 use crate::plan::{Draft, NewParticle};
+use crate::state::MaterialIndex;
 use crate::step::Engine;
 
 fn outlet(name: &str, region: Region) -> DeletionPlan {
@@ -31,7 +32,7 @@ fn gas(number: u64, plan: Draft) -> Draft {
     let particles = (0..number)
         .map(|_| NewParticle {
             velocity: point(-2.0, 2.0),
-            ..NewParticle::at(point(0.01, 0.99), 0.004, 0)
+            ..NewParticle::at(point(0.01, 0.99), 0.004, MaterialIndex::new(0))
         })
         .collect();
     plan.with_particles(particles)
@@ -107,12 +108,16 @@ fn exits_are_counted_by_face_with_what_left() {
         .map(|(face, direction)| NewParticle {
             velocity: direction * (1.0 + face as f64),
             angular_velocity: DVec3::Y * 3.0,
-            ..NewParticle::at(DVec3::splat(0.5) + 0.1 * direction, radius, 0)
+            ..NewParticle::at(
+                DVec3::splat(0.5) + 0.1 * direction,
+                radius,
+                MaterialIndex::new(0),
+            )
         })
         .collect();
     particles.push(NewParticle {
         fixed: true,
-        ..NewParticle::at(DVec3::new(2.0, 0.5, 0.5), radius, 0)
+        ..NewParticle::at(DVec3::new(2.0, 0.5, 0.5), radius, MaterialIndex::new(0))
     });
     let engine = check_free(scene.with_particles(particles), 500);
     let faces = engine.boundaries().faces();
@@ -147,9 +152,9 @@ fn fixed_particles_are_geometry() {
     scene.deletions = vec![outlet("all", super::unit_box())];
     let fixed = NewParticle {
         fixed: true,
-        ..NewParticle::at(DVec3::splat(0.5), 0.01, 0)
+        ..NewParticle::at(DVec3::splat(0.5), 0.01, MaterialIndex::new(0))
     };
-    let free = NewParticle::at(DVec3::splat(0.7), 0.01, 0);
+    let free = NewParticle::at(DVec3::splat(0.7), 0.01, MaterialIndex::new(0));
     let engine = check_free(scene.with_particles(vec![fixed, free]), 1);
     assert_eq!(engine.particles.ids, [0]);
     assert_eq!(engine.boundaries().deletions()[0].number, 1);
@@ -216,11 +221,11 @@ fn contacts_keep_their_history_when_others_go_and_come() {
         let mut particles = vec![
             NewParticle {
                 velocity: DVec3::new(0.2, 0.05, 0.0),
-                ..NewParticle::at(DVec3::new(0.451, 0.5, 0.5), 0.05, 0)
+                ..NewParticle::at(DVec3::new(0.451, 0.5, 0.5), 0.05, MaterialIndex::new(0))
             },
             NewParticle {
                 velocity: DVec3::new(-0.2, -0.05, 0.0),
-                ..NewParticle::at(DVec3::new(0.549, 0.5, 0.5), 0.05, 0)
+                ..NewParticle::at(DVec3::new(0.549, 0.5, 0.5), 0.05, MaterialIndex::new(0))
             },
         ];
         if others {
@@ -228,7 +233,7 @@ fn contacts_keep_their_history_when_others_go_and_come() {
             for (k, x) in [0.1, 0.9, 0.15, 0.85].into_iter().enumerate() {
                 particles.push(NewParticle {
                     velocity: DVec3::new(0.0, 0.0, -2.5 - k as f64),
-                    ..NewParticle::at(DVec3::new(x, 0.1, 0.06), 0.05, 0)
+                    ..NewParticle::at(DVec3::new(x, 0.1, 0.06), 0.05, MaterialIndex::new(0))
                 });
             }
             particles.swap(0, 3);

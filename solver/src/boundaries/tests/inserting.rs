@@ -10,7 +10,7 @@ use super::super::{Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate,
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::neighbours::Images;
 use crate::plan::{Draft, Material, NewParticle, Plan};
-use crate::state::Particles;
+use crate::state::{MaterialIndex, Particles};
 use crate::step::Engine;
 use crate::walls::{Cylinder, Motion, Plane, Shape, Side, Touches, Wall, WallNow};
 
@@ -66,7 +66,7 @@ impl Still {
 pub(super) fn wall(shape: Shape) -> Wall {
     Wall {
         name: "wall".to_owned(),
-        material: 0,
+        material: MaterialIndex::new(0),
         shape,
         motion: Motion::new(Vec::new()).unwrap(),
         from: 0.0,
@@ -266,7 +266,7 @@ fn mixtures_follow_their_shares_by_number() {
     plan.laws.laws = vec![plan.laws.laws[0]; 4];
     let mut feed = insertion(unit_box(), monodisperse(0.01), Total::Number(4000));
     feed.mixture.push(Ingredient {
-        material: 1,
+        material: MaterialIndex::new(1),
         clump: None,
         sizes: monodisperse(0.02),
         share: 3.0,
@@ -275,11 +275,14 @@ fn mixtures_follow_their_shares_by_number() {
     let mut still = Still::new(plan);
     still.exchange(0.0);
     let records = &still.particles.records;
-    let heavy = records.iter().filter(|record| record.material == 1).count() as f64;
+    let heavy = records
+        .iter()
+        .filter(|record| record.material == MaterialIndex::new(1))
+        .count() as f64;
     // 3 of 4, within four standard deviations.
     assert!((heavy - 3000.0).abs() < 4.0 * (4000.0f64 * 0.75 * 0.25).sqrt());
     for (record, mass) in records.iter().zip(&still.particles.masses) {
-        let (radius, density) = [(0.005f64, 1000.0), (0.01, 3000.0)][record.material as usize];
+        let (radius, density) = [(0.005f64, 1000.0), (0.01, 3000.0)][record.material.index()];
         assert_eq!(record.radius, radius);
         let expected = density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         assert!((mass / expected - 1.0).abs() < 1e-14);
@@ -470,7 +473,7 @@ proptest! {
         let slope = Plane::new(DVec3::splat(0.3), DVec3::new(0.6, 0.0, 0.8)).unwrap();
         plan.walls = vec![wall(Shape::Cylinder(tube)), wall(Shape::Plane(slope))];
         // One is fixed, near a corner, so that its images matter.
-        plan.particles = vec![NewParticle { fixed: true, ..NewParticle::at(DVec3::splat(0.95), 0.2, 0) }];
+        plan.particles = vec![NewParticle { fixed: true, ..NewParticle::at(DVec3::splat(0.95), 0.2, MaterialIndex::new(0)) }];
         let mut still = Still::new(plan);
         still.exchange(0.0);
         prop_assert!(still.particles.len() > 5);

@@ -9,6 +9,7 @@ mod speed;
 use std::path::Path;
 
 use crate::plan::parse_scene;
+use crate::state::MaterialIndex;
 use glam::DVec3;
 use mercury_common::scene::Files;
 use mercury_common::sizes::SizeDistribution;
@@ -81,7 +82,7 @@ fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> Insertion
         name: "feed".to_owned(),
         region,
         mixture: vec![Ingredient {
-            material: 0,
+            material: MaterialIndex::new(0),
             clump: None,
             sizes,
             share: 1.0,

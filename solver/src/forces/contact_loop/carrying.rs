@@ -7,7 +7,7 @@ use super::{Block, ContactLoop};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
 use crate::neighbours::CandidateList;
-use crate::state::Row;
+use crate::state::{Row, WallIndex};
 use crate::walls::NearMeshes;
 
 impl<H: History> Block<H> {
@@ -219,6 +219,6 @@ impl<H: History> Carried<H> {
 }
 
 /// Row, wall and image.
-type NearKey = (u32, u16, u8);
+type NearKey = (u32, WallIndex, u8);
 
 pub(super) type CarriedFromWall<H> = (NearKey, WallSlot<H>);

@@ -53,7 +53,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 let b = rows.ahead(slot.partner as usize - first_row);
                 let offset = self.offset::<PERIODIC, _>(a, b, slot);
                 let (contact, lever_a, lever_b) = meet::<T, R>(a, b, offset, &found, k);
-                let pair = a.material as usize * self.materials + b.material as usize;
+                let pair = a.material.index() * self.materials + b.material.index();
                 let law = &self.laws[pair];
                 let before = slot.history;
                 let dt = self.context.spring_time;
@@ -163,7 +163,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & HELD == 0) {
             return false;
         }
-        let pair = a.material as usize * self.materials + b.material as usize;
+        let pair = a.material.index() * self.materials + b.material.index();
         let range = reach + self.laws[pair].adhesion.range();
         squared < range * range
     }

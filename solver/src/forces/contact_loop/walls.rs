@@ -24,7 +24,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut memory = (Touches::default(), Scratch::default());
         let mut first = 0;
         for (index, near) in block.near_walls.iter_mut().enumerate() {
-            let wall = &context.walls[near.wall as usize];
+            let wall = &context.walls[near.wall.index()];
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
@@ -135,7 +135,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     #[inline(always)]
     fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
         if A::ACTIVE {
-            let pair = a.material as usize * self.materials + wall.material as usize;
+            let pair = a.material.index() * self.materials + wall.material.index();
             a.radius + self.laws[pair].adhesion.range()
         } else {
             a.radius
@@ -190,7 +190,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             centre_velocity: Vector::ZERO,
             spin: spin.into(),
         };
-        let pair = a.material as usize * self.materials + side.wall.material as usize;
+        let pair = a.material.index() * self.materials + side.wall.material.index();
         let law = &self.laws[pair];
         let before = slot.history;
         let dt = context.spring_time;
@@ -219,7 +219,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 normal: action.normal.total(),
                 slip,
             };
-            sums.add((side.near.wall, touch.feature), &on_wall);
+            sums.add((side.near.wall.number(), touch.feature), &on_wall);
         }
         if context.watch.is_some() {
             observation.wall_contacts += u64::from(touches);
@@ -247,14 +247,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 [before, slot.history],
             );
             let point = side.centre + arm;
-            let (wall_load, power) = &mut observation.walls[side.near.wall as usize];
+            let (wall_load, power) = &mut observation.walls[side.near.wall.index()];
             let about = point - state.reference;
             wall_load.add(-force, -about.cross(force) - couple);
             let watts =
                 force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
             *power += watts;
             if touches {
-                observation.wall_stiffness[side.near.wall as usize].add_contact(
+                observation.wall_stiffness[side.near.wall.index()].add_contact(
                     contact.effective_mass,
                     (action.normal.elastic, overlap),
                     (action.normal.viscous, normal_velocity),

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::neighbours::{Built, build};
-use crate::state::Particle;
+use crate::state::{MaterialIndex, Particle, WallIndex};
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
 };
@@ -40,7 +40,7 @@ fn by_asking_all(
                         .test(wall, row, code)
                         .map(|(image, features)| NearWall {
                             row: row as u32,
-                            wall: index as u16,
+                            wall: WallIndex::new(index as u16),
                             image,
                             features,
                         }),
@@ -172,7 +172,7 @@ impl Draw {
         }
         let wall = Wall {
             name: "wall".to_owned(),
-            material: 0,
+            material: MaterialIndex::new(0),
             shape,
             motion: Motion::new(components).unwrap(),
             from: 0.0,
@@ -193,7 +193,7 @@ impl Draw {
                 velocity: DVec3::ZERO,
                 inverse_mass: f64::from(k % 6 != 5),
                 angular_velocity: DVec3::ZERO,
-                material: 0,
+                material: MaterialIndex::new(0),
                 flags: 0,
             };
             particles.push(record, 1.0, None);

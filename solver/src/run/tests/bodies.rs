@@ -4,6 +4,7 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::frames::{BodyReader, FLAG_FIXED};
 
 use super::*;
+use crate::state::MaterialIndex;
 
 /// A lopsided body: its pebbles' own centre is not its centre of mass, and its moments are all different.
 fn stone(surface: Option<TriangleMesh>) -> Clump {
@@ -15,7 +16,15 @@ fn stone(surface: Option<TriangleMesh>) -> Clump {
     let volume = 1.7 * crate::state::volume(RADIUS, 3);
     let mass = DENSITY * volume;
     let moments = DVec3::new(0.5, 0.7, 0.9) * (mass * RADIUS * RADIUS);
-    let stone = Clump::new("stone", 0, pebbles, mass, volume, moments).unwrap();
+    let stone = Clump::new(
+        "stone",
+        MaterialIndex::new(0),
+        pebbles,
+        mass,
+        volume,
+        moments,
+    )
+    .unwrap();
     Clump { surface, ..stone }
 }
 
