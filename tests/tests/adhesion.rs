@@ -16,7 +16,7 @@ use mercury_solver::forces::{ContactForces, ContactLoop, SlotState, Watch};
 use mercury_solver::lanes::{Mask, Real};
 use mercury_solver::neighbours::Images;
 use mercury_solver::plan::{Draft, Plan};
-use mercury_solver::step::{Engine, Snapshot};
+use mercury_solver::step::{Engine, Snapshot, StartOptions};
 use mercury_solver::walls::{Disc, Mesh, Motion, Shape};
 use mercury_tests::scenes::{held, plan, plane, sphere, wall};
 
@@ -223,7 +223,11 @@ fn a_bridge_forms_on_contact_and_is_torn_at_its_range() {
     let (speed, start, dt) = (0.2, 3.0 * BRIDGE.range, 1e-7);
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
     let plan = Arc::new(pair(speed, start, dt).plan().unwrap());
-    let mut engine = Engine::with_contacts(Arc::clone(&plan), contacts, 1).unwrap();
+    let mut engine = Engine::start(
+        Arc::clone(&plan),
+        StartOptions::threads(1).contacts(contacts),
+    )
+    .unwrap();
     let (mut met, mut torn) = (false, false);
     let watch = Some(Watch::default());
     let energy = |engine: &Engine| {
@@ -291,7 +295,7 @@ fn a_slow_pair_stays_bound() {
     let speed = 0.5 * (WORK / MASS).sqrt();
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
     let plan = Arc::new(pair(speed, 0.1 * BRIDGE.range, 5e-7).plan().unwrap());
-    let mut engine = Engine::with_contacts(plan, contacts, 1).unwrap();
+    let mut engine = Engine::start(plan, StartOptions::threads(1).contacts(contacts)).unwrap();
     let mut widest = 0.0f64;
     let mut met = false;
     for _ in 0..200_000 {
@@ -315,7 +319,7 @@ fn an_attraction_acts_before_contact() {
     let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, Attraction(BRIDGE));
     let (speed, start, dt) = (0.02, 1.5 * BRIDGE.range, 2e-7);
     let plan = Arc::new(pair(speed, start, dt).plan().unwrap());
-    let mut engine = Engine::with_contacts(plan, contacts, 1).unwrap();
+    let mut engine = Engine::start(plan, StartOptions::threads(1).contacts(contacts)).unwrap();
     let mut fastest = 0.0f64;
     for _ in 0..200_000 {
         engine.step(None).unwrap();
@@ -473,8 +477,11 @@ impl BruteForce {
 #[test]
 fn bonds_are_those_of_a_search_over_all_pairs() {
     let (plan, normal, friction) = crowd(7, [5, 6, 5]);
-    let mut engine =
-        Engine::with_contacts(Arc::clone(&plan), contacts(normal, friction, STICKY), 1).unwrap();
+    let mut engine = Engine::start(
+        Arc::clone(&plan),
+        StartOptions::threads(1).contacts(contacts(normal, friction, STICKY)),
+    )
+    .unwrap();
     let mut expected = BruteForce::default();
     expected.step(&plan, &engine, 0.0);
     let (mut across, mut at_walls, mut through) = (0, 0, 0);
@@ -512,7 +519,8 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
 fn attraction_acts_between_all_that_are_within_its_range() {
     let (plan, normal, friction) = crowd(8, [5, 6, 5]);
     let law = contacts(normal, friction, Attraction(STICKY));
-    let mut engine = Engine::with_contacts(Arc::clone(&plan), law, 1).unwrap();
+    let mut engine =
+        Engine::start(Arc::clone(&plan), StartOptions::threads(1).contacts(law)).unwrap();
     let images = Images::new(
         plan.physics().domain_min(),
         plan.physics().domain_max(),
@@ -553,8 +561,10 @@ fn attraction_acts_between_all_that_are_within_its_range() {
 fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     let (plan, normal, friction) = crowd(9, [12, 12, 15]);
     let law = || contacts(normal, friction, STICKY);
-    let mut one = Engine::with_contacts(Arc::clone(&plan), law(), 1).unwrap();
-    let mut three = Engine::with_contacts(Arc::clone(&plan), law(), 3).unwrap();
+    let mut one =
+        Engine::start(Arc::clone(&plan), StartOptions::threads(1).contacts(law())).unwrap();
+    let mut three =
+        Engine::start(Arc::clone(&plan), StartOptions::threads(3).contacts(law())).unwrap();
     one.steps_at_once(400, None).unwrap();
     three.steps_at_once(400, None).unwrap();
     let saved = one.snapshot();
@@ -565,7 +575,12 @@ fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     let bytes = saved.encode();
     let back = Snapshot::decode(&bytes).unwrap();
     assert_eq!(back, saved);
-    let mut back = Engine::restore_with_contacts(Arc::clone(&plan), back, law(), 2).unwrap();
+    let mut back = Engine::resume(
+        Arc::clone(&plan),
+        back,
+        StartOptions::threads(2).contacts(law()),
+    )
+    .unwrap();
     one.steps_at_once(400, None).unwrap();
     back.steps_at_once(400, None).unwrap();
     assert_eq!(one.snapshot(), back.snapshot());
@@ -607,8 +622,11 @@ fn a_bond_goes_along_the_features_of_a_wall_and_ends_at_its_range() {
         plan.walls.push(wall(shape.clone(), Motion::default()));
         let plan = plan.with_particles(vec![held(sphere(start, RADIUS, velocity, DVec3::ZERO))]);
         let contacts = contacts(Linear::new(STIFFNESS, 0.0), NoFriction, BRIDGE);
-        let mut engine =
-            Engine::with_contacts(Arc::new(plan.plan().unwrap()), contacts, 1).unwrap();
+        let mut engine = Engine::start(
+            Arc::new(plan.plan().unwrap()),
+            StartOptions::threads(1).contacts(contacts),
+        )
+        .unwrap();
         let (mut features, mut steps) = (Vec::new(), 0.0);
         loop {
             engine.step(None).unwrap();

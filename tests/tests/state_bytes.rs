@@ -9,7 +9,7 @@ use glam::DVec3;
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
 use mercury_solver::plan::{Plan, plan, read_scene};
 use mercury_solver::state::Particles;
-use mercury_solver::step::{Engine, RunError, Snapshot};
+use mercury_solver::step::{Engine, RunError, Snapshot, StartOptions};
 use mercury_solver::walls::Shape;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
@@ -276,12 +276,17 @@ fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
             corners: corners.clone(),
         })]
     };
-    let mut engine = Engine::with_forces(Arc::clone(&plan), lift(), 1).expect("it starts");
+    let mut engine = Engine::start(Arc::clone(&plan), StartOptions::threads(1).forces(lift()))
+        .expect("it starts");
     // 2 ms to meet, half a period of 20 ms in touch; this is in the midst of it.
     engine.steps_at_once(70, None).expect("it goes on");
     let state = Snapshot::decode(&engine.snapshot().encode()).expect("a whole state");
-    let mut other =
-        Engine::restore_with_forces(Arc::clone(&plan), state, lift(), 2).expect("it goes on");
+    let mut other = Engine::resume(
+        Arc::clone(&plan),
+        state,
+        StartOptions::threads(2).forces(lift()),
+    )
+    .expect("it goes on");
     for engine in [&mut engine, &mut other] {
         engine.steps_at_once(200, None).expect("it goes on");
         let velocity = engine.particles.records[0].velocity;
@@ -323,14 +328,22 @@ fn pair() -> Arc<Plan> {
 fn a_force_beside_the_contacts_acts_in_every_step_and_is_part_of_the_state() {
     // v^2/r = k m/d^2 with r = 1, d = 2, v = 0.05: k = 0.01.
     let plan = pair();
-    let mut engine = Engine::with_forces(Arc::clone(&plan), attraction(), 1).unwrap();
+    let mut engine = Engine::start(
+        Arc::clone(&plan),
+        StartOptions::threads(1).forces(attraction()),
+    )
+    .unwrap();
     // A quarter of a turn: T/4 = pi r/(2 v) = 31.4 s. Verlet on a circle is off by (w dt)^2/24 per radian turned: 1e-8.
     let steps = (0.5 * std::f64::consts::PI / 0.05 / 0.01).round() as u64;
     engine.steps_at_once(steps / 2, None).unwrap();
     let bytes = engine.snapshot().encode();
     let state = Snapshot::decode(&bytes).unwrap();
-    let mut other =
-        Engine::restore_with_forces(Arc::clone(&plan), state.clone(), attraction(), 2).unwrap();
+    let mut other = Engine::resume(
+        Arc::clone(&plan),
+        state.clone(),
+        StartOptions::threads(2).forces(attraction()),
+    )
+    .unwrap();
     for engine in [&mut engine, &mut other] {
         engine.steps_at_once(steps - steps / 2, None).unwrap();
         let row = engine.particles.rows_by_id()[1] as usize;

@@ -30,7 +30,7 @@ use crate::output::summary::{Status, Summary};
 use crate::output::{Moment, OutputError, Schedule, Writer, Written, draw_final, folder};
 use crate::plan::Plan;
 use crate::state::{FIXED, PEBBLE, inverse_inertia_factor};
-use crate::step::{Engine, RunError};
+use crate::step::{Engine, RunError, StartOptions};
 
 /// What a run needs beside its plan.
 #[derive(Debug, Clone, Default)]
@@ -194,7 +194,10 @@ impl Run {
         let plan = Arc::new(plan);
         let schedule = Schedule::new(plan.outputs().files(), plan.physics().time_step());
         let records = schedule.everything().needs_records();
-        let mut engine = Engine::with_records(Arc::clone(&plan), options.threads, records)?;
+        let mut engine = Engine::start(
+            Arc::clone(&plan),
+            StartOptions::threads(options.threads).records(records),
+        )?;
         let writer = Writer::start(folder, &plan, &engine.history_columns())?;
         let at_start = exchanged(&engine);
         let rest = plan.physics().until_at_rest().then(|| {

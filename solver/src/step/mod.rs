@@ -28,6 +28,7 @@ pub use error::RunError;
 pub use lists::Lists;
 pub use load_series::LoadSeries;
 pub use snapshot::Snapshot;
+pub use start::StartOptions;
 
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Audit, Engine, Lists, LoadSeries, RunError};
+use super::{Audit, Engine, Lists, LoadSeries, RunError, StartOptions};
 use crate::boundaries::BoundaryState;
-use crate::forces::{ContactForces, ForcePass, SavedLoads, SavedSlot, contact_loop};
+use crate::forces::{SavedLoads, SavedSlot};
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
@@ -141,34 +141,19 @@ impl Engine {
     /// # Errors
     /// If threads cannot be started, or the snapshot cannot have come from a run of this plan.
     pub fn restore(plan: Arc<Plan>, snapshot: Snapshot, threads: usize) -> Result<Self, RunError> {
-        Self::restore_with_forces(plan, snapshot, Vec::new(), threads)
+        Self::resume(plan, snapshot, StartOptions::threads(threads))
     }
 
-    /// The same for a run that was started with other forces beside the contacts ([`Engine::with_forces`]).
+    /// The same for a run that was started with [`Engine::start`], with the same contacts and forces.
     ///
     /// # Errors
     /// Also if these are not the forces of the snapshot.
-    pub fn restore_with_forces(
+    pub fn resume(
         plan: Arc<Plan>,
         snapshot: Snapshot,
-        others: Vec<Box<dyn ForcePass>>,
-        threads: usize,
+        options: StartOptions,
     ) -> Result<Self, RunError> {
-        let contacts = contact_loop(plan.physics().laws());
-        Self::unstarted(plan, contacts, others, threads)?.restored(snapshot)
-    }
-
-    /// The same for a run that was started with contact laws of its own ([`Engine::with_contacts`]).
-    ///
-    /// # Errors
-    /// As [`Engine::restore`].
-    pub fn restore_with_contacts(
-        plan: Arc<Plan>,
-        snapshot: Snapshot,
-        contacts: (Box<dyn ContactForces>, String),
-        threads: usize,
-    ) -> Result<Self, RunError> {
-        Self::unstarted(plan, contacts, Vec::new(), threads)?.restored(snapshot)
+        Self::unstarted(plan, options)?.restored(snapshot)
     }
 
     /// Whether a snapshot can have come from a run of this engine's plan: as many of everything, and histories of the same length.

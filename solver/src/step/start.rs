@@ -10,48 +10,69 @@ use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::walls::WallNow;
 
+/// How a run is started or continued.
+pub struct StartOptions {
+    /// Threads; 0 counts as 1.
+    pub threads: usize,
+    /// Contact laws that no scene can name: a [`ContactLoop`](crate::forces::ContactLoop) over the materials of the plan, and how the
+    /// log calls it. Of the plan's own laws only counts then whether particles turn.
+    pub contacts: Option<(Box<dyn ContactForces>, String)>,
+    /// Forces beside the contacts.
+    pub forces: Vec<Box<dyn ForcePass>>,
+    /// Whether the contacts of the start are recorded one by one; there are more of them than particles.
+    pub records: bool,
+}
+
+impl StartOptions {
+    /// The plan's laws, no other forces, contacts recorded.
+    #[must_use]
+    pub fn threads(threads: usize) -> Self {
+        Self {
+            threads,
+            contacts: None,
+            forces: Vec::new(),
+            records: true,
+        }
+    }
+
+    /// With contact laws of their own.
+    #[must_use]
+    pub fn contacts(mut self, contacts: (Box<dyn ContactForces>, String)) -> Self {
+        self.contacts = Some(contacts);
+        self
+    }
+
+    /// With these forces beside the contacts.
+    #[must_use]
+    pub fn forces(mut self, forces: Vec<Box<dyn ForcePass>>) -> Self {
+        self.forces = forces;
+        self
+    }
+
+    /// With or without records of the first contacts.
+    #[must_use]
+    pub fn records(mut self, records: bool) -> Self {
+        self.records = records;
+        self
+    }
+}
+
 impl Engine {
     /// The state at the start of a planned run, its first forces evaluated, for `threads` threads.
     ///
     /// # Errors
     /// If threads cannot be started, or the start is not a number.
     pub fn new(plan: Arc<Plan>, threads: usize) -> Result<Self, RunError> {
-        Self::with_forces(plan, Vec::new(), threads)
+        Self::start(plan, StartOptions::threads(threads))
     }
 
-    /// The same, without records of the first contacts unless `records`: there are more of them than particles.
+    /// The same with more to choose.
     ///
     /// # Errors
     /// As [`Engine::new`].
-    pub fn with_records(plan: Arc<Plan>, threads: usize, records: bool) -> Result<Self, RunError> {
-        let contacts = contact_loop(plan.physics().laws());
-        Self::unstarted(plan, contacts, Vec::new(), threads)?.started(records)
-    }
-
-    /// The same with other forces beside the contacts.
-    ///
-    /// # Errors
-    /// As [`Engine::new`].
-    pub fn with_forces(
-        plan: Arc<Plan>,
-        others: Vec<Box<dyn ForcePass>>,
-        threads: usize,
-    ) -> Result<Self, RunError> {
-        let contacts = contact_loop(plan.physics().laws());
-        Self::unstarted(plan, contacts, others, threads)?.started(true)
-    }
-
-    /// The same with contact laws that no scene can name: a [`ContactLoop`](crate::forces::ContactLoop) over the materials of the
-    /// plan, and how the log calls it. Of the plan's own laws only counts whether particles turn.
-    ///
-    /// # Errors
-    /// As [`Engine::new`].
-    pub fn with_contacts(
-        plan: Arc<Plan>,
-        contacts: (Box<dyn ContactForces>, String),
-        threads: usize,
-    ) -> Result<Self, RunError> {
-        Self::unstarted(plan, contacts, Vec::new(), threads)?.started(true)
+    pub fn start(plan: Arc<Plan>, options: StartOptions) -> Result<Self, RunError> {
+        let records = options.records;
+        Self::unstarted(plan, options)?.started(records)
     }
 
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
@@ -75,13 +96,10 @@ impl Engine {
     }
 
     /// The particles and walls of a plan as they are placed, without lists and forces.
-    pub(super) fn unstarted(
-        plan: Arc<Plan>,
-        (contacts, law_names): (Box<dyn ContactForces>, String),
-        others: Vec<Box<dyn ForcePass>>,
-        threads: usize,
-    ) -> Result<Self, RunError> {
-        let forces = Forces::new(contacts, others);
+    pub(super) fn unstarted(plan: Arc<Plan>, options: StartOptions) -> Result<Self, RunError> {
+        let named = options.contacts;
+        let (contacts, law_names) = named.unwrap_or_else(|| contact_loop(plan.physics().laws()));
+        let forces = Forces::new(contacts, options.forces);
         let needs = forces.needs();
         let images = plan.physics().images();
         let mut particles = Particles::new(plan.physics().orientations() || needs.orientations);
@@ -93,9 +111,9 @@ impl Engine {
         for new in plan.physics().bodies() {
             new.add_to(&mut particles, plan.physics().clumps());
         }
-        let pool = match threads {
+        let pool = match options.threads {
             0 | 1 => None,
-            _ => {
+            threads => {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
                 Some(Arc::new(
                     pool.map_err(|error| RunError::Threads(error.to_string()))?,
@@ -108,12 +126,7 @@ impl Engine {
             .walls()
             .iter()
             .any(|wall| wall.motion.servo(0.0).is_some());
-        let radii = [
-            plan.physics().smallest_radius(),
-            plan.physics().mean_radius(),
-            plan.physics().largest_radius(),
-        ];
-        let skin = Skin::first(radii, needs.range, &images);
+        let skin = Skin::first(plan.physics().radii(), needs.range, &images);
         Ok(Self {
             boundaries: Boundaries::new(
                 plan.physics().insertions(),

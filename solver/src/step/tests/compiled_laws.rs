@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::plan::parse_scene;
 use mercury_common::scene::Files;
 
-use super::super::{Engine, Snapshot};
+use super::super::{Engine, Snapshot, StartOptions};
 use crate::forces::{Watch, contact_loop, dispatching_loop};
 use crate::plan::{Plan, plan};
 
@@ -88,7 +88,11 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
         assert!(name.ends_with("(compiled together)"), "{name}");
         let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
         let contacts = (dispatching_loop(plan.physics().laws()), String::new());
-        let mut dispatching = Engine::with_contacts(Arc::clone(&plan), contacts, 2).unwrap();
+        let mut dispatching = Engine::start(
+            Arc::clone(&plan),
+            StartOptions::threads(2).contacts(contacts),
+        )
+        .unwrap();
         assert_eq!(compiled.history_columns(), dispatching.history_columns());
         let watch = Some(Watch {
             records: true,
