@@ -27,7 +27,6 @@ mod unsupported;
 mod usage;
 mod walls;
 
-pub use crate::contact::mixing::harmonic_mean;
 pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::plan;
 pub use document::document;

@@ -137,13 +137,6 @@ impl Bodies {
             && self.prescribed.iter().all(|body| is_body(body.body))
     }
 
-    /// Whether two rows are pebbles of one body.
-    #[must_use]
-    pub fn are_of_one_body(&self, row: usize, other: usize) -> bool {
-        let body = self.body_of_row(row);
-        body.is_some() && body == self.body_of_row(other)
-    }
-
     /// Rows of the particles were put into another order: `new_row[old]`, `None` for rows that were removed. A body
     /// leaves with its pebbles, all of which must have been removed. `rows` is the present number.
     pub fn follow(&mut self, new_row: &[Option<Row>], rows: usize) {

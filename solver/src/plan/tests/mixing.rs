@@ -1,7 +1,7 @@
 //! From materials to pair laws.
 
-use super::super::harmonic_mean;
 use super::*;
+use crate::contact::mixing::harmonic_mean;
 use crate::contact::{AnyNormal, AnyRolling, AnyTangential, SpringRotation};
 use proptest::prelude::*;
 
