@@ -93,9 +93,10 @@ impl Evaluator {
             points: self.place.len(),
             values: Default::default(),
         };
+        let kernel = Kernel::new(self.kernel, self.coordinates.kernel_dimensions());
         for (spread, rows) in SPREADS.into_iter().zip(rows) {
             let uniform = uniform.as_deref().filter(|_| spread == Spread::Particles);
-            let found = self.spread(&state.space, layout, spread, rows, uniform);
+            let found = self.spread(&state.space, &kernel, layout, spread, rows, uniform);
             sums.values[spread as usize] = found;
         }
         sums
@@ -105,6 +106,7 @@ impl Evaluator {
     fn spread(
         &self,
         space: &Space,
+        kernel: &Kernel,
         layout: &Layout,
         spread: Spread,
         rows: Rows,
@@ -142,7 +144,6 @@ impl Evaluator {
                 ..*space
             }
         };
-        let kernel = Kernel::new(self.kernel, self.coordinates.kernel_dimensions());
         let mut found = match (&self.coordinates, &self.place) {
             (Coordinates::Cartesian([false, false, false]), place) => {
                 let one = total(&layer);
@@ -158,10 +159,10 @@ impl Evaluator {
                     }
                     out
                 };
-                let imager = self.imager(&space, &kernel, unfold(low), unfold(high));
+                let imager = self.imager(&space, kernel, unfold(low), unfold(high));
                 layer.origin = 0.5 * (low + high);
                 layer.placed = imager.place(&rows.originals, |v| lattice.project(v));
-                let found = grid::spread(&lattice, &kernel, &mut layer);
+                let found = grid::spread(&lattice, kernel, &mut layer);
                 if spread == Spread::Gradients {
                     let at = |point: usize| {
                         let [_, ny, nz] = lattice.axes.map(|axis| axis.count);
@@ -177,7 +178,7 @@ impl Evaluator {
                     found
                 }
             }
-            _ => self.at_points(&space, &kernel, &mut layer, rows.originals),
+            _ => self.at_points(&space, kernel, &mut layer, rows.originals),
         };
         if let Some(uniform) = uniform {
             found = expand(&found, layer.width, uniform);

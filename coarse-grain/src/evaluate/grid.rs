@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::lattice::Lattice;
 use super::spread::{Layer, Placed};
 use super::weights::{GaussianRows, PolynomialRows, RowWeights};
-use super::window::Window;
+use super::window::{Spans, Window};
 use crate::kernel::Kernel;
 
 /// Sums of this many bytes and fewer stay in a processor's cache; above, places are sorted in space first.
@@ -94,10 +94,11 @@ fn widened<const F: usize>(
     if F == count {
         return sums.into_flattened();
     }
-    sums.iter()
-        .flat_map(|point| &point[..count])
-        .copied()
-        .collect()
+    let mut narrow = vec![0.0; lattice.len() * count];
+    for (to, from) in narrow.chunks_exact_mut(count).zip(&sums) {
+        to.copy_from_slice(&from[..count]);
+    }
+    narrow
 }
 
 fn slabs<W: RowWeights, const F: usize>(
@@ -131,13 +132,13 @@ fn slabs<W: RowWeights, const F: usize>(
             slab,
             sums,
         };
-        let (mut rows, mut weights) = (rows(), [0.0; ROW]);
+        let (mut rows, mut spans_of_one) = (rows(), Spans::default());
         for (k, place) in layer.placed.iter().enumerate() {
             if spans
                 .get(k)
                 .is_none_or(|span| span.start < end && span.end > begin)
             {
-                slab.add(place, &mut rows, &mut weights);
+                slab.add(place, &mut rows, &mut spans_of_one);
             }
         }
     };
@@ -216,11 +217,8 @@ struct Slab<'a, const F: usize> {
     sums: &'a mut [[f64; F]],
 }
 
-/// Points of a row that are weighed at once.
-const ROW: usize = 64;
-
 impl<const F: usize> Slab<'_, F> {
-    fn add<W: RowWeights>(&mut self, place: &Placed, rows: &mut W, weights: &mut [f64; ROW]) {
+    fn add<W: RowWeights>(&mut self, place: &Placed, rows: &mut W, spans: &mut Spans) {
         let axes = &self.lattice.axes;
         let window = if place.segment == DVec3::ZERO {
             self.ball
@@ -236,37 +234,19 @@ impl<const F: usize> Slab<'_, F> {
         if ranges.iter().any(Range::is_empty) {
             return;
         }
-        // Tables hold the whole range, so that they are the same in every slab.
-        rows.begin(place, &ranges);
-        let mut own = ranges;
+        let mut own = ranges.clone();
         own[self.split].start = own[self.split].start.max(self.slab.start);
         own[self.split].end = own[self.split].end.min(self.slab.end);
+        window.spans(self.lattice, place.centre, &own, spans);
+        if spans.all.is_empty() {
+            return;
+        }
+        // Tables hold the whole range, so that they are the same in every slab.
+        rows.begin(place, &ranges);
         let mut values = [0.0; F];
         self.layer.load(place, self.first, &mut values);
         let begin = self.slab.start * self.inner;
-        for i in own[0].clone() {
-            let dx = axes[0].at(i) - place.centre.x;
-            for j in own[1].clone() {
-                let Some((low, high)) = window.row(dx, axes[1].at(j) - place.centre.y) else {
-                    continue;
-                };
-                let mut row = axes[2].between(place.centre.z + low, place.centre.z + high);
-                row.start = row.start.max(own[2].start);
-                row.end = row.end.min(own[2].end);
-                let base = (i * axes[1].count + j) * axes[2].count;
-                while row.start < row.end {
-                    let weights = &mut weights[..row.len().min(ROW)];
-                    rows.row(i, j, row.start, weights);
-                    let points = &mut self.sums[base + row.start - begin..][..weights.len()];
-                    for (point, weight) in points.iter_mut().zip(&*weights) {
-                        for (sum, value) in point.iter_mut().zip(&values) {
-                            *sum += weight * value;
-                        }
-                    }
-                    row.start += weights.len();
-                }
-            }
-        }
+        rows.add(&spans.all, &values, begin, self.sums);
     }
 }
 

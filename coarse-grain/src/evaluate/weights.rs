@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::lattice::Lattice;
 use super::spread::Placed;
+use super::window::Span;
 use crate::kernel::Kernel;
 use crate::kernel::exponential::exponential;
 use crate::sums::Spread;
@@ -13,8 +14,34 @@ pub(crate) trait RowWeights {
     /// Goes to another place, seen in these ranges of the three axes.
     fn begin(&mut self, placed: &Placed, ranges: &[Range<usize>; 3]);
 
-    /// The weights at the points `first..first + out.len()` of the row of points `i`, `j`.
-    fn row(&mut self, i: usize, j: usize, first: usize, out: &mut [f64]);
+    /// Adds the values, times its weights, to the points of the spans. `sums` begins at point `begin` of the grid.
+    fn add<const F: usize>(
+        &mut self,
+        spans: &[Span],
+        values: &[f64; F],
+        begin: usize,
+        sums: &mut [[f64; F]],
+    );
+}
+
+/// The points of a span in a list that begins at point `begin` of the grid.
+#[inline]
+fn points<'a, const F: usize>(
+    lattice: &Lattice,
+    span: &Span,
+    begin: usize,
+    sums: &'a mut [[f64; F]],
+) -> &'a mut [[f64; F]] {
+    let [_, y, z] = &lattice.axes;
+    let row = (span.i as usize * y.count + span.j as usize) * z.count;
+    &mut sums[row + span.first as usize - begin..][..span.count as usize]
+}
+
+#[inline]
+fn add_to<const F: usize>(point: &mut [f64; F], weight: f64, values: &[f64; F]) {
+    for (sum, value) in point.iter_mut().zip(values) {
+        *sum += weight * value;
+    }
 }
 
 /// Points after which the recurrence of a table starts anew: rounding errors stay below 2e-14 of the value.
@@ -34,7 +61,7 @@ pub(crate) struct GaussianRows<'a> {
     tables: [Vec<f64>; 3],
     begins: [usize; 3],
     lengths: [usize; 3],
-    factors: Vec<f64>,
+    row: Vec<f64>,
 }
 
 impl<'a> GaussianRows<'a> {
@@ -54,7 +81,7 @@ impl<'a> GaussianRows<'a> {
             tables: [const { Vec::new() }; 3],
             begins: [0; 3],
             lengths: [0; 3],
-            factors: Vec::new(),
+            row: Vec::new(),
         }
     }
 }
@@ -111,45 +138,83 @@ impl RowWeights for GaussianRows<'_> {
         }
     }
 
-    #[inline]
-    fn row(&mut self, i: usize, j: usize, first: usize, out: &mut [f64]) {
-        let [nx, ny, nz] = self.lengths;
-        let (i, j) = (i - self.begins[0], j - self.begins[1]);
-        let skip = first - self.begins[2];
-        let [tx, ty, tz] = &self.tables;
-        let factor = |q: usize| self.weights[q] * tx[q * nx + i] * ty[q * ny + j];
-        let part = |q: usize| &tz[q * nz + skip..][..out.len()];
+    fn add<const F: usize>(
+        &mut self,
+        spans: &[Span],
+        values: &[f64; F],
+        begin: usize,
+        sums: &mut [[f64; F]],
+    ) {
         match self.nodes.len() {
-            1 => {
-                let a = factor(0);
-                let z = part(0);
-                for (out, z) in out.iter_mut().zip(z) {
-                    *out = a * z;
+            1 => self.add_nodes::<1, F>(spans, values, begin, sums),
+            2 => self.add_nodes::<2, F>(spans, values, begin, sums),
+            3 => self.add_nodes::<3, F>(spans, values, begin, sums),
+            4 => self.add_nodes::<4, F>(spans, values, begin, sums),
+            _ => self.add_any(spans, values, begin, sums),
+        }
+    }
+}
+
+impl GaussianRows<'_> {
+    /// With so few nodes that their factors stay in registers.
+    fn add_nodes<const N: usize, const F: usize>(
+        &self,
+        spans: &[Span],
+        values: &[f64; F],
+        begin: usize,
+        sums: &mut [[f64; F]],
+    ) {
+        let [nx, ny, nz] = self.lengths;
+        let [tx, ty, tz] = &self.tables;
+        let (mut last, mut across) = (u32::MAX, [0.0; N]);
+        for span in spans {
+            if span.i != last {
+                last = span.i;
+                let i = last as usize - self.begins[0];
+                across = std::array::from_fn(|q| self.weights[q] * tx[q * nx + i]);
+            }
+            let j = span.j as usize - self.begins[1];
+            let skip = span.first as usize - self.begins[2];
+            let points = points(self.lattice, span, begin, sums);
+            let count = points.len();
+            let factors: [f64; N] = std::array::from_fn(|q| across[q] * ty[q * ny + j]);
+            let rows: [&[f64]; N] = std::array::from_fn(|q| &tz[q * nz + skip..][..count]);
+            for (k, point) in points.iter_mut().enumerate() {
+                let mut weight = factors[0] * rows[0][k];
+                for q in 1..N {
+                    weight += factors[q] * rows[q][k];
+                }
+                add_to(point, weight, values);
+            }
+        }
+    }
+
+    fn add_any<const F: usize>(
+        &mut self,
+        spans: &[Span],
+        values: &[f64; F],
+        begin: usize,
+        sums: &mut [[f64; F]],
+    ) {
+        let [nx, ny, nz] = self.lengths;
+        let [tx, ty, tz] = &self.tables;
+        for span in spans {
+            let (i, j) = (
+                span.i as usize - self.begins[0],
+                span.j as usize - self.begins[1],
+            );
+            let skip = span.first as usize - self.begins[2];
+            self.row.clear();
+            self.row.resize(span.count as usize, 0.0);
+            for (q, weight) in self.weights.iter().enumerate() {
+                let factor = weight * tx[q * nx + i] * ty[q * ny + j];
+                for (out, z) in self.row.iter_mut().zip(&tz[q * nz + skip..]) {
+                    *out += factor * z;
                 }
             }
-            2 => {
-                let (a, b) = (factor(0), factor(1));
-                let (y, z) = (part(0), part(1));
-                for ((out, y), z) in out.iter_mut().zip(y).zip(z) {
-                    *out = a * y + b * z;
-                }
-            }
-            3 => {
-                let (a, b, c) = (factor(0), factor(1), factor(2));
-                let (x, y, z) = (part(0), part(1), part(2));
-                for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
-                    *out = a * x + b * y + c * z;
-                }
-            }
-            nodes => {
-                self.factors.clear();
-                self.factors.extend((0..nodes).map(factor));
-                out.fill(0.0);
-                for (q, a) in self.factors.iter().enumerate() {
-                    for (out, z) in out.iter_mut().zip(&tz[q * nz + skip..]) {
-                        *out += a * z;
-                    }
-                }
+            let points = points(self.lattice, span, begin, sums);
+            for (point, &weight) in points.iter_mut().zip(&self.row) {
+                add_to(point, weight, values);
             }
         }
     }
@@ -180,6 +245,7 @@ pub(crate) struct PolynomialRows<'a> {
     spread: Spread,
     placed: Placed,
     length: f64,
+    row: Vec<f64>,
 }
 
 impl<'a> PolynomialRows<'a> {
@@ -196,6 +262,7 @@ impl<'a> PolynomialRows<'a> {
             spread,
             placed,
             length: 0.0,
+            row: Vec::new(),
         }
     }
 }
@@ -206,14 +273,36 @@ impl RowWeights for PolynomialRows<'_> {
         self.length = placed.segment.length();
     }
 
-    #[inline]
-    fn row(&mut self, i: usize, j: usize, first: usize, out: &mut [f64]) {
+    fn add<const F: usize>(
+        &mut self,
+        spans: &[Span],
+        values: &[f64; F],
+        begin: usize,
+        sums: &mut [[f64; F]],
+    ) {
+        for span in spans {
+            let points = points(self.lattice, span, begin, sums);
+            self.row.resize(points.len(), 0.0);
+            self.weigh(span);
+            for (point, &weight) in points.iter_mut().zip(&self.row) {
+                add_to(point, weight, values);
+            }
+        }
+    }
+}
+
+impl PolynomialRows<'_> {
+    /// The weights of a span.
+    fn weigh(&mut self, span: &Span) {
         let Some(polynomial) = self.kernel.polynomial() else {
             return;
         };
         let radius = self.kernel.choice().width;
         let (axes, c) = (&self.lattice.axes, self.placed.centre);
-        let (dx, dy) = (axes[0].at(i) - c.x, axes[1].at(j) - c.y);
+        let (dx, dy) = (
+            axes[0].at(span.i as usize) - c.x,
+            axes[1].at(span.j as usize) - c.y,
+        );
         let across = dx * dx + dy * dy;
         let inverse = 1.0 / radius;
         let norm = self.kernel.peak();
@@ -226,8 +315,8 @@ impl RowWeights for PolynomialRows<'_> {
         };
         let along = dx * n.x + dy * n.y;
         let half = 0.5 * self.length;
-        for (k, out) in out.iter_mut().enumerate() {
-            let dz = axes[2].at(first + k) - c.z;
+        for (k, out) in self.row.iter_mut().enumerate() {
+            let dz = axes[2].at(span.first as usize + k) - c.z;
             let distance = across + dz * dz;
             *out = if is_line {
                 let u = along + dz * n.z;

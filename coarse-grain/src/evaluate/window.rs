@@ -1,8 +1,35 @@
 //! The region in which a kernel or a cut line integral is not zero, row by row of a grid.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
+use super::lattice::{Lattice, LatticeAxis};
 use crate::kernel::{Kernel, LineCut};
+
+/// The points of a row of the grid that a window holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Span {
+    /// Where the row is along the first axis.
+    pub i: u32,
+    /// Where it is along the second.
+    pub j: u32,
+    /// The first of its points.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// The spans of a window; kept, so that their memory is.
+#[derive(Debug, Default)]
+pub(crate) struct Spans {
+    pub all: Vec<Span>,
+    firsts: Vec<f64>,
+    ends: Vec<f64>,
+}
+
+/// Added to a number it rounds it to a whole one.
+const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// A ball, or an ellipsoid or capped cylinder around a segment.
 #[derive(Debug, Clone, Copy)]
@@ -67,6 +94,85 @@ impl Window {
             inverse: 1.0 / steepness,
             cap: cylinder.then_some(half),
             half: bounds,
+        }
+    }
+
+    /// All rows of `own`, a part of the grid, that have points in the window around `centre`.
+    pub(crate) fn spans(
+        &self,
+        lattice: &Lattice,
+        centre: DVec3,
+        own: &[Range<usize>; 3],
+        spans: &mut Spans,
+    ) {
+        let [x, y, z] = &lattice.axes;
+        spans.all.clear();
+        for i in own[0].clone() {
+            let dx = x.at(i) - centre.x;
+            self.bounds(dx, [y, z], centre, own, spans);
+            let bounds = spans.firsts.iter().zip(&spans.ends);
+            for (j, (&first, &end)) in own[1].clone().zip(bounds) {
+                if first < end {
+                    spans.all.push(Span {
+                        i: i as u32,
+                        j: j as u32,
+                        first: first as u32,
+                        count: (end - first) as u32,
+                    });
+                }
+            }
+        }
+    }
+
+    /// First point and end of each row at `dx`, as whole numbers. Without branches, so that the processor works on several rows at once.
+    #[inline]
+    fn bounds(
+        &self,
+        dx: f64,
+        [y, z]: [&LatticeAxis; 2],
+        centre: DVec3,
+        own: &[Range<usize>; 3],
+        spans: &mut Spans,
+    ) {
+        let count = own[1].len();
+        spans.firsts.resize(count, 0.0);
+        spans.ends.resize(count, 0.0);
+        let (begin, end) = (own[2].start as f64, own[2].end as f64);
+        let above = (centre.z - z.first) * z.inverse_step;
+        let rows = spans.firsts.iter_mut().zip(&mut spans.ends);
+        if self.cap.is_some() {
+            for (j, (first, last)) in own[1].clone().zip(rows) {
+                (*first, *last) = match self.row(dx, y.at(j) - centre.y) {
+                    Some((low, high)) => {
+                        let range = z.between(centre.z + low, centre.z + high);
+                        ((range.start as f64).max(begin), (range.end as f64).min(end))
+                    }
+                    None => (begin, begin),
+                };
+            }
+            return;
+        }
+        // The formulas of `row`; for a ball they give the same with a flatness of 0.
+        let n = self.direction;
+        let row = own[1].start as u32;
+        let (x_across, x_along) = (self.reach_squared - dx * dx, n.x * dx);
+        let scale = self.inverse * z.inverse_step;
+        for (k, (first, last)) in rows.enumerate() {
+            let dy = y.first + f64::from(row + k as u32) * y.step - centre.y;
+            let along = x_along + n.y * dy;
+            let rest = x_across - dy * dy + self.flatness * along * along;
+            let middle = self.flatness * along * n.z;
+            let square = middle * middle + self.steepness * rest;
+            let height = square.max(0.0).sqrt();
+            let low = (above + (middle - height) * scale).max(begin).min(end);
+            let high = (above + (middle + height) * scale)
+                .max(begin - 1.0)
+                .min(end - 1.0);
+            let (down, up) = ((low + ROUND) - ROUND, (high + ROUND) - ROUND);
+            let ceil = down + if down < low { 1.0 } else { 0.0 };
+            let floor = up - if up > high { 1.0 } else { 0.0 };
+            *first = ceil;
+            *last = if square >= 0.0 { floor + 1.0 } else { begin };
         }
     }
 

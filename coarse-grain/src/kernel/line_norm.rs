@@ -7,6 +7,8 @@ use super::quadrature::Rule;
 
 /// Intervals of the table.
 const INTERVALS: usize = 128;
+/// Most pieces of the integration over a segment; longer ones are straight in the middle.
+const MOST_PIECES: usize = 24;
 /// A cut-off, in widths, from which on nothing is missing in double precision.
 const NOTHING_MISSING: f64 = 8.7;
 
@@ -33,12 +35,16 @@ impl LineNorm {
         if dimensions == 0 || reach > NOTHING_MISSING * w {
             return Self::none();
         }
-        let rule = Rule::gauss_legendre(8).in_pieces(24);
+        let rule = Rule::gauss_legendre(8);
+        let rules: Vec<Rule> = (1..=MOST_PIECES).map(|k| rule.in_pieces(k)).collect();
         let node = |k: usize| {
             let x = k as f64 / INTERVALS as f64;
             // The last node stands for a segment without end, of which the ends' share vanishes.
             let length = reach * x / (1.0 - x).max(1e-9);
-            1.0 / inside(dimensions, w, reach, length, cut, &rule)
+            // Eight nodes for each 1.5 widths of the half that is integrated over.
+            let pieces = ((reach + 0.5 * length) / (1.5 * w)).ceil() as usize;
+            let rule = &rules[pieces.min(MOST_PIECES) - 1];
+            1.0 / inside(dimensions, w, reach, length, cut, rule)
         };
         Self {
             reach,
