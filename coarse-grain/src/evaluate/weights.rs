@@ -62,6 +62,7 @@ pub(crate) struct GaussianRows<'a> {
     begins: [usize; 3],
     lengths: [usize; 3],
     row: Vec<f64>,
+    starts: Vec<f64>,
 }
 
 impl<'a> GaussianRows<'a> {
@@ -82,6 +83,7 @@ impl<'a> GaussianRows<'a> {
             begins: [0; 3],
             lengths: [0; 3],
             row: Vec::new(),
+            starts: Vec::new(),
         }
     }
 }
@@ -110,6 +112,24 @@ impl RowWeights for GaussianRows<'_> {
                 _ => self.kernel.peak(),
             });
         }
+        // First values and ratios of all rows of the tables, so that the exponentials are taken several at once.
+        self.starts.clear();
+        for (a, range) in ranges.iter().enumerate() {
+            let axis = &self.lattice.axes[a];
+            if axis.resolved {
+                let from = axis.at(range.start) - placed.centre[a];
+                for node in &self.nodes {
+                    let d = from - node * placed.segment[a];
+                    self.starts.push(-0.5 * d * d * self.inverse);
+                    self.starts
+                        .push(-(d + 0.5 * axis.step) * axis.step * self.inverse);
+                }
+            }
+        }
+        for start in &mut self.starts {
+            *start = exponential(*start);
+        }
+        let mut starts = self.starts.chunks_exact(2);
         for (a, range) in ranges.iter().enumerate() {
             let axis = &self.lattice.axes[a];
             self.begins[a] = range.start;
@@ -120,20 +140,18 @@ impl RowWeights for GaussianRows<'_> {
                 table.resize(self.nodes.len(), 1.0);
                 continue;
             }
-            let from = axis.at(range.start) - placed.centre[a];
             table.resize(self.nodes.len() * range.len(), 0.0);
-            for (node, part) in self
-                .nodes
-                .iter()
-                .zip(table.chunks_exact_mut(range.len().max(1)))
-            {
-                fill_gaussian(
-                    part,
-                    from - node * placed.segment[a],
-                    axis.step,
-                    self.inverse,
-                    self.decay[a],
-                );
+            let parts = table.chunks_exact_mut(range.len());
+            for ((node, part), start) in self.nodes.iter().zip(parts).zip(&mut starts) {
+                let (first, rest) = part.split_at_mut(part.len().min(RESTART));
+                fill(first, start[0], start[1], self.decay[a]);
+                let from = axis.at(range.start) - placed.centre[a] - node * placed.segment[a];
+                for (block, part) in (1..).zip(rest.chunks_mut(RESTART)) {
+                    let d = from + (block * RESTART) as f64 * axis.step;
+                    let value = exponential(-0.5 * d * d * self.inverse);
+                    let ratio = exponential(-(d + 0.5 * axis.step) * axis.step * self.inverse);
+                    fill(part, value, ratio, self.decay[a]);
+                }
             }
         }
     }
@@ -220,21 +238,13 @@ impl GaussianRows<'_> {
     }
 }
 
-/// exp(-(from + k step)^2 / (2 w^2)) for all k: products of a ratio that shrinks by the same factor from point to point.
-fn fill_gaussian(out: &mut [f64], from: f64, step: f64, inverse: f64, decay: f64) {
-    for (block, part) in out.chunks_mut(RESTART).enumerate() {
-        let d = from + (block * RESTART) as f64 * step;
-        let mut value = exponential(-0.5 * d * d * inverse);
-        if let [one] = part {
-            *one = value;
-            continue;
-        }
-        let mut ratio = exponential(-(d + 0.5 * step) * step * inverse);
-        for out in part {
-            *out = value;
-            value *= ratio;
-            ratio *= decay;
-        }
+/// Values of a Gaussian at equal distances: products of a ratio that shrinks by the same factor from point to point.
+#[inline]
+fn fill(out: &mut [f64], mut value: f64, mut ratio: f64, decay: f64) {
+    for out in out {
+        *out = value;
+        value *= ratio;
+        ratio *= decay;
     }
 }
 

@@ -140,7 +140,9 @@ impl Window {
         let (begin, end) = (own[2].start as f64, own[2].end as f64);
         let above = (centre.z - z.first) * z.inverse_step;
         let rows = spans.firsts.iter_mut().zip(&mut spans.ends);
-        if self.cap.is_some() {
+        let n = self.direction;
+        let is_awkward = self.steepness <= 1e-12 || n.z.abs() <= 1e-12;
+        if self.cap.is_some() && is_awkward {
             for (j, (first, last)) in own[1].clone().zip(rows) {
                 (*first, *last) = match self.row(dx, y.at(j) - centre.y) {
                     Some((low, high)) => {
@@ -152,11 +154,14 @@ impl Window {
             }
             return;
         }
+        // Along a row the caps are this far from where it passes the middle.
+        let (slant, cap) = match self.cap {
+            Some(cap) => (1.0 / n.z, cap / n.z.abs()),
+            None => (0.0, f64::INFINITY),
+        };
         // The formulas of `row`; for a ball they give the same with a flatness of 0.
-        let n = self.direction;
         let row = own[1].start as u32;
         let (x_across, x_along) = (self.reach_squared - dx * dx, n.x * dx);
-        let scale = self.inverse * z.inverse_step;
         for (k, (first, last)) in rows.enumerate() {
             let dy = y.first + f64::from(row + k as u32) * y.step - centre.y;
             let along = x_along + n.y * dy;
@@ -164,8 +169,11 @@ impl Window {
             let middle = self.flatness * along * n.z;
             let square = middle * middle + self.steepness * rest;
             let height = square.max(0.0).sqrt();
-            let low = (above + (middle - height) * scale).max(begin).min(end);
-            let high = (above + (middle + height) * scale)
+            let between = -along * slant;
+            let low = ((middle - height) * self.inverse).max(between - cap);
+            let high = ((middle + height) * self.inverse).min(between + cap);
+            let low = (above + low * z.inverse_step).max(begin).min(end);
+            let high = (above + high * z.inverse_step)
                 .max(begin - 1.0)
                 .min(end - 1.0);
             let (down, up) = ((low + ROUND) - ROUND, (high + ROUND) - ROUND);

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
+use rayon::prelude::*;
+
 use super::LineCut;
 use super::quadrature::Rule;
 
@@ -48,7 +50,7 @@ impl LineNorm {
         };
         Self {
             reach,
-            table: Some((0..=INTERVALS).map(node).collect()),
+            table: Some((0..=INTERVALS).into_par_iter().map(node).collect()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Pictures of fields: profiles over one coordinate, heat maps over two.
 
+use mercury_common::formats::number::{NumberStyle, push_number};
 use mercury_pictures::ColourMap;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, HeatMap, Series};
 
@@ -50,12 +51,21 @@ pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<Char
     let mut page = ChartPage::new("", columns, charts);
     page.title = match time {
         TimeMode::Average => format!(
-            "Mean of {} frames, t = {:?} to {:?} s",
-            block.frames, block.span.0, block.span.1
+            "Mean of {} frames, t = {} to {} s",
+            block.frames,
+            seconds(block.span.0),
+            seconds(block.span.1)
         ),
-        _ => format!("t = {:?} s", block.time),
+        _ => format!("t = {} s", seconds(block.time)),
     };
     Ok(page)
+}
+
+/// A time for people: sums of steps end in round-off.
+fn seconds(time: f64) -> String {
+    let mut out = Vec::new();
+    push_number(&mut out, time, NumberStyle::Digits(6));
+    String::from_utf8(out).unwrap_or_default()
 }
 
 fn refused(found: &str) -> CgError {
