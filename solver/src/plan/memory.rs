@@ -14,7 +14,7 @@ pub struct Memory {
     pub spheres: f64,
     /// While the scene is read and looked over, its tables among it; given back before the time loop.
     pub start: f64,
-    /// In the time loop, between two candidate lists.
+    /// In the time loop, between two candidate lists of which one was built before.
     pub steps: f64,
     /// At most: while a candidate list is built, or a frame is written.
     pub most: f64,
