@@ -1,0 +1,331 @@
+//! `mercury-psd check`
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use mercury_common::cli::{Exit, Failure, Outcome, say};
+use mercury_common::sizes::SizeDistribution;
+use mercury_psd::charts;
+use mercury_psd::check::run::{Run, Selection};
+use mercury_psd::check::{Criterion, Goodness, TwoSamples, Verdict};
+use mercury_psd::input::{self, Sizes};
+use mercury_psd::report;
+use mercury_psd::sample::Sample;
+use serde_json::{Value, json};
+
+use super::{draw, say_json};
+use crate::arguments::CheckArguments;
+
+/// Particles of one kind, ready to test.
+struct Subject {
+    name: String,
+    sample: Sample,
+    /// kg
+    mass: Option<f64>,
+}
+
+pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
+    let first = Selection {
+        at: arguments.at,
+        place: arguments.place.clone().map_or_else(Vec::new, |c| c.0),
+    };
+    let is_two_sample = arguments.versus.is_some()
+        || arguments.versus_at.is_some()
+        || arguments.versus_where.is_some();
+    if is_two_sample && arguments.target.is_some() {
+        let message = "--target and --versus: a sample is tested against a distribution or against another sample";
+        return Err(Failure::input(message));
+    }
+    let subjects = subjects(&arguments.subject, &first, arguments)?;
+    if is_two_sample {
+        return versus(arguments, subjects);
+    }
+    let mut outcome = Reports::default();
+    for (subject, target) in with_targets(arguments, subjects)? {
+        let goodness = Goodness::of(
+            &subject.sample,
+            &target.sizes,
+            arguments.level,
+            arguments.seed,
+        );
+        let criterion = match arguments.tolerance {
+            Some(tolerance) => Criterion::Tolerance(tolerance),
+            None => Criterion::Level(arguments.level),
+        };
+        let verdict = Verdict::of(&goodness, &subject.sample, &target.sizes, criterion);
+        let check = report::Check {
+            name: &subject.name,
+            sample: &subject.sample,
+            target: &target.sizes,
+            goodness: &goodness,
+            verdict: &verdict,
+            level: arguments.level,
+            masses: subject.mass.zip(target.mass).map(<[f64; 2]>::from),
+            is_quota: target.is_quota,
+        };
+        outcome.passed &= verdict.passed;
+        outcome.text += &check.text();
+        outcome.values.insert(subject.name.clone(), check.json());
+        if let Some(stem) = &arguments.output {
+            let look = arguments.looking.look();
+            let page = charts::checked(
+                &subject.name,
+                &subject.sample,
+                &target.sizes,
+                &goodness,
+                arguments.level,
+                look,
+            );
+            outcome.pages.push((subject.name.clone(), page));
+            outcome.stem = Some(stem.clone());
+        }
+    }
+    outcome.finish(arguments.printing.json)
+}
+
+/// What all kinds of particles came to.
+struct Reports {
+    passed: bool,
+    text: String,
+    values: serde_json::Map<String, Value>,
+    pages: Vec<(String, mercury_pictures::charts::ChartPage)>,
+    stem: Option<PathBuf>,
+}
+
+impl Default for Reports {
+    fn default() -> Self {
+        Self {
+            passed: true,
+            text: String::new(),
+            values: serde_json::Map::new(),
+            pages: Vec::new(),
+            stem: None,
+        }
+    }
+}
+
+impl Reports {
+    fn finish(mut self, as_json: bool) -> Outcome {
+        if let Some(stem) = &self.stem {
+            for (name, page) in &self.pages {
+                let mut path = stem.clone().into_os_string();
+                if self.pages.len() > 1 {
+                    path.push(format!(".{}", name.replace(['/', ' '], "-")));
+                }
+                self.text += &draw(page, Path::new(&path))?;
+            }
+        }
+        if as_json {
+            say_json(&json!({ "passed": self.passed, "kinds": self.values }))?;
+        } else {
+            say(&self.text)?;
+        }
+        if self.passed {
+            Ok(())
+        } else {
+            // The report has said why.
+            Err(Failure::new(Exit::Failed, ""))
+        }
+    }
+}
+
+fn subjects(
+    path: &Path,
+    selection: &Selection,
+    arguments: &CheckArguments,
+) -> Result<Vec<Subject>, Failure> {
+    let mut subjects = Vec::new();
+    if path.is_dir() {
+        let run = Run::open(path).map_err(Failure::input)?;
+        for (name, group) in run.sizes(selection).map_err(Failure::input)? {
+            let sample = Sample::new(group.diameters);
+            let sample = sample
+                .map_err(|error| Failure::input(format!("{}: {name}: {error}", path.display())))?;
+            let mass = Some(group.mass);
+            subjects.push(Subject { name, sample, mass });
+        }
+    } else {
+        if *selection != Selection::default() {
+            let message = format!(
+                "{}: times and places are those of a run folder",
+                path.display()
+            );
+            return Err(Failure::input(message));
+        }
+        for source in input::read(&path.to_string_lossy(), &arguments.reading.options())
+            .map_err(Failure::input)?
+        {
+            let Sizes::Sample(sample) = source.sizes else {
+                let message = format!("{}: a distribution, no list of sizes", path.display());
+                return Err(Failure::input(message)
+                    .with_help("mercury-psd compare sets distributions side by side"));
+            };
+            subjects.push(Subject {
+                name: source.name,
+                sample,
+                mass: None,
+            });
+        }
+    }
+    if let Some(of) = &arguments.of {
+        let names: Vec<String> = subjects
+            .iter()
+            .map(|subject| subject.name.clone())
+            .collect();
+        subjects.retain(|subject| subject.name == *of);
+        if subjects.is_empty() {
+            let message = format!("{}: no particles of \"{of}\"", path.display());
+            return Err(
+                Failure::input(message).with_help(format!("there are: {}", names.join(", ")))
+            );
+        }
+    }
+    if subjects.is_empty() {
+        return Err(Failure::input(format!(
+            "{}: no inserted particles there",
+            path.display()
+        )));
+    }
+    Ok(subjects)
+}
+
+/// What a kind of particles should be.
+struct Wanted {
+    sizes: SizeDistribution,
+    mass: Option<f64>,
+    is_quota: bool,
+}
+
+fn with_targets(
+    arguments: &CheckArguments,
+    subjects: Vec<Subject>,
+) -> Result<Vec<(Subject, Wanted)>, Failure> {
+    let path = &arguments.subject;
+    if let Some(target) = &arguments.target {
+        let names: Vec<&str> = subjects
+            .iter()
+            .map(|subject| subject.name.as_str())
+            .collect();
+        if subjects.len() > 1 {
+            let message = format!(
+                "{}: several kinds of particles for one target: {}",
+                path.display(),
+                names.join(", ")
+            );
+            return Err(Failure::input(message).with_help("choose one with --of"));
+        }
+        let source = super::source(target, &arguments.reading.options())?;
+        let Sizes::Distribution(sizes, _) = source.sizes else {
+            let message = format!("{target}: a list of sizes, no distribution");
+            return Err(Failure::input(message).with_help("--versus tests against another sample"));
+        };
+        let wanted = |subject| {
+            let wanted = Wanted {
+                sizes: sizes.clone(),
+                mass: None,
+                is_quota: false,
+            };
+            (subject, wanted)
+        };
+        return Ok(subjects.into_iter().map(wanted).collect());
+    }
+    if !path.is_dir() {
+        let message = format!(
+            "{}: a list of sizes does not say what it should be",
+            path.display()
+        );
+        return Err(Failure::input(message).with_help("give --target FILE"));
+    }
+    let run = Run::open(path).map_err(Failure::input)?;
+    let of_plan = run.targets().map_err(Failure::input)?;
+    let mut targets: BTreeMap<String, Wanted> = of_plan
+        .into_iter()
+        .map(|(name, target)| {
+            let wanted = Wanted {
+                sizes: target.sizes,
+                // Of a part, or at one time, the whole mass is not to be expected.
+                mass: target
+                    .mass
+                    .filter(|_| arguments.at.is_none() && arguments.place.is_none()),
+                is_quota: target.is_quota,
+            };
+            (name, wanted)
+        })
+        .collect();
+    let mut pairs = Vec::new();
+    for subject in subjects {
+        let Some(wanted) = targets.remove(&subject.name) else {
+            let message = format!(
+                "{}: the scene has no single distribution for \"{}\": no insertion brings it, or several with different ones",
+                path.display(),
+                subject.name
+            );
+            return Err(Failure::input(message).with_help("give --of and --target"));
+        };
+        pairs.push((subject, wanted));
+    }
+    if arguments.of.is_none() && !targets.is_empty() {
+        let names: Vec<String> = targets.into_keys().collect();
+        let message = format!(
+            "{}: nothing was inserted of {}",
+            path.display(),
+            names.join(", ")
+        );
+        return Err(Failure::run(message).with_help("the kinds that are there: --of"));
+    }
+    Ok(pairs)
+}
+
+fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
+    let path = arguments.versus.as_ref().unwrap_or(&arguments.subject);
+    let selection = Selection {
+        at: match (arguments.versus_at, &arguments.versus) {
+            (Some(at), _) => Some(at),
+            (None, None) => arguments.at,
+            (None, Some(_)) => None,
+        },
+        place: match (&arguments.versus_where, &arguments.versus) {
+            (Some(conditions), _) => conditions.0.clone(),
+            (None, None) => arguments.place.clone().map_or_else(Vec::new, |c| c.0),
+            (None, Some(_)) => Vec::new(),
+        },
+    };
+    let mut others = self::subjects(path, &selection, arguments)?;
+    let mut outcome = Reports::default();
+    let lists = subjects.len() == 1 && others.len() == 1;
+    for subject in subjects {
+        // Kinds with kinds; two lists have no kinds.
+        let found = others
+            .iter()
+            .position(|other| lists || other.name == subject.name);
+        let Some(found) = found else {
+            let message = format!(
+                "{}: no particles of \"{}\" to compare with",
+                path.display(),
+                subject.name
+            );
+            return Err(Failure::input(message).with_help("choose a kind with --of"));
+        };
+        let other = others.swap_remove(found);
+        let result = TwoSamples::of(&subject.sample, &other.sample, arguments.level);
+        let agree = result.agree(arguments.level);
+        outcome.passed &= agree;
+        outcome.text += &report::two_samples_text(&subject.name, &result, arguments.level);
+        outcome.values.insert(
+            subject.name.clone(),
+            report::two_samples_json(&result, arguments.level),
+        );
+        if let Some(stem) = &arguments.output {
+            let page = charts::two_samples(
+                &subject.name,
+                ["first", "second"],
+                [&subject.sample, &other.sample],
+                &result,
+                arguments.looking.look(),
+            );
+            outcome.pages.push((subject.name.clone(), page));
+            outcome.stem = Some(stem.clone());
+        }
+    }
+    outcome.finish(arguments.printing.json)
+}

@@ -1,0 +1,52 @@
+//! `mercury-psd stats`
+
+use std::fmt::Write as _;
+
+use mercury_common::cli::{Outcome, say};
+use mercury_psd::statistics::{Quantiles, Statistics, Unit, described, mean_diameter};
+use serde_json::{Value, json};
+
+use super::{notes, say_json, sources};
+use crate::arguments::StatsArguments;
+
+pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
+    let sources = sources(&arguments.files, &arguments.reading.options())?;
+    let quantiles = match arguments.reading.compat {
+        Some(_) => Quantiles::Mercury,
+        None => Quantiles::Exact,
+    };
+    let mut text = String::new();
+    let mut values = serde_json::Map::new();
+    for source in &sources {
+        let mut statistics = Statistics::of(&source.sizes, quantiles);
+        for &(p, q) in &arguments.mean {
+            statistics
+                .means
+                .push((p, q, mean_diameter(&source.sizes, p, q)));
+        }
+        if arguments.printing.json {
+            let mut value = statistics.json();
+            value["what"] = json!(described(&source.sizes));
+            value["notes"] = json!(source.notes);
+            values.insert(source.name.clone(), value);
+            continue;
+        }
+        let _ = write!(
+            text,
+            "{}: {}\n{}{}",
+            source.name,
+            described(&source.sizes),
+            notes(source),
+            statistics.text()
+        );
+        for &(p, q) in &arguments.mean {
+            let d = mean_diameter(&source.sizes, p, q);
+            let unit = Unit::for_length(d);
+            let _ = writeln!(text, "  D[{p},{q}] {} {}", unit.show(d), unit.name);
+        }
+    }
+    if arguments.printing.json {
+        return say_json(&Value::Object(values));
+    }
+    say(&text)
+}

@@ -1,0 +1,149 @@
+//! How well a sample knows its curves and quantiles.
+
+use mercury_common::normal::normal_quantile;
+use mercury_common::random::Stream;
+use mercury_common::sizes::Weighting;
+
+use crate::sample::Sample;
+
+/// Pieces into which the particles are gathered for the band of the volume, and random curves drawn for it.
+const PIECES: usize = 512;
+const CURVES: usize = 2000;
+
+/// A value with its confidence interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// The value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Half width of the band that holds the whole cumulative number curve with probability 1 - `level`: sqrt(ln(2/level)/(2 n))
+/// (Dvoretzky, Kiefer and Wolfowitz 1956, with the constant of Massart 1990, Ann. Probab. 18, 1269).
+///
+/// ```
+/// use mercury_psd::check::number_band;
+/// assert!((number_band(7312, 0.05) - 0.01588).abs() < 1e-5);
+/// ```
+#[must_use]
+pub fn number_band(number: usize, level: f64) -> f64 {
+    (libm::log(2.0 / level) / (2.0 * number as f64))
+        .sqrt()
+        .min(1.0)
+}
+
+/// The band of the cumulative volume curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VolumeBand {
+    /// Half width: random curves stay within it with probability 1 - level.
+    pub half_width: f64,
+    /// The share of random curves that deviate at least as much as the sample does.
+    pub p: f64,
+    /// How many equal particles would know the volume as well.
+    pub effective_number: f64,
+}
+
+impl VolumeBand {
+    /// Draws random curves: the deviation of the volume shares is a sum over particles of v_i (1(d_i <= d) - F(d)) / V, and each
+    /// of them is multiplied by a normal number (the multiplier bootstrap, van der Vaart and Wellner 1996, chapter 2.9).
+    /// Particles are gathered in pieces of equal volume, in which the sum of normal numbers is one normal number.
+    pub(super) fn of(sample: &Sample, deviation: f64, level: f64, seed: u64) -> Self {
+        let pieces = pieces(sample);
+        let total: f64 = sample.volume_share(sample.len());
+        let mut stream = Stream::new(seed, "psd volume band", 0);
+        let mut deviations: Vec<f64> = (0..CURVES)
+            .map(|_| {
+                let mut sum = 0.0;
+                let sums: Vec<f64> = pieces
+                    .iter()
+                    .map(|piece| {
+                        sum += piece.root_square * stream.standard_normal();
+                        sum
+                    })
+                    .collect();
+                let distance = |(piece, at): (&Piece, &f64)| (at - piece.share * sum).abs();
+                pieces.iter().zip(&sums).map(distance).fold(0.0, f64::max) / total
+            })
+            .collect();
+        deviations.sort_by(f64::total_cmp);
+        let at = ((1.0 - level) * CURVES as f64).ceil() as usize;
+        let beyond = CURVES - deviations.partition_point(|&d| d < deviation);
+        Self {
+            half_width: deviations[at.clamp(1, CURVES) - 1],
+            p: (beyond + 1) as f64 / (CURVES + 1) as f64,
+            effective_number: sample.effective_number_by_volume(),
+        }
+    }
+}
+
+/// Particles that follow each other in size.
+struct Piece {
+    /// Root of the sum of squares of their shares of the volume.
+    root_square: f64,
+    /// Share of the volume up to and with them.
+    share: f64,
+}
+
+fn pieces(sample: &Sample) -> Vec<Piece> {
+    let n = sample.len();
+    let mut pieces: Vec<Piece> = Vec::new();
+    let (mut square, mut last) = (0.0, 0.0);
+    for i in 0..n {
+        let share = sample.volume_share(i + 1);
+        let own = share - sample.volume_share(i);
+        square += own * own;
+        if share - last >= 1.0 / PIECES as f64 || i + 1 == n {
+            pieces.push(Piece {
+                root_square: square.sqrt(),
+                share,
+            });
+            (square, last) = (0.0, share);
+        }
+    }
+    pieces
+}
+
+/// The diameter (m) at the number quantile `u` with its interval, from the order statistics: the binomial law of how many are
+/// smaller, by its normal limit.
+#[must_use]
+pub fn number_interval(sample: &Sample, u: f64, level: f64) -> Interval {
+    let n = sample.len() as f64;
+    let spread = normal_quantile(1.0 - 0.5 * level) * (u * (1.0 - u) / n).sqrt();
+    // The interval reaches to the particles around the quantiles.
+    let at = |share: f64| ((share * n).max(0.0) as usize).min(sample.len() - 1);
+    let beyond = |share: f64| ((share * n).ceil().max(1.0) as usize).min(sample.len()) - 1;
+    Interval {
+        value: sample.quantile(Weighting::Number, u),
+        low: sample.diameters()[at(u - spread)],
+        high: sample.diameters()[(beyond(u + spread) + 1).min(sample.len() - 1)],
+    }
+}
+
+/// The diameter (m) at the volume quantile `u` with its interval: where the share of volume, with its standard error, could be
+/// `u` (Woodruff 1952, J. Am. Stat. Assoc. 47, 635).
+#[must_use]
+pub fn volume_interval(sample: &Sample, u: f64, level: f64) -> Interval {
+    // Var of F(d) = sum of v^2 (1(d_i <= d) - F)^2 / V^2.
+    let own = |i: usize| sample.volume_share(i + 1) - sample.volume_share(i);
+    let value = sample.quantile(Weighting::Volume, u);
+    let split = sample.diameters().partition_point(|&d| d <= value);
+    let (mut below, mut above) = (0.0, 0.0);
+    for i in 0..sample.len() {
+        let square = own(i) * own(i);
+        if i < split {
+            below += square
+        } else {
+            above += square
+        }
+    }
+    let error = (below * (1.0 - u) * (1.0 - u) + above * u * u).sqrt();
+    let spread = normal_quantile(1.0 - 0.5 * level) * error;
+    Interval {
+        value,
+        low: sample.quantile(Weighting::Volume, (u - spread).max(0.0)),
+        high: sample.quantile(Weighting::Volume, (u + spread).min(1.0)),
+    }
+}

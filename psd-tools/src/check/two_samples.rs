@@ -1,0 +1,183 @@
+//! Are two samples of one distribution? Two regions or two times of a run, or two runs.
+
+use mercury_common::sizes::Weighting;
+
+use super::bands::Interval;
+use super::goodness::Statistic;
+use super::many_samples::anderson_darling_samples;
+use crate::sample::Sample;
+use crate::special::{cramer_von_mises_limit_tail, two_sample_kolmogorov_tail};
+
+/// Two samples against each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoSamples {
+    /// Particles of each.
+    pub numbers: [usize; 2],
+    /// Largest distance of the cumulative numbers.
+    pub kolmogorov: Statistic,
+    /// Anderson's T, the mean squared distance (1962, Ann. Math. Stat. 33, 1148), with its p by the limit.
+    pub cramer_von_mises: Statistic,
+    /// Anderson-Darling's A^2 of two samples, which weighs both ends; none for fewer than four particles.
+    pub anderson_darling: Option<Statistic>,
+    /// Mean distance of equal quantiles, m.
+    pub wasserstein: f64,
+    /// Largest distance of the cumulative volumes.
+    pub volume_distance: f64,
+    /// Second minus first of d10, d50 and d90 by number and by volume, relative to the first, with intervals.
+    pub differences: Vec<(Weighting, &'static str, Interval)>,
+    /// Whether sizes stand in both samples, so that the p-values are approximate.
+    pub ties: bool,
+}
+
+impl TwoSamples {
+    /// Compares two samples; `level` is that of the intervals.
+    #[must_use]
+    pub fn of(first: &Sample, second: &Sample, level: f64) -> Self {
+        let (n, m) = (first.len(), second.len());
+        let distance = kolmogorov(first.diameters(), second.diameters());
+        let (cramer, ties) = cramer_von_mises(first.diameters(), second.diameters());
+        let mut differences = Vec::new();
+        for weighting in [Weighting::Number, Weighting::Volume] {
+            for (name, u) in [("d10", 0.1), ("d50", 0.5), ("d90", 0.9)] {
+                let [a, b] = [first, second].map(|s| match weighting {
+                    Weighting::Volume => super::volume_interval(s, u, level),
+                    _ => super::number_interval(s, u, level),
+                });
+                // Half widths add in squares, side by side.
+                let value = (b.value - a.value) / a.value;
+                let hypot = |x: f64, y: f64| (x * x + y * y).sqrt() / a.value;
+                differences.push((
+                    weighting,
+                    name,
+                    Interval {
+                        value,
+                        low: value - hypot(b.value - b.low, a.high - a.value),
+                        high: value + hypot(b.high - b.value, a.value - a.low),
+                    },
+                ));
+            }
+        }
+        Self {
+            numbers: [n, m],
+            kolmogorov: Statistic {
+                value: distance,
+                p: two_sample_kolmogorov_tail(distance, n, m),
+            },
+            cramer_von_mises: cramer,
+            anderson_darling: anderson_darling_samples(&[first.diameters(), second.diameters()]),
+            wasserstein: wasserstein(first, second),
+            volume_distance: volume_distance(first, second),
+            differences,
+            ties,
+        }
+    }
+
+    /// The tests that decide: name, letter, result.
+    #[must_use]
+    pub fn tests(&self) -> Vec<(&'static str, &'static str, Statistic)> {
+        let mut tests = vec![
+            ("Kolmogorov-Smirnov", "D", self.kolmogorov),
+            ("Cramer-von Mises", "T", self.cramer_von_mises),
+        ];
+        tests.extend(
+            self.anderson_darling
+                .map(|test| ("Anderson-Darling", "A^2", test)),
+        );
+        tests
+    }
+
+    /// Whether the two are taken for samples of one distribution: no test rejects at `level` over the number of tests.
+    #[must_use]
+    pub fn agree(&self, level: f64) -> bool {
+        let tests = self.tests();
+        let least = level / tests.len() as f64;
+        tests.iter().all(|(_, _, test)| test.p >= least)
+    }
+}
+
+fn kolmogorov(a: &[f64], b: &[f64]) -> f64 {
+    let (n, m) = (a.len() as f64, b.len() as f64);
+    let (mut i, mut j, mut largest) = (0, 0, 0.0_f64);
+    while i < a.len() && j < b.len() {
+        let d = a[i].min(b[j]);
+        while i < a.len() && a[i] <= d {
+            i += 1;
+        }
+        while j < b.len() && b[j] <= d {
+            j += 1;
+        }
+        largest = largest.max((i as f64 / n - j as f64 / m).abs());
+    }
+    largest
+}
+
+/// T and whether there are ties (which get their mean rank).
+fn cramer_von_mises(a: &[f64], b: &[f64]) -> (Statistic, bool) {
+    let (n, m) = (a.len() as f64, b.len() as f64);
+    let all = n + m;
+    let (mut i, mut j) = (0, 0);
+    let mut sums = [0.0; 2];
+    let mut ties = false;
+    while i < a.len() || j < b.len() {
+        let d = match (a.get(i), b.get(j)) {
+            (Some(x), Some(y)) => x.min(*y),
+            (Some(x), None) => *x,
+            (None, Some(y)) => *y,
+            (None, None) => break,
+        };
+        let (from_i, from_j) = (i, j);
+        while i < a.len() && a[i] <= d {
+            i += 1;
+        }
+        while j < b.len() && b[j] <= d {
+            j += 1;
+        }
+        ties |= (i - from_i) + (j - from_j) > 1;
+        let rank = 0.5 * ((from_i + from_j + 1) + (i + j)) as f64;
+        for own in from_i..i {
+            sums[0] += (rank - (own + 1) as f64).powi(2);
+        }
+        for own in from_j..j {
+            sums[1] += (rank - (own + 1) as f64).powi(2);
+        }
+    }
+    let u = n * sums[0] + m * sums[1];
+    let value = u / (n * m * all) - (4.0 * n * m - 1.0) / (6.0 * all);
+    // Moved and stretched to the mean and variance of the limit, 1/6 and 1/45.
+    let mean = (1.0 + 1.0 / all) / 6.0;
+    let variance = (all + 1.0) / (45.0 * all * all)
+        * (4.0 * n * m * all - 3.0 * (n * n + m * m) - 2.0 * n * m)
+        / (4.0 * n * m);
+    let limit = 1.0 / 6.0 + (value - mean) / (45.0 * variance).sqrt();
+    let p = cramer_von_mises_limit_tail(limit.max(0.0));
+    (Statistic { value, p }, ties)
+}
+
+fn wasserstein(first: &Sample, second: &Sample) -> f64 {
+    // The integral of |F - G| over the sizes of both.
+    let (a, b) = (first.diameters(), second.diameters());
+    let (n, m) = (a.len() as f64, b.len() as f64);
+    let mut all: Vec<f64> = a.iter().chain(b).copied().collect();
+    all.sort_unstable_by(f64::total_cmp);
+    let (mut i, mut j, mut sum) = (0, 0, 0.0);
+    for pair in all.windows(2) {
+        while i < a.len() && a[i] <= pair[0] {
+            i += 1;
+        }
+        while j < b.len() && b[j] <= pair[0] {
+            j += 1;
+        }
+        sum += (i as f64 / n - j as f64 / m).abs() * (pair[1] - pair[0]);
+    }
+    sum
+}
+
+fn volume_distance(first: &Sample, second: &Sample) -> f64 {
+    let sizes = first.diameters().iter().chain(second.diameters());
+    let difference =
+        |&d: &f64| (first.cdf(Weighting::Volume, d) - second.cdf(Weighting::Volume, d)).abs();
+    sizes.map(difference).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests;

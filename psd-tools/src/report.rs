@@ -1,0 +1,304 @@
+//! What a check says, for people and for scripts.
+
+use std::fmt::Write as _;
+
+use mercury_common::sizes::{SizeDistribution, Weighting};
+use serde_json::{Value, json};
+
+use crate::check::{
+    Goodness, Interval, Statistic, TwoSamples, Verdict, number_band, number_interval,
+    volume_interval,
+};
+use crate::sample::Sample;
+use crate::statistics::{Unit, significant};
+
+const DECILES: [(&str, f64); 3] = [("d10", 0.1), ("d50", 0.5), ("d90", 0.9)];
+
+/// A sample that was tested.
+#[derive(Debug, Clone, Copy)]
+pub struct Check<'a> {
+    /// What it is of.
+    pub name: &'a str,
+    /// The particles.
+    pub sample: &'a Sample,
+    /// What they should be.
+    pub target: &'a SizeDistribution,
+    /// The tests.
+    pub goodness: &'a Goodness,
+    /// What they come to.
+    pub verdict: &'a Verdict,
+    /// 1 - level is the confidence of bands and intervals.
+    pub level: f64,
+    /// Mass that is there and that was asked for, kg.
+    pub masses: Option<[f64; 2]>,
+    /// Whether sizes follow by quota.
+    pub is_quota: bool,
+}
+
+impl Check<'_> {
+    fn intervals(&self) -> Vec<(Weighting, &'static str, Interval, f64)> {
+        let mut rows = Vec::new();
+        for weighting in [Weighting::Number, Weighting::Volume] {
+            let view = self.target.by(weighting);
+            for (name, u) in DECILES {
+                let interval = match weighting {
+                    Weighting::Volume => volume_interval(self.sample, u, self.level),
+                    _ => number_interval(self.sample, u, self.level),
+                };
+                rows.push((weighting, name, interval, view.quantile(u)));
+            }
+        }
+        rows
+    }
+
+    fn tests(&self) -> Vec<(&'static str, &'static str, Statistic)> {
+        let goodness = self.goodness;
+        [
+            ("Kolmogorov-Smirnov", "D", goodness.kolmogorov),
+            ("Anderson-Darling", "A^2", goodness.anderson_darling),
+            ("Cramer-von Mises", "W^2", goodness.cramer_von_mises),
+            (
+                "chi-square",
+                "X^2",
+                goodness.chi_square.as_ref().map(|chi| chi.statistic),
+            ),
+        ]
+        .into_iter()
+        .filter_map(|(name, letter, statistic)| Some((name, letter, statistic?)))
+        .collect()
+    }
+
+    /// For people.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let goodness = self.goodness;
+        let unit = Unit::for_length(self.target.quantile(0.5));
+        let mut text = format!("{}: {} particles\n", self.name, goodness.number);
+        for (name, letter, statistic) in self.tests() {
+            let _ = write!(
+                text,
+                "  {name:20} {letter:4}= {:<12} p = {}",
+                significant(statistic.value, 4),
+                probability(statistic.p)
+            );
+            if let (true, Some(chi)) = (letter == "X^2", &goodness.chi_square) {
+                let worst = chi
+                    .classes
+                    .iter()
+                    .map(|class| class.residual(goodness.number))
+                    .fold(
+                        0.0,
+                        |worst: f64, r| if r.abs() > worst.abs() { r } else { worst },
+                    );
+                let _ = write!(
+                    text,
+                    "   ({} classes, worst off by {worst:+.2} st.dev.)",
+                    chi.classes.len()
+                );
+            }
+            text.push('\n');
+        }
+        let band = number_band(goodness.number, self.level);
+        // Of single sizes the curves are steps at the same places, and their distance there says nothing.
+        if !self.target.has_single_sizes() {
+            let _ = writeln!(
+                text,
+                "  {:20} {:4}= {:<12} {} % band +-{}, as if of {} equal particles",
+                "volume",
+                "D",
+                significant(goodness.volume_distance, 4),
+                significant(100.0 * (1.0 - self.level), 4),
+                significant(goodness.volume_band.half_width, 3),
+                significant(goodness.volume_band.effective_number, 3)
+            );
+        }
+        let _ = writeln!(
+            text,
+            "  Wasserstein distance {} {} = {} % of d50; band of the number +-{}",
+            significant(goodness.wasserstein * unit.per_metre, 4),
+            unit.name,
+            significant(
+                100.0 * goodness.wasserstein / self.target.by(Weighting::Number).quantile(0.5),
+                3
+            ),
+            significant(band, 3)
+        );
+        let _ = writeln!(
+            text,
+            "  {:8}{:5}{:>12}{:>12}{:>26}{:>10}",
+            "by", unit.name, "target", "sample", "interval", "off"
+        );
+        for (weighting, name, interval, wanted) in self.intervals() {
+            let _ = writeln!(
+                text,
+                "  {:8}{:5}{:>12}{:>12}{:>26}{:>+8.2} %",
+                weighting.word(),
+                name,
+                unit.show(wanted),
+                unit.show(interval.value),
+                format!(
+                    "{} ... {}",
+                    unit.show(interval.low),
+                    unit.show(interval.high)
+                ),
+                100.0 * (interval.value / wanted - 1.0)
+            );
+        }
+        if let Some([mass, wanted]) = self.masses {
+            let _ = writeln!(
+                text,
+                "  mass {} kg of {} kg requested ({:+.3} %)",
+                significant(mass, 6),
+                significant(wanted, 6),
+                100.0 * (mass / wanted - 1.0)
+            );
+        }
+        for note in self.notes() {
+            let _ = writeln!(text, "  note: {note}");
+        }
+        let word = if self.verdict.passed {
+            "PASSED"
+        } else {
+            "FAILED"
+        };
+        let _ = writeln!(text, "  {word}: {}", self.verdict.reasons.join("; "));
+        text
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.is_quota {
+            notes.push("sizes follow by quota, which fits better than chance: p-values near 1 are to be expected".to_owned());
+        }
+        if self.goodness.kolmogorov.is_none() {
+            notes.push("the target has single sizes: only counts are tested".to_owned());
+        }
+        if self.goodness.number > 100_000 && !self.verdict.passed {
+            notes.push("with so many particles differences that do not matter are significant; --tolerance judges by size".to_owned());
+        }
+        notes
+    }
+
+    /// For scripts.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let goodness = self.goodness;
+        let tests: serde_json::Map<String, Value> = self
+            .tests()
+            .into_iter()
+            .map(|(name, _, test)| (name.to_owned(), json!({ "value": test.value, "p": test.p })))
+            .collect();
+        let quantiles: Vec<Value> = self
+            .intervals()
+            .into_iter()
+            .map(|(weighting, name, interval, wanted)| {
+                json!({
+                    "by": weighting.word(), "name": name, "target": wanted, "sample": interval.value,
+                    "low": interval.low, "high": interval.high,
+                })
+            })
+            .collect();
+        let classes: Vec<Value> = (goodness.chi_square.iter())
+            .flat_map(|chi| &chi.classes)
+            .map(|class| {
+                json!({
+                    "low": class.low, "high": class.high, "observed": class.observed,
+                    "expected": class.expected, "residual": class.residual(goodness.number),
+                })
+            })
+            .collect();
+        json!({
+            "number": goodness.number, "passed": self.verdict.passed, "reasons": self.verdict.reasons,
+            "tests": tests, "degrees": goodness.chi_square.as_ref().map(|chi| chi.degrees), "classes": classes,
+            "wasserstein": goodness.wasserstein, "number_band": number_band(goodness.number, self.level),
+            "volume_distance": goodness.volume_distance, "volume_band": goodness.volume_band.half_width,
+            "volume_p": goodness.volume_band.p, "effective_number_by_volume": goodness.volume_band.effective_number,
+            "smaller": goodness.outside.below, "larger": goodness.outside.above,
+            "quantiles": quantiles, "mass": self.masses.map(|m| m[0]), "requested_mass": self.masses.map(|m| m[1]),
+            "notes": self.notes(),
+        })
+    }
+}
+
+/// Small probabilities as powers of ten.
+fn probability(p: f64) -> String {
+    if p == 0.0 {
+        "< 1e-300".to_owned()
+    } else if p < 1e-3 {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+/// What two samples come to, for people.
+#[must_use]
+pub fn two_samples_text(name: &str, result: &TwoSamples, level: f64) -> String {
+    let unit = Unit::for_length(result.wasserstein);
+    let mut text = format!(
+        "{name}: {} against {} particles\n",
+        result.numbers[0], result.numbers[1]
+    );
+    for (name, letter, test) in result.tests() {
+        let _ = writeln!(
+            text,
+            "  {name:20} {letter:4}= {:<12} p = {}",
+            significant(test.value, 4),
+            probability(test.p)
+        );
+    }
+    let _ = writeln!(
+        text,
+        "  Wasserstein distance {} {}, largest distance by volume {}",
+        significant(result.wasserstein * unit.per_metre, 4),
+        unit.name,
+        significant(result.volume_distance, 4)
+    );
+    for (weighting, name, interval) in &result.differences {
+        let _ = writeln!(
+            text,
+            "  {name} by {:7}{:>+9.3} %  ({:+.3} ... {:+.3} %)",
+            weighting.word(),
+            100.0 * interval.value,
+            100.0 * interval.low,
+            100.0 * interval.high
+        );
+    }
+    if result.ties {
+        text += "  note: equal sizes occur, so the p-values are approximate\n";
+    }
+    let _ = writeln!(
+        text,
+        "  {} at level {level}",
+        if result.agree(level) {
+            "PASSED: no difference is seen"
+        } else {
+            "FAILED: the two differ"
+        }
+    );
+    text
+}
+
+/// What two samples come to, for scripts.
+#[must_use]
+pub fn two_samples_json(result: &TwoSamples, level: f64) -> Value {
+    let differences: Vec<Value> = result
+        .differences
+        .iter()
+        .map(|(weighting, name, interval)| {
+            json!({
+                "by": weighting.word(), "name": name, "difference": interval.value,
+                "low": interval.low, "high": interval.high,
+            })
+        })
+        .collect();
+    let mut object = json!({
+        "numbers": result.numbers, "passed": result.agree(level),
+        "wasserstein": result.wasserstein, "volume_distance": result.volume_distance,
+        "differences": differences, "ties": result.ties,
+    });
+    for (name, _, test) in result.tests() {
+        object[name] = json!({ "value": test.value, "p": test.p });
+    }
+    object
+}
