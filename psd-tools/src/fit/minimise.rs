@@ -142,7 +142,7 @@ fn simplex(f: &impl Fn(&[f64]) -> f64, start: &[f64]) -> Minimum {
             if corners.iter().map(width).fold(0.0, f64::max) < 1e-5 {
                 break;
             }
-            shrink(&mut corners, &evaluate);
+            shrink(&mut corners, evaluate);
             continue;
         }
         let centre: Vec<f64> = (0..n)
@@ -176,7 +176,7 @@ fn simplex(f: &impl Fn(&[f64]) -> f64, start: &[f64]) -> Minimum {
             if contracted.value < corners[n].value.min(reflected.value) {
                 corners[n] = contracted;
             } else {
-                shrink(&mut corners, &evaluate);
+                shrink(&mut corners, evaluate);
             }
         }
     }
