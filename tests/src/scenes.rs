@@ -10,7 +10,7 @@ use mercury_solver::contact::{
 use mercury_solver::forces::Watch;
 use mercury_solver::lanes::Vector;
 use mercury_solver::plan::{Draft, Material, NewParticle, Plan};
-use mercury_solver::state::{MaterialIndex, Particle};
+use mercury_solver::state::{Id, MaterialIndex, Particle};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
 
@@ -120,7 +120,7 @@ pub fn observed_step(engine: &mut Engine) {
 pub fn row(engine: &Engine, id: u32) -> usize {
     let ids = &engine.particles.ids;
     ids.iter()
-        .position(|&other| other == id)
+        .position(|&other| other == Id::new(id))
         .expect("the particle is there")
 }
 

@@ -428,7 +428,7 @@ impl BruteForce {
                 let mut offset = a.position - b.position;
                 offset.x -= images.size.x * (offset.x / images.size.x).round();
                 let gap = offset.length() - a.radius - b.radius;
-                let (one, other) = (particles.ids[i], particles.ids[j]);
+                let (one, other) = (particles.ids[i].number(), particles.ids[j].number());
                 let key = (one.min(other), one.max(other));
                 if let Some(bond) = follow(&self.pairs, key, gap) {
                     pairs.insert(key, bond);
@@ -438,7 +438,7 @@ impl BruteForce {
             let place = a.position;
             let heights = [place.y, size.y - place.y, place.z, size.z - place.z];
             for (wall, height) in heights.into_iter().enumerate() {
-                let key = (particles.ids[i], wall as u32);
+                let key = (particles.ids[i].number(), wall as u32);
                 if let Some(bond) = follow(&self.walls, key, height - a.radius) {
                     walls.insert(key, bond);
                 }
@@ -449,7 +449,7 @@ impl BruteForce {
 
     /// The same as the loop has it; the last two numbers of a history are the bond's.
     fn compare(&self, snapshot: &Snapshot) {
-        let ids = &snapshot.particles.ids;
+        let id = |row: u32| snapshot.particles.ids[row as usize].number();
         let bond = |numbers: &[f64], state| {
             let [formed, age] = numbers[numbers.len() - 2..] else {
                 panic!("a bond has two numbers")
@@ -460,14 +460,14 @@ impl BruteForce {
         let held = |slot: &&mercury_solver::forces::SavedSlot| slot.state != SlotState::Near;
         let mut pairs = HashMap::new();
         for slot in snapshot.pairs.iter().filter(held) {
-            let (one, other) = (ids[slot.row as usize], ids[slot.partner as usize]);
+            let (one, other) = (id(slot.row), id(slot.partner));
             let key = (one.min(other), one.max(other));
             assert!(pairs.insert(key, bond(&slot.history, slot.state)).is_none());
         }
         assert_eq!(pairs, self.pairs);
         let mut walls = HashMap::new();
         for slot in snapshot.near_walls.iter().filter(held) {
-            let key = (ids[slot.row as usize], slot.partner);
+            let key = (id(slot.row), slot.partner);
             assert!(walls.insert(key, bond(&slot.history, slot.state)).is_none());
         }
         assert_eq!(walls, self.walls);

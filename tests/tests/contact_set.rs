@@ -7,13 +7,13 @@ use mercury_common::random::Stream;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::MaterialIndex;
+use mercury_solver::state::{Id, MaterialIndex};
 use mercury_solver::step::Engine;
 use mercury_tests::scenes::{RECORDS, frictionless, start};
 use proptest::prelude::*;
 
 /// Ids of all pairs that the last step's records name; fails if one is named twice.
-fn recorded(engine: &Engine) -> BTreeSet<(u32, u32)> {
+fn recorded(engine: &Engine) -> BTreeSet<(Id, Id)> {
     let ids = &engine.particles.ids;
     let mut pairs = BTreeSet::new();
     for record in engine.observation().records {
@@ -29,7 +29,7 @@ fn recorded(engine: &Engine) -> BTreeSet<(u32, u32)> {
 }
 
 /// Ids of all pairs that overlap, through the nearest image, at the positions of the last force evaluation.
-fn overlapping(engine: &Engine, size: DVec3, periodic: [bool; 3]) -> BTreeSet<(u32, u32)> {
+fn overlapping(engine: &Engine, size: DVec3, periodic: [bool; 3]) -> BTreeSet<(Id, Id)> {
     let (records, ids) = (&engine.particles.records, &engine.particles.ids);
     let mut pairs = BTreeSet::new();
     for i in 0..records.len() {
@@ -154,5 +154,8 @@ fn sees_a_particle_whose_prescribed_velocity_gravity_would_cancel() {
     for _ in 0..needed {
         engine.step(RECORDS).unwrap();
     }
-    assert_eq!(recorded(&engine), BTreeSet::from([(0, 1)]));
+    assert_eq!(
+        recorded(&engine),
+        BTreeSet::from([(Id::new(0), Id::new(1))])
+    );
 }

@@ -23,7 +23,7 @@ pub struct Job {
 
 /// What an export of frames did.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Told {
+pub struct Outcome {
     /// Frames that were given out.
     pub frames: usize,
     /// What is wrong with the rest of the input.
@@ -67,15 +67,15 @@ pub trait Sink {
     /// When the frame has not what the output needs, or a file cannot be written.
     fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError>;
 
-    /// Completes the files and returns those that a user opens. `told` is what will be said of the export, and may be added to.
+    /// Completes the files and returns those that a user opens. `outcome` is what will be said of the export, and may be added to.
     ///
     /// # Errors
     /// When a file cannot be written.
-    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError>;
+    fn finish(self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError>;
 }
 
 /// Writes the frames of a job; `progress` hears the number of each before it is written. A damaged input gives its good
-/// frames, and what is wrong in [`Told::damage`].
+/// frames, and what is wrong in [`Outcome::damage`].
 ///
 /// # Errors
 /// When the input cannot be read, no frame is selected, a file of an earlier export is in the way, or what the sink says.
@@ -83,7 +83,7 @@ pub fn export(
     job: &Job,
     mut sink: Box<dyn Sink + '_>,
     mut progress: impl FnMut(usize),
-) -> Result<(Told, Vec<PathBuf>), ExportError> {
+) -> Result<(Outcome, Vec<PathBuf>), ExportError> {
     for file in sink.files() {
         job.output.claim(&file)?;
     }
@@ -91,12 +91,12 @@ pub fn export(
     if sink.looks_first() {
         read(&frames, &job.selection, |snapshot| sink.look(&snapshot))?;
     }
-    let mut told = read(&frames, &job.selection, |snapshot| {
+    let mut outcome = read(&frames, &job.selection, |snapshot| {
         progress(snapshot.number);
         sink.write(snapshot)
     })?;
-    let files = sink.finish(&mut told)?;
-    Ok((told, files))
+    let files = sink.finish(&mut outcome)?;
+    Ok((outcome, files))
 }
 
 /// Gives the selected frames with the selected rows to `take`, in order, one after the other; a thread reads ahead by one frame.
@@ -104,8 +104,8 @@ fn read(
     frames: &Frames<'_>,
     selection: &Selection,
     mut take: impl FnMut(Snapshot) -> Result<(), ExportError>,
-) -> Result<Told, ExportError> {
-    let mut told = Told::default();
+) -> Result<Outcome, ExportError> {
+    let mut outcome = Outcome::default();
     let (mut before, mut after) = (0, 0);
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(1);
@@ -124,22 +124,23 @@ fn read(
                     selection.apply(&mut snapshot)?;
                     after += snapshot.frame.rows();
                     take(snapshot)?;
-                    told.frames += 1;
+                    outcome.frames += 1;
                 }
-                Err(damage) => told.damage = Some(damage),
+                Err(damage) => outcome.damage = Some(damage),
             }
         }
         Ok::<(), ExportError>(())
     })?;
     if before > 0 && after == 0 {
         let one = frames.table().one();
-        told.warnings
+        outcome
+            .warnings
             .push(format!("no {one} is selected in any frame"));
     }
-    told.written = told.frames;
-    match (told.frames, told.damage) {
+    outcome.written = outcome.frames;
+    match (outcome.frames, outcome.damage) {
         (0, Some(damage)) => Err(damage.into()),
         (0, None) => Err(ExportError::Input(frames.none())),
-        (_, damage) => Ok(Told { damage, ..told }),
+        (_, damage) => Ok(Outcome { damage, ..outcome }),
     }
 }

@@ -16,8 +16,8 @@
 //! let output = Output::new(&source, None, "csv", false)?;
 //! let job = Job { source, selection: Selection::default(), output };
 //! let sink = Box::new(sinks::csv(&job.output, Table::Particles));
-//! let (told, files) = export(&job, sink, |number| println!("frame {number}"))?;
-//! assert_eq!(told.frames, 1);
+//! let (outcome, files) = export(&job, sink, |number| println!("frame {number}"))?;
+//! assert_eq!(outcome.frames, 1);
 //! assert!(files[0].ends_with("csv/one.particles.0000.csv"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -38,7 +38,7 @@ mod source;
 mod xballs_script;
 
 pub use bodies::ClumpsAs;
-pub use driver::{Job, Sink, Told, export};
+pub use driver::{Job, Outcome, Sink, export};
 pub use error::ExportError;
 pub use selection::{FrameChoice, Region, Selection};
 pub use source::{Snapshot, Source, Table};

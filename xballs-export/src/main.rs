@@ -17,7 +17,7 @@ use mercury_export::sinks::{
     Density, Info, Parquet, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
     particle_tables,
 };
-use mercury_export::{ExportError, FrameChoice, Job, Selection, Sink, Source, Told, export};
+use mercury_export::{ExportError, FrameChoice, Job, Outcome, Selection, Sink, Source, export};
 
 use arguments::{Arguments, Command, Common};
 use picture_command::Look;
@@ -151,18 +151,18 @@ fn run(
         progress.count("frame", number, last);
     });
     progress.clear();
-    let (told, files) = written?;
-    report(&job, common.quiet, told, &files);
+    let (outcome, files) = written?;
+    report(&job, common.quiet, outcome, &files);
     Ok(())
 }
 
 /// Says what was written, and what is wrong with the input.
-fn report(job: &Job, quiet: bool, told: Told, files: &[PathBuf]) {
+fn report(job: &Job, quiet: bool, outcome: Outcome, files: &[PathBuf]) {
     let mut out = String::new();
     if !quiet {
         out = format!(
             "{} in {}\n",
-            counted(told.written, "frame"),
+            counted(outcome.written, "frame"),
             job.output.folder.display()
         );
         let most = 4;
@@ -174,14 +174,14 @@ fn report(job: &Job, quiet: bool, told: Told, files: &[PathBuf]) {
         }
     }
     let _ = write!(std::io::stdout(), "{out}");
-    for note in told.notes.iter().filter(|_| !quiet) {
+    for note in outcome.notes.iter().filter(|_| !quiet) {
         let _ = writeln!(std::io::stderr(), "note: {note}");
     }
-    for warning in &told.warnings {
+    for warning in &outcome.warnings {
         let _ = writeln!(std::io::stderr(), "warning: {warning}");
     }
-    if let Some(damage) = told.damage {
-        let count = counted(told.frames, "frame");
+    if let Some(damage) = outcome.damage {
+        let count = counted(outcome.frames, "frame");
         let what = if job.selection.frames == FrameChoice::All {
             format!("only the first {count} could be used")
         } else {

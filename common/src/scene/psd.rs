@@ -229,21 +229,24 @@ fn read_fields(
     let weighting = match kind {
         Kind::Monodisperse => {
             let given = fields.get("weighting");
-            Some(given.map_or(Some(Weighting::Number), |w| {
+            let given = given.map_or(Some(Weighting::Number), |w| {
                 w.word("weighting", &WEIGHTINGS)
-            })?)
+            });
+            given.map(Some)
         }
-        Kind::File => None,
+        Kind::File => Some(None),
         _ => match inherited {
-            Some(weighting) if !fields.has("weighting") => Some(weighting),
+            Some(weighting) if !fields.has("weighting") => Some(Some(weighting)),
             _ => {
                 let help = "of what is it the distribution? number, length, area or volume";
                 let given = fields.need_or_help("weighting", Some(help));
-                Some(given.and_then(|w| w.word("weighting", &WEIGHTINGS))?)
+                let given = given.and_then(|w| w.word("weighting", &WEIGHTINGS));
+                given.map(Some)
             }
         },
     };
-    let law = read_law(fields, kind, weighting);
+    // Without it the rest is read all the same, so that all that is wrong is said at once.
+    let law = read_law(fields, kind, weighting.unwrap_or(Some(Weighting::Number)));
     let cut = match kind {
         Kind::Monodisperse | Kind::Mixture => None,
         _ => fields.get("cut").and_then(|item| {
@@ -259,7 +262,7 @@ fn read_fields(
     Some(Located {
         value: Psd {
             law: law?,
-            weighting,
+            weighting: weighting?,
             cut,
         },
         place,

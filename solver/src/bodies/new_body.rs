@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::{Clump, angular_velocity};
 use crate::state::{
-    Body, BodyIndex, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody,
+    Body, BodyIndex, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle, Particles, PrescribedBody,
 };
 
 /// A body to be made of a clump.
@@ -86,7 +86,7 @@ impl NewBody {
         let clump = self.clump(clumps);
         let cubed = self.scale.powi(3);
         let mut body = Body {
-            id: 0,
+            id: Id::new(0),
             clump: self.clump,
             material: clump.material,
             flags: if self.fixed { FIXED } else { 0 }

@@ -23,7 +23,7 @@ use crate::contact::{
     TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Bodies, Load, Particle, Particles, Row, WallIndex};
+use crate::state::{Bodies, Id, Load, Particle, Particles, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
 use slots::{FREE, HELD, IMAGE, Slot, WallSlot};
@@ -377,7 +377,7 @@ struct Pass<'a, N, T, R, A> {
     materials: usize,
     memory: &'a Memory,
     block_size: usize,
-    ids: &'a [u32],
+    ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     bodies: Option<&'a Bodies>,
     context: &'a StepContext<'a>,

@@ -70,7 +70,7 @@ impl BodyTable {
         BodyFrame {
             time: state.time,
             step: state.step,
-            id: bodies().map(|body| body.id).collect(),
+            id: bodies().map(|body| body.id.number()).collect(),
             clump: bodies().map(|body| body.clump).collect(),
             material: bodies().map(|body| body.material.number()).collect(),
             flags: bodies().map(|body| frame_flags(body.flags)).collect(),

@@ -1,7 +1,7 @@
 //! The rows of `.data`, to which `.fstat` refers: spheres, and either bodies or their pebbles, in the order of ids.
 
 use super::State;
-use crate::state::BodyIndex;
+use crate::state::{BodyIndex, Id};
 
 /// What a row of `.data` shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,7 @@ impl DataRows {
             let body = if pebbles { None } else { state.body(rank) };
             match body {
                 // The pebbles of a body follow one another, the first with the body's own id.
-                Some(body) if body.id == state.ids[rank] => {
+                Some(body) if body.id == Id::new(state.ids[rank]) => {
                     let place = state.body_of_rank[rank].map_or(0, BodyIndex::index);
                     rows.push(Row::Body(place));
                 }

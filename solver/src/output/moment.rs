@@ -53,7 +53,7 @@ impl Moment {
             due,
             records: particles.records.clone(),
             loads: particles.loads.clone(),
-            ids: particles.ids.clone(),
+            ids: particles.ids.iter().map(|id| id.number()).collect(),
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),

@@ -122,7 +122,7 @@ impl ParticleTable {
             body: self.columns.body.then(|| {
                 let ranks = 0..particles.len();
                 ranks
-                    .map(|rank| state.body(rank).map(|body| body.id))
+                    .map(|rank| state.body(rank).map(|body| body.id.number()))
                     .collect()
             }),
             orientation: state.orientations.clone(),

@@ -371,7 +371,7 @@ fn for_each_touching_pair(
             let distance = (other.position + images.shift(entry.image) - one.position).length();
             let overlap = one.radius + other.radius - distance;
             if overlap > 0.0 {
-                let ids = [row, entry.partner as usize].map(|row| particles.ids[row] as usize);
+                let ids = [row, entry.partner as usize].map(|row| particles.ids[row].index());
                 found(ids[0].min(ids[1]), ids[0].max(ids[1]), overlap);
             }
         }

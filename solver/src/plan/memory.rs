@@ -16,6 +16,8 @@ pub struct Memory {
     pub start: f64,
     /// In the time loop, between two candidate lists of which one was built before.
     pub steps: f64,
+    /// Part of that which is free, and which the allocator keeps for the next list.
+    pub kept_free: f64,
     /// At most: while a candidate list is built, or a frame is written.
     pub most: f64,
 }

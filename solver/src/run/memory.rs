@@ -46,6 +46,7 @@ pub fn memory(plan: &Plan) -> Memory {
         spheres: rows,
         start: PROGRAM + start.plan + start.reading.max(start.looking_over + checking),
         steps,
+        kept_free: waiting,
         most: most.max(steps),
     }
 }

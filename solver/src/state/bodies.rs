@@ -2,13 +2,13 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{BodyIndex, FIXED, Load, MaterialIndex, PebbleIndex, Row};
+use super::{BodyIndex, FIXED, Id, Load, MaterialIndex, PebbleIndex, Row};
 
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
     /// The number by which users know it; also that of its first pebble.
-    pub id: u32,
+    pub id: Id,
     /// Index of its clump in the plan.
     pub clump: u32,
     /// Index of the material of its surface.

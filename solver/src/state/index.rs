@@ -135,6 +135,10 @@ macro_rules! number {
 }
 
 number! {
+    /// What users see of a particle or body and files hold: given in the order in which they come, and never again.
+    Id(u32)
+}
+number! {
     /// Place of a material in the scene.
     MaterialIndex(u32)
 }

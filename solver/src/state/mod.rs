@@ -14,7 +14,7 @@ mod record;
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Plain, VERSION};
-pub use index::{BodyIndex, MaterialIndex, PebbleIndex, Row, WallIndex};
+pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle};
 pub use particles::{Particles, Prescribed};
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};

@@ -4,8 +4,8 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    Bodies, Body, BodyIndex, BodyPebble, FIXED, Load, PEBBLE, PRESCRIBED, Particle, PebbleIndex,
-    PrescribedBody, Row,
+    Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
+    PebbleIndex, PrescribedBody, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -27,7 +27,7 @@ pub struct Particles {
     /// What contacts did in the last force evaluation.
     pub loads: Vec<Load>,
     /// The number by which users know the particle: 0, 1, 2 ... in order of creation, never used twice.
-    pub ids: Vec<u32>,
+    pub ids: Vec<Id>,
     /// Mass, kg (per unit length in 2D); also of fixed particles. Beside a pebble stands its share of the body's mass
     /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
     pub masses: Vec<f64>,
@@ -93,7 +93,7 @@ impl Particles {
         }
         self.records.push(record);
         self.loads.push(Load::default());
-        self.ids.push(id);
+        self.ids.push(Id::new(id));
         self.masses.push(mass);
         self.listed_at.push(record.position);
         if let Some(bodies) = &mut self.bodies {
@@ -135,7 +135,7 @@ impl Particles {
         let count = bodies.pebbles.len() as u32 - first;
         bodies.extra_ids += count.saturating_sub(1);
         bodies.all.push(Body {
-            id,
+            id: Id::new(id),
             first,
             count,
             ..body

@@ -61,7 +61,7 @@ impl Engine {
         RunError::NotFinite {
             step: self.step,
             time: self.time(),
-            id: self.particles.ids[row],
+            id: self.particles.ids[row].number(),
             position: self.particles.records[row].position,
             velocity: self.particles.records[row].velocity,
         }

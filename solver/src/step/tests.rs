@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::plan::parse_scene;
-use crate::state::MaterialIndex;
 use crate::state::WallIndex;
+use crate::state::{Id, MaterialIndex};
 use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::scene::Files;
@@ -315,7 +315,7 @@ fn a_mesh_that_is_reshaped_acts_like_one_that_moves() {
     }
     assert!(touched > 500, "{touched}");
     let places = |engine: &Engine| {
-        let mut places: Vec<(u32, DVec3)> = (engine.particles.ids.iter().copied())
+        let mut places: Vec<(Id, DVec3)> = (engine.particles.ids.iter().copied())
             .zip(
                 engine
                     .particles

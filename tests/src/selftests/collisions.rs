@@ -55,7 +55,7 @@ fn compare_state(tally: &mut Tally, expected: &RestartState, engine: &Engine) ->
     let records = engine.observation().records;
     ensure!(records.len() == expected.contacts.len(), "contact count");
     for expected in &expected.contacts {
-        let id = |row: u32| engine.particles.ids[row as usize];
+        let id = |row: u32| engine.particles.ids[row as usize].number();
         let found = records.iter().find_map(|record| match record.partner {
             Partner::Wall { wall, .. } => {
                 let same = expected.with_wall

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use mercury_common::whole_file::WholeFile;
 
 use crate::output::Output;
-use crate::{ExportError, Sink, Snapshot, Table, Told};
+use crate::{ExportError, Outcome, Sink, Snapshot, Table};
 
 /// Appends the bytes of a frame.
 pub trait Encode: FnMut(&Snapshot, &mut Vec<u8>) -> Result<(), ExportError> {}
@@ -64,7 +64,7 @@ impl<E: Encode> Sink for FilePerFrame<'_, E> {
         Ok(())
     }
 
-    fn finish(self: Box<Self>, _: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, _: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         Ok(self.files)
     }
 }
@@ -98,7 +98,7 @@ impl<E: Encode> Sink for OneFile<E> {
         Ok(self.file.append(&self.bytes)?)
     }
 
-    fn finish(self: Box<Self>, _: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, _: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         let path = self.file.path().to_owned();
         self.file.finish()?;
         Ok(vec![path])

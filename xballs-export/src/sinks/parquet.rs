@@ -6,7 +6,7 @@ use mercury_common::frames::{Column, ColumnKind, ColumnSpec};
 use mercury_tables::{Kind, ParquetWriter, Spec, Values};
 
 use crate::output::Output;
-use crate::{ExportError, Sink, Snapshot, Table, Told};
+use crate::{ExportError, Outcome, Sink, Snapshot, Table};
 
 /// `<prefix>.particles.parquet`: all frames below each other, one row group per frame, with columns `time` and `step` in front.
 /// A frame without rows leaves no trace.
@@ -75,7 +75,7 @@ impl Sink for Parquet {
         Ok(writer.write(columns)?)
     }
 
-    fn finish(self: Box<Self>, _: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, _: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         if let Some((_, writer)) = self.writer {
             writer.finish()?;
         }

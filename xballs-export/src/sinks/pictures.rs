@@ -14,7 +14,7 @@ use mercury_pictures::{
 
 use crate::bodies;
 use crate::output::Output;
-use crate::{ClumpsAs, ExportError, Job, Sink, Snapshot, Told};
+use crate::{ClumpsAs, ExportError, Job, Outcome, Sink, Snapshot};
 use quantity::Quantity;
 use scene::Scenery;
 
@@ -204,19 +204,19 @@ impl Sink for Pictures<'_> {
         Ok(())
     }
 
-    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         let Some(Drawing { painter, reel, .. }) = self.drawing else {
             return Ok(Vec::new());
         };
         if let Reel::Strip { frames, .. } = &reel {
-            told.written = frames.len();
+            outcome.written = frames.len();
         }
         let files = reel.finish(&painter, &self.job.output)?;
         let last = self.times.last().copied();
-        told.warnings.extend(self.scenery.cut(last));
-        told.notes.extend(self.scenery.note());
+        outcome.warnings.extend(self.scenery.cut(last));
+        outcome.notes.extend(self.scenery.note());
         let surfaces = bodies::reader_for(&self.job.source, self.choice.clumps)?;
-        told.notes.extend(bodies::notes(surfaces));
+        outcome.notes.extend(bodies::notes(surfaces));
         Ok(files)
     }
 }

@@ -18,7 +18,7 @@ use crate::beside;
 use crate::bodies;
 use crate::selection::retain;
 use crate::source::RunSource;
-use crate::{ClumpsAs, ExportError, FrameChoice, Job, Selection, Sink, Snapshot, Source, Told};
+use crate::{ClumpsAs, ExportError, FrameChoice, Job, Outcome, Selection, Sink, Snapshot, Source};
 
 /// What goes into the files, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,7 +152,7 @@ impl<'a> Vtu<'a> {
     }
 
     /// All contacts that are wanted; whether there are any.
-    fn write_contacts(&self, told: &mut Told) -> Result<bool, ExportError> {
+    fn write_contacts(&self, outcome: &mut Outcome) -> Result<bool, ExportError> {
         let (Some(reader), Some(run)) = (self.beside.contacts, run_of(&self.job.source)) else {
             return Ok(false);
         };
@@ -167,7 +167,7 @@ impl<'a> Vtu<'a> {
         let numbers: Vec<usize> = (0..reader.frames().len()).filter(wanted).collect();
         if numbers.is_empty() {
             if reader.frames().damage().is_none() {
-                told.notes.push(format!(
+                outcome.notes.push(format!(
                     "{path}: no contacts were written at the times of these frames"
                 ));
             }
@@ -274,17 +274,17 @@ impl Sink for Vtu<'_> {
         Ok(())
     }
 
-    fn finish(self: Box<Self>, told: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         let parts = ScriptParts {
-            contacts: self.write_contacts(told)?,
+            contacts: self.write_contacts(outcome)?,
             walls: self.write_walls()?,
             bodies: self.bodies.is_some(),
             clumps: self.clumps.is_some(),
         };
-        told.notes.extend(bodies::notes(self.beside.surfaces));
+        outcome.notes.extend(bodies::notes(self.beside.surfaces));
         let cut = self.cut();
-        told.warnings.extend(self.warnings);
-        told.warnings.extend(cut);
+        outcome.warnings.extend(self.warnings);
+        outcome.warnings.extend(cut);
         let output = &self.job.output;
         let mut files = self.files;
         // A list that names no file is not written, and one of an earlier export is not of these frames.

@@ -12,7 +12,7 @@ use mercury_common::whole_file::{FileError, WholeFile};
 use crate::output::Output;
 use crate::source::EULER;
 use crate::xballs_script::Script;
-use crate::{ExportError, Sink, Snapshot, Told};
+use crate::{ExportError, Outcome, Sink, Snapshot};
 
 /// What stands in the last column of `.data`, which XBalls colours by.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -153,7 +153,7 @@ impl Sink for Xballs<'_> {
         Ok(self.file.append(&self.bytes)?)
     }
 
-    fn finish(self: Box<Self>, _: &mut Told) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(self: Box<Self>, _: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
         let data = self.file.path().to_owned();
         self.file.finish()?;
         let path = self.script_path;

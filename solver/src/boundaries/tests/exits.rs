@@ -9,6 +9,7 @@ use super::super::{DeletionPlan, InsertionPlan, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan};
 use crate::contact::{AnyTangential, LinearFriction, SpringRotation};
 use crate::plan::{Draft, NewParticle};
+use crate::state::Id;
 use crate::state::MaterialIndex;
 use crate::step::Engine;
 
@@ -156,7 +157,7 @@ fn fixed_particles_are_geometry() {
     };
     let free = NewParticle::at(DVec3::splat(0.7), 0.01, MaterialIndex::new(0));
     let engine = check_free(scene.with_particles(vec![fixed, free]), 1);
-    assert_eq!(engine.particles.ids, [0]);
+    assert_eq!(engine.particles.ids, [Id::new(0)]);
     assert_eq!(engine.boundaries().deletions()[0].number, 1);
 }
 
