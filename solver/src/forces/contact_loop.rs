@@ -222,6 +222,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         sum
     }
 
+    fn sums(&self, walls: usize) -> Observation {
+        let mut sum = Observation::empty(walls);
+        for block in &self.blocks {
+            sum.merge_sums(&block.observation);
+        }
+        sum
+    }
+
     fn take_observation(&mut self, walls: usize) -> Observation {
         let blocks = &mut self.blocks;
         let records = blocks.iter().map(|block| block.observation.records.len());

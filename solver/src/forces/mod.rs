@@ -128,6 +128,9 @@ pub trait ContactForces: Send {
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;
 
+    /// The same without the records of contacts, for what asks in every step.
+    fn sums(&self, walls: usize) -> Observation;
+
     /// The same, with the records of contacts taken out of here: there are more of them than particles.
     fn take_observation(&mut self, walls: usize) -> Observation;
 

@@ -116,6 +116,12 @@ impl Observation {
 
     /// Adds another block's observation.
     pub fn merge(&mut self, other: &Self) {
+        self.merge_sums(other);
+        self.records.extend_from_slice(&other.records);
+    }
+
+    /// The same, but for the records of single contacts.
+    pub fn merge_sums(&mut self, other: &Self) {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;
         self.elastic_energy += other.elastic_energy;
@@ -131,6 +137,5 @@ impl Observation {
         for (mine, theirs) in self.wall_stiffness.iter_mut().zip(&other.wall_stiffness) {
             mine.add(theirs);
         }
-        self.records.extend_from_slice(&other.records);
     }
 }

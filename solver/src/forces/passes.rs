@@ -194,6 +194,16 @@ impl Forces {
         observation
     }
 
+    /// The same without the records of contacts.
+    #[must_use]
+    pub fn sums(&self, walls: usize) -> Observation {
+        let mut sums = self.contacts.sums(walls);
+        for pass in &self.others {
+            pass.observe(&mut sums);
+        }
+        sums
+    }
+
     /// The same, with the records of contacts taken out of the contact loop.
     pub fn take_observation(&mut self, walls: usize) -> Observation {
         let mut observation = self.contacts.take_observation(walls);

@@ -34,9 +34,21 @@ impl Engine {
             self.kick_due = true;
         }
         self.load_series.note_evaluation();
-        if self.plan.physics().energy_budget() {
-            let observation = self.observation();
-            self.audit.take_in(&observation);
+        self.tell_audit_and_servos();
+    }
+
+    /// Sums up what the contacts did, once for both that ask for it in every step.
+    fn tell_audit_and_servos(&mut self) {
+        let is_audited = self.plan.physics().energy_budget();
+        if !is_audited && !self.has_servos {
+            return;
+        }
+        let sums = self.forces.sums(self.plan.physics().walls().len());
+        if is_audited {
+            self.audit.take_in(&sums);
+        }
+        if self.has_servos {
+            self.answer_loads(&sums);
         }
     }
 

@@ -119,7 +119,6 @@ impl Engine {
         self.exchange_particles();
         self.keep_lists_valid(fastest.squared_speed.sqrt())?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
-        self.answer_loads();
         Ok(())
     }
 

@@ -89,7 +89,6 @@ impl Engine {
             audit: None,
         };
         self.evaluate_forces(spring_time, Some(watch), false);
-        self.answer_loads();
         // The first step begins with its own half kick alone.
         self.kick_due = false;
         Ok(self)

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Engine, RunError};
+use crate::forces::Observation;
 use crate::state::WallIndex;
 use crate::walls::{Shape, WallError};
 
@@ -53,12 +54,8 @@ impl Engine {
     }
 
     /// Tells the servos what their walls felt in the force evaluation just made.
-    pub(super) fn answer_loads(&mut self) {
-        if !self.has_servos {
-            return;
-        }
+    pub(super) fn answer_loads(&mut self, observation: &Observation) {
         let (time, dt) = (self.time(), self.plan.physics().time_step());
-        let observation = self.observation();
         for (index, wall) in self.plan.physics().walls().iter().enumerate() {
             let Some((motor, axis)) = wall.motion.servo(time) else {
                 continue;
