@@ -366,6 +366,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.link();
     }
 
+    fn saved_numbers(&self) -> usize {
+        <Histories<N, T, R, A>>::LENGTH
+    }
+
     fn history_columns(&self) -> Vec<HistoryNumber> {
         self.memory.columns.clone()
     }

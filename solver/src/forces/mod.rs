@@ -155,6 +155,9 @@ pub trait ContactForces: Send {
     /// Takes back what [`ContactForces::save`] gave for `rows` particles.
     fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]);
 
+    /// How many numbers [`SavedSlot::history`] has. A loop that chooses the law at each contact saves more than it shows.
+    fn saved_numbers(&self) -> usize;
+
     /// Unit and meaning of the numbers in [`ContactRecord::history`].
     fn history_columns(&self) -> Vec<HistoryNumber>;
 

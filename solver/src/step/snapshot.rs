@@ -177,7 +177,7 @@ impl Engine {
             let reason = format!("it has {found} {what}, the plan {planned}");
             return Err(RunError::OtherPlan(reason));
         }
-        let numbers = self.forces.contacts.history_columns().len();
+        let numbers = self.forces.contacts.saved_numbers();
         let mut slots = snapshot.pairs.iter().chain(&snapshot.near_walls);
         if let Some(slot) = slots.find(|slot| slot.history.len() != numbers) {
             let found = slot.history.len();

@@ -1,7 +1,5 @@
 //! The engine as a whole: what it must not miss, and what must not change its numbers.
 
-mod compiled_laws;
-
 use std::path::Path;
 use std::sync::Arc;
 

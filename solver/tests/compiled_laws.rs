@@ -3,12 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::plan::parse_scene;
 use mercury_common::scene::Files;
-
-use super::super::{Engine, Snapshot, StartOptions};
-use crate::forces::{Watch, contact_loop, dispatching_loop};
-use crate::plan::{Plan, plan};
+use mercury_solver::forces::{Watch, contact_loop, dispatching_loop};
+use mercury_solver::plan::{Plan, parse_scene, plan};
+use mercury_solver::step::{Engine, Snapshot, StartOptions};
 
 const LINEAR: &str = r#"normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }"#;
 const HERTZ: &str =
@@ -122,4 +120,12 @@ fn other_combinations_are_chosen_at_each_contact() {
         name,
         "hertz, frictionless, no rolling (chosen at each contact)"
     );
+    // Its slots have room for every law's memory, which a state keeps.
+    let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
+    engine.steps_at_once(2000, None).unwrap();
+    let bytes = engine.snapshot().encode();
+    let snapshot = Snapshot::decode(&bytes).unwrap();
+    assert!(snapshot.pairs.iter().any(|slot| slot.history.len() > 3));
+    let restored = Engine::restore(plan, snapshot, 2).unwrap();
+    assert_eq!(restored.snapshot().encode(), bytes);
 }
