@@ -99,13 +99,14 @@ fn every_frozen_text_has_its_scene() {
 }
 
 /// Good scenes in which nothing touches anything: bodies fall after they came, or are deleted.
-const WITHOUT_CONTACT: [&str; 9] = [
+const WITHOUT_CONTACT: [&str; 10] = [
     "deletions",
     "insertion-full",
     "insertion-mass-rate",
     "insertion-mixture",
     "insertion-number",
     "insertion-partly-outside",
+    "insertion-quota",
     "insertion-table",
     "insertion-volume",
     "lattice-and-table",

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::thinning::Looks;
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::Particles;
 
@@ -125,6 +126,7 @@ impl Crowd {
         images: &Images,
         centre: DVec3,
         radius: f64,
+        looks: &mut Looks,
     ) -> bool {
         let [low, high] = self.cells(centre, radius);
         for z in low[2]..=high[2] {
@@ -132,7 +134,9 @@ impl Crowd {
                 let start = self.counts[0] * (y + self.counts[1] * z);
                 for &head in &self.heads[start + low[0]..=start + high[0]] {
                     let mut next = head;
+                    looks.add(1);
                     while next != END {
+                        looks.add(1);
                         let link = self.links[next as usize];
                         let member = self.members[link.member as usize];
                         let record = &particles.records[member.row as usize];

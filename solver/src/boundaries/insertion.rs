@@ -5,6 +5,8 @@ use mercury_common::random::Stream;
 
 use super::crowd::Crowd;
 use super::placement::{Extent, Room, of_sphere, overlaps_wall};
+use super::quota::Quota;
+use super::thinning::{Credit, Looks};
 use super::{Ingredient, InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
 use crate::neighbours::Images;
@@ -36,6 +38,17 @@ pub struct Pending {
     pub clump: Option<u32>,
     /// Radius of the sphere, or of the sphere of the body's volume, m.
     pub radius: f64,
+    /// Index of the ingredient of the mixture.
+    pub ingredient: u32,
+}
+
+/// A particle or body that came in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Index of the ingredient of the mixture.
+    pub ingredient: u32,
+    /// Diameter of the sphere, or of the sphere of the body's volume, m.
+    pub diameter: f64,
 }
 
 /// A particle or body that is tried at a place.
@@ -58,6 +71,8 @@ pub struct InsertionState {
     pub pending: Option<Pending>,
     /// Positions of the random streams of sizes, places, velocities and orientations.
     pub drawn: [u64; 4],
+    /// What it may spend on failures while its region is full.
+    pub credit: Credit,
 }
 
 impl InsertionState {
@@ -83,6 +98,10 @@ pub(super) struct Insertion {
     places: Stream,
     velocities: Stream,
     orientations: Stream,
+    /// All that comes, where it is fixed in advance.
+    quota: Option<Quota>,
+    /// All that came in, since the start or since it was restored.
+    pub(super) placed: Vec<Placed>,
     /// Who stands about the region, while that is known.
     crowd: Option<Crowd>,
 }
@@ -145,6 +164,8 @@ impl Insertion {
             places: stream("positions"),
             velocities: stream("velocities"),
             orientations: stream("orientations"),
+            placed: Vec::new(),
+            quota: insertion.by_quota.then(|| Quota::new(insertion, setting)),
             crowd: None,
         }
     }
@@ -170,6 +191,7 @@ impl Insertion {
         self.velocities = self.velocities.clone().at(velocities);
         self.orientations = self.orientations.clone().at(orientations);
         self.state = state;
+        self.placed.clear();
         self.crowd = None;
     }
 
@@ -196,8 +218,13 @@ impl Insertion {
         }
         let before = particles.len();
         let mut failed = 0;
+        self.state.credit.step(before, insertion.attempts);
         self.state.limit = loop {
-            if insertion.total_reached(&self.state.inserted) {
+            let is_complete = match &self.quota {
+                Some(quota) => self.state.inserted.number >= quota.len(),
+                None => insertion.total_reached(&self.state.inserted),
+            };
+            if is_complete {
                 break Limit::Total;
             }
             if insertion.rate_reached(&self.state.inserted, around.time - slack) {
@@ -207,14 +234,25 @@ impl Insertion {
                 // A mixture of nothing.
                 break Limit::Total;
             };
-            if self.place(pending, insertion, particles, around) {
+            if self.state.credit.is_used_up() {
+                self.state.pending = Some(pending);
+                break Limit::Space;
+            }
+            let mut looks = Looks::default();
+            if self.place(pending, insertion, particles, around, &mut looks) {
                 self.state.pending = None;
+                self.placed.push(Placed {
+                    ingredient: pending.ingredient,
+                    diameter: 2.0 * pending.radius,
+                });
                 failed = 0;
             } else {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
+                self.state.credit.spend(looks);
                 failed += 1;
                 if failed >= insertion.attempts || !self.may_fit(pending, around.setting) {
+                    self.state.credit.found_full();
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
                         _ => Limit::Space,
@@ -225,22 +263,35 @@ impl Insertion {
         particles.len() > before
     }
 
-    /// Draws the next particle: the ingredient by its share, then its size. Two words. `None` if all shares are zero.
+    /// The next particle: of the quota, or drawn, the ingredient by its share, then its size, with two words. `None` if there is
+    /// none.
     fn draw(&mut self, insertion: &InsertionPlan) -> Option<Pending> {
+        if let Some(quota) = &self.quota {
+            let (index, diameter) = quota.next(self.state.inserted.number)?;
+            let chosen = &insertion.mixture[index];
+            return Some(Pending {
+                material: chosen.material,
+                clump: chosen.clump,
+                radius: 0.5 * diameter,
+                ingredient: index as u32,
+            });
+        }
         let mut left = self.sizes.uniform() * self.shares;
         let u = self.sizes.uniform();
         let mut chosen = None;
-        for ingredient in insertion.mixture.iter().filter(|part| part.share > 0.0) {
-            chosen = Some(ingredient);
+        let used = insertion.mixture.iter().enumerate();
+        for (index, ingredient) in used.filter(|(_, part)| part.share > 0.0) {
+            chosen = Some((index, ingredient));
             if left < ingredient.share {
                 break;
             }
             left -= ingredient.share;
         }
-        chosen.map(|chosen| Pending {
+        chosen.map(|(index, chosen)| Pending {
             material: chosen.material,
             clump: chosen.clump,
             radius: 0.5 * chosen.sizes.sample_diameter(u),
+            ingredient: index as u32,
         })
     }
 
@@ -263,9 +314,10 @@ impl Insertion {
         insertion: &InsertionPlan,
         particles: &mut Particles,
         around: &Surroundings<'_>,
+        looks: &mut Looks,
     ) -> bool {
         let setting = around.setting;
-        let Some(new) = self.find_place(pending, particles, around) else {
+        let Some(new) = self.find_place(pending, particles, around, looks) else {
             return false;
         };
         let deviation = DVec3::new(
@@ -300,12 +352,13 @@ impl Insertion {
         pending: Pending,
         particles: &Particles,
         around: &Surroundings<'_>,
+        looks: &mut Looks,
     ) -> Option<New> {
         let setting = around.setting;
         let sphere = [(DVec3::ZERO, pending.radius)];
         let Some(index) = pending.clump else {
             let extent = of_sphere(pending.radius);
-            let position = self.find_centre(&sphere, extent, particles, around)?;
+            let position = self.find_centre(&sphere, extent, particles, around, looks)?;
             let new = NewParticle::at(position, pending.radius, pending.material);
             return Some(New::Particle(new));
         };
@@ -317,7 +370,7 @@ impl Insertion {
         };
         let spheres: Vec<(DVec3, f64)> = body.spheres(clump).collect();
         let extent = clump.extent(body.scale, body.orientation);
-        body.position = self.find_centre(&spheres, extent, particles, around)?;
+        body.position = self.find_centre(&spheres, extent, particles, around, looks)?;
         Some(New::Body(body))
     }
 
@@ -328,24 +381,29 @@ impl Insertion {
         extent: Extent,
         particles: &Particles,
         around: &Surroundings<'_>,
+        looks: &mut Looks,
     ) -> Option<DVec3> {
         let images = around.images;
         if !self.room.has_space(extent) {
             return None;
         }
-        let centre = self.room.draw(spheres, extent, &mut self.places, images)?;
+        let centre = (self.room).draw(spheres, extent, &mut self.places, images, looks)?;
         let crowd = self.crowd.get_or_insert_with(|| {
             let (low, high) = self.room.extent(self.smallest_radius, self.reach);
             let edge = 2.0 * self.mean_radius;
             Crowd::new(low, high, self.largest_radius, edge, around.margin)
         });
         crowd.take_in(particles, images);
-        let is_free = |&(offset, radius): &(DVec3, f64)| {
-            let centre = images.wrap(centre + offset);
-            !crowd.overlaps(particles, images, centre, radius)
-                && !overlaps_wall(around.walls, images, centre, radius)
-        };
-        spheres.iter().all(is_free).then_some(centre)
+        let at = |offset: DVec3| images.wrap(centre + offset);
+        // Particles before walls, which are dearer to ask and seldom in the way of what particles leave room for.
+        let is_free = spheres
+            .iter()
+            .all(|&(offset, radius)| !crowd.overlaps(particles, images, at(offset), radius, looks))
+            && spheres.iter().all(|&(offset, radius)| {
+                looks.at_walls(around.walls.len());
+                !overlaps_wall(around.walls, images, at(offset), radius)
+            });
+        is_free.then_some(centre)
     }
 }
 
@@ -357,14 +415,16 @@ fn scale(pending: &Pending, clump: &Clump) -> f64 {
 crate::state::plain!(Pending {
     material,
     clump,
-    radius
+    radius,
+    ingredient
 });
 crate::state::plain!(InsertionState {
     inserted,
     failed_attempts,
     limit,
     pending,
-    drawn
+    drawn,
+    credit
 });
 
 impl Plain for Limit {

@@ -8,7 +8,8 @@
 //!
 //! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
 //! waits for the next step if `attempts` consecutive places fail. It is never exchanged for one that fits, which keeps sizes
-//! unbiased.
+//! unbiased. From then on failures are paid from a credit that grows with the steps (`thinning`). By quota, sizes are fixed in
+//! advance (`quota`).
 
 mod crowd;
 mod deletion;
@@ -16,6 +17,7 @@ mod domain_volume;
 mod insertion;
 mod placement;
 mod plans;
+mod quota;
 mod region;
 mod row_map;
 mod schedule;
@@ -23,14 +25,17 @@ mod setting;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod thinning;
 
 pub use domain_volume::volume_within;
-pub use insertion::{InsertionState, Limit, Pending};
+pub use insertion::{InsertionState, Limit, Pending, Placed};
 pub(crate) use placement::{Space, may_hold};
 pub use plans::{CountedRegion, DeletionPlan, Ingredient, InsertionPlan, Rate};
+pub(crate) use quota::MOST as MOST_OF_QUOTA;
 pub use region::Region;
 pub use setting::Setting;
 pub use tally::Tally;
+pub use thinning::Credit;
 
 pub use mercury_common::scene::{Quantity, Total};
 
@@ -208,6 +213,13 @@ impl Boundaries {
     /// What each insertion has done, in the order of the plan.
     pub fn insertions(&self) -> impl ExactSizeIterator<Item = &InsertionState> {
         self.insertions.iter().map(|insertion| &insertion.state)
+    }
+
+    /// What each insertion placed, since the start or since the state was restored, in the order of the plan.
+    pub fn placed(&self) -> impl ExactSizeIterator<Item = &[Placed]> {
+        self.insertions
+            .iter()
+            .map(|insertion| &insertion.placed[..])
     }
 
     /// What each deletion region took out, in the order of the plan.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::Region;
+use super::thinning::Looks;
 use crate::neighbours::Images;
 use crate::walls::{Touches, WallNow};
 
@@ -151,6 +152,7 @@ impl Room {
         extent: Extent,
         stream: &mut Stream,
         images: &Images,
+        looks: &mut Looks,
     ) -> Option<DVec3> {
         let (low, high) = self.centres(extent);
         for _ in 0..DRAWS {
@@ -161,10 +163,12 @@ impl Room {
                 None => stream.uniform_in(low.z, high.z),
             };
             let centre = DVec3::new(x, y, z);
-            let holds = |&(offset, radius): &(DVec3, f64)| {
+            looks.draw();
+            let mut holds = |&(offset, radius): &(DVec3, f64)| {
+                looks.add(1);
                 self.region.holds_sphere(centre + offset, radius)
             };
-            if spheres.iter().all(holds) {
+            if spheres.iter().all(&mut holds) {
                 return Some(images.wrap(centre));
             }
         }

@@ -16,6 +16,9 @@ pub struct InsertionPlan {
     pub region: Region,
     /// What appears; at least one ingredient.
     pub mixture: Vec<Ingredient>,
+    /// Whether sizes are fixed in advance, one in each equal part of the distribution, instead of drawn independently; needs a total
+    /// that is a number, mass or volume.
+    pub by_quota: bool,
     /// When it is done; `None`: only `until` ends it.
     pub total: Option<Total>,
     /// How fast particles may come; `None`: as fast as they fit.

@@ -129,6 +129,9 @@ struct Insertion<'a> {
     from: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<f64>,
+    /// `quota`; random else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    method: Option<&'static str>,
     /// As the scene says it: `number`, `mass` or `volume`.
     #[serde(skip_serializing_if = "Option::is_none")]
     total: Option<BTreeMap<&'static str, f64>>,
@@ -295,6 +298,7 @@ impl<'a> Document<'a> {
                     ),
                     from: insertion.from,
                     until: finite(insertion.until),
+                    method: insertion.by_quota.then_some("quota"),
                     total: insertion.total.and_then(total),
                     mixture: insertion
                         .mixture

@@ -6,15 +6,16 @@ use glam::{DVec2, DVec3};
 use mercury_common::error::FormatError;
 use mercury_common::formats::number::parse_number;
 use mercury_common::scene::{
-    Body, Insertion, Located, Psd, Quantity, Rate as SceneRate, Region as SceneRegion, Scene,
-    SceneError, SizeLaw, Total,
+    Body, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate, Region as SceneRegion,
+    Scene, SceneError, SizeLaw, Total,
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use super::Plan;
 use crate::bodies::Clump;
 use crate::boundaries::{
-    DeletionPlan, Ingredient, InsertionPlan, Rate, Region, Space, may_hold, volume_within,
+    DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, Rate, Region, Space, may_hold,
+    volume_within,
 };
 use crate::contact::parameter::short;
 use crate::state::{MaterialIndex, volume};
@@ -140,10 +141,15 @@ fn plan_one(
             errors.push(insertion.region.error(message).with_help(help));
         }
     }
+    let by_quota = insertion.method.value == Method::Quota;
+    if errors.len() == before && by_quota {
+        errors.extend(wrong_quota(scene, insertion, &mixture, total, dimensions));
+    }
     (errors.len() == before).then(|| InsertionPlan {
         name: insertion.name.value.clone(),
         region,
         mixture,
+        by_quota,
         total,
         rate,
         velocity_mean: *insertion.velocity_mean,
@@ -206,6 +212,44 @@ fn check_room(
 /// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at
 /// most the range of areas over this number.
 const AREA_POINTS: u32 = 4096;
+
+/// Why numbers cannot be fixed in advance.
+fn wrong_quota(
+    scene: &Scene,
+    insertion: &Insertion,
+    mixture: &[Ingredient],
+    total: Option<Total>,
+    dimensions: u8,
+) -> Option<SceneError> {
+    let mean = |weight: &dyn Fn(&Ingredient) -> f64| -> f64 {
+        let of =
+            |part: &Ingredient| part.share * weight(part) * mean_volume(&part.sizes, dimensions);
+        mixture.iter().map(of).sum()
+    };
+    let density = |part: &Ingredient| {
+        let material = scene.materials.get(part.material.index());
+        material.map_or(f64::NAN, |material| *material.density)
+    };
+    let number = match total {
+        Some(Total::Number(number)) => number as f64,
+        Some(Total::Volume(volume)) => volume / mean(&|_| 1.0),
+        Some(Total::Mass(mass)) => mass / mean(&density),
+        Some(Total::Full) | None => {
+            let message = "needs a total: the number of each size is fixed before the first comes";
+            let error = insertion.method.place.error(message);
+            return Some(error.with_help(
+                "give total = { number | mass | volume = ... }, or use method = \"random\"",
+            ));
+        }
+    };
+    (number > MOST_OF_QUOTA).then(|| {
+        let message = format!(
+            "{number:.3e} particles are expected, and a quota lists at most {MOST_OF_QUOTA:.0e}"
+        );
+        let error = insertion.method.place.error(message);
+        error.with_help("are the units of the diameters right? Else use method = \"random\"")
+    })
+}
 
 /// What is wrong with the table that a scene names, at the place where it does.
 fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {

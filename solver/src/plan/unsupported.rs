@@ -1,8 +1,6 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
-use mercury_common::scene::{
-    Insertion, Method, ParticleSource, Place, Region, Scene, SceneError, Start,
-};
+use mercury_common::scene::{Insertion, ParticleSource, Place, Region, Scene, SceneError, Start};
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
 #[must_use]
@@ -77,12 +75,6 @@ impl Found {
 
     fn insertion(&mut self, insertion: &Insertion) {
         self.region(&insertion.region.value);
-        let method = &insertion.method;
-        if method.value == Method::Quota {
-            let error = missing(&method.place, "\"quota\" is");
-            self.0
-                .push(error.with_help("use method = \"random\", the default"));
-        }
     }
 
     fn region(&mut self, region: &Region) {

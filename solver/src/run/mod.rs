@@ -1,6 +1,7 @@
 //! A run: from the plan to the files it leaves.
 
 mod budget;
+mod insertions;
 mod memory;
 mod report;
 mod rest;
@@ -413,6 +414,7 @@ fn report(
         budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
+        insertions: insertions::told(plan, engine.boundaries()),
         rebuilds,
         listed,
         laws: engine.law_names().to_owned(),

@@ -18,6 +18,8 @@ pub struct Report {
     pub files: Vec<String>,
     /// The folder, as the user named it.
     pub folder: String,
+    /// What insertions brought, and whether their sizes are right, a line each.
+    pub insertions: Vec<String>,
     /// Times the candidate list was built.
     pub rebuilds: u64,
     /// Pairs listed at the end.
@@ -87,6 +89,9 @@ impl fmt::Display for Report {
             duration(s.wall_seconds),
             duration(self.total_seconds)
         )?;
+        for line in &self.insertions {
+            writeln!(f, "  insertion  {line}")?;
+        }
         for warning in &s.warnings {
             writeln!(f, "  warning    {warning}")?;
         }

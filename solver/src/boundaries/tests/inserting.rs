@@ -491,3 +491,116 @@ proptest! {
         }
     }
 }
+
+/// Two ingredients, a third and two thirds of the number.
+fn by_quota(total: Total) -> Draft {
+    let mut plan = with(Vec::new());
+    plan.materials.push(Material {
+        name: "heavy".to_owned(),
+        density: 3000.0,
+    });
+    plan.laws.materials = 2;
+    plan.laws.laws = vec![plan.laws.laws[0]; 4];
+    let mut feed = insertion(unit_box(), uniform(0.02, 0.04), total);
+    feed.by_quota = true;
+    feed.mixture.push(Ingredient {
+        material: MaterialIndex::new(1),
+        clump: None,
+        sizes: uniform(0.01, 0.03),
+        share: 2.0,
+    });
+    plan.insertions = vec![feed];
+    plan
+}
+
+/// Largest distance of the cumulative numbers of a material's particles, and how many there are.
+fn distance_of(still: &Still, material: usize) -> (f64, usize) {
+    let sizes = &still.plan.physics().insertions()[0].mixture[material].sizes;
+    let mut diameters: Vec<f64> = (still.particles.records.iter())
+        .filter(|record| record.material.index() == material)
+        .map(|record| 2.0 * record.radius)
+        .collect();
+    diameters.sort_by(f64::total_cmp);
+    let n = diameters.len() as f64;
+    let distance = |(i, &d): (usize, &f64)| {
+        let expected = sizes.number_cdf(d);
+        (expected - i as f64 / n).max((i + 1) as f64 / n - expected)
+    };
+    let largest = (diameters.iter().enumerate()).map(distance);
+    (largest.fold(0.0, f64::max), diameters.len())
+}
+
+#[test]
+fn a_quota_gives_every_size_its_number() {
+    let mut still = Still::new(by_quota(Total::Number(900)));
+    still.exchange(0.0);
+    for (material, expected) in [(0, 300), (1, 600)] {
+        let (distance, number) = distance_of(&still, material);
+        assert_eq!(number, expected);
+        // One in each N-th part of the law; round-off of sizes and shares.
+        assert!(distance <= (1.0 + 1e-9) / number as f64, "{distance}");
+    }
+    assert_eq!(still.limit(), Limit::Total);
+    assert!(!still.boundaries.expects_more());
+    // Sizes come in no order: those of the first half are not the smaller ones.
+    let records = &still.particles.records;
+    let mean = |records: &[crate::state::Particle]| {
+        records.iter().map(|record| record.radius).sum::<f64>() / records.len() as f64
+    };
+    let (first, second) = (mean(&records[..450]), mean(&records[450..]));
+    // Radii spread by 0.004 m or less; five standard errors of a difference of means of 450 are 0.0013 m.
+    assert!((first - second).abs() < 1.3e-3, "{first} {second}");
+}
+
+#[test]
+fn a_quota_meets_its_mass_within_half_of_the_smallest_particles() {
+    let smallest = [(0.01f64, 1000.0), (0.005, 3000.0)]
+        .map(|(radius, density)| density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3));
+    for total in [Total::Mass(2.0), Total::Mass(0.3), Total::Volume(1.5e-3)] {
+        let mut still = Still::new(by_quota(total));
+        still.exchange(0.0);
+        assert_eq!(still.limit(), Limit::Total);
+        let inserted = still.inserted();
+        let (got, wanted, bound) = match total {
+            Total::Mass(mass) => (inserted.mass, mass, 0.5 * (smallest[0] + smallest[1])),
+            Total::Volume(volume) => {
+                let bound = 0.5 * (smallest[0] / 1000.0 + smallest[1] / 3000.0);
+                (inserted.volume, volume, bound)
+            }
+            _ => unreachable!(),
+        };
+        assert!(
+            (got - wanted).abs() <= bound * (1.0 + 1e-9),
+            "{got} {wanted}"
+        );
+    }
+}
+
+#[test]
+fn a_quota_goes_on_from_its_state() {
+    let slow = |mut plan: Draft| {
+        plan.insertions[0].rate = Some(Rate::Steady {
+            quantity: Quantity::Number,
+            per_second: 1e5,
+        });
+        plan
+    };
+    let mut whole = Still::new(slow(by_quota(Total::Number(500))));
+    for step in 0..10 {
+        whole.exchange(f64::from(step) * 1e-3);
+    }
+    let mut first = Still::new(slow(by_quota(Total::Number(500))));
+    for step in 0..4 {
+        first.exchange(f64::from(step) * 1e-3);
+    }
+    let mut second = Still::new(slow(by_quota(Total::Number(500))));
+    second.particles = first.particles.clone();
+    second
+        .boundaries
+        .restore(&first.boundaries.state(), first.particles.len());
+    for step in 4..10 {
+        second.exchange(f64::from(step) * 1e-3);
+    }
+    assert_eq!(whole.particles.len(), 500);
+    assert_eq!(whole.particles.records, second.particles.records);
+}

@@ -87,6 +87,7 @@ fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> Insertion
             sizes,
             share: 1.0,
         }],
+        by_quota: false,
         total: Some(total),
         rate: None,
         velocity_mean: DVec3::ZERO,

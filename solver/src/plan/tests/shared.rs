@@ -60,7 +60,7 @@ fn other_scenes_name_what_is_missing() {
         ("scenes/membrane.toml", &["membranes"]),
         ("scenes/spray-drum.toml", &["sprays"]),
         ("scenes/wear-plate.toml", &["wear"]),
-        ("scenes/hopper-psd.toml", &["\"quota\" is"]),
+        ("scenes/hopper-psd.toml", &["flux planes"]),
     ] {
         let errors = plan_of(&folder, name).expect_err(name);
         for key in keys {

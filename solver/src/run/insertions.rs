@@ -1,0 +1,129 @@
+//! What insertions brought, and whether their sizes are those that were asked for.
+
+use mercury_common::readable::rounded;
+
+use crate::boundaries::{
+    Boundaries, InsertionPlan, InsertionState, Limit, Placed, Total, volume_within,
+};
+use crate::plan::Plan;
+
+/// The probability with which random sizes of the right distribution are called wrong.
+const LEVEL: f64 = 0.01;
+
+/// A line for each insertion: how much of what was asked for came, how full its region got, why it ended; and one for the sizes of
+/// each of its ingredients.
+pub(super) fn told(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
+    let mut lines = Vec::new();
+    let states = boundaries.insertions().zip(boundaries.placed());
+    for (insertion, (state, placed)) in plan.physics().insertions().iter().zip(states) {
+        lines.push(amounts(plan, insertion, state));
+        lines.extend(sizes(plan, insertion, state, placed));
+    }
+    lines
+}
+
+fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> String {
+    let inserted = &state.inserted;
+    let wanted = match insertion.total {
+        Some(Total::Number(number)) => format!(" of {number}"),
+        Some(Total::Mass(mass)) => format!(" for {} kg", rounded(mass, 6)),
+        Some(Total::Volume(volume)) => format!(" for {} m^3", rounded(volume, 6)),
+        Some(Total::Full) | None => String::new(),
+    };
+    let mut text = format!(
+        "`{}`: {}{wanted} inserted, {} kg",
+        insertion.name,
+        inserted.number,
+        rounded(inserted.mass, 6)
+    );
+    let region = volume_within(
+        &insertion.region,
+        plan.physics().domain_min(),
+        plan.physics().domain_max(),
+    );
+    if plan.physics().dimensions() == 3 && region > 0.0 && region.is_finite() {
+        let share = 100.0 * inserted.volume / region;
+        text += &format!(", {} % of its region's volume", rounded(share, 3));
+    }
+    text += match state.limit {
+        Limit::NotBegun => "; it has not begun",
+        Limit::Rate => "; it goes on at its rate",
+        Limit::Space => "; its region is full",
+        Limit::Total if insertion.total == Some(Total::Full) => "; its region got full",
+        Limit::Total => "; complete",
+        Limit::Time => "; its time is over",
+    };
+    if state.failed_attempts > 0 {
+        text += &format!(", {} places were tried in vain", state.failed_attempts);
+    }
+    text
+}
+
+/// The largest distance of the cumulative numbers from those of each ingredient's distribution, and what follows.
+fn sizes(
+    plan: &Plan,
+    insertion: &InsertionPlan,
+    state: &InsertionState,
+    placed: &[Placed],
+) -> Vec<String> {
+    // A run that goes on from a state knows only what came since.
+    if placed.len() as u64 != state.inserted.number {
+        return Vec::new();
+    }
+    let several = insertion.mixture.len() > 1;
+    let mut lines = Vec::new();
+    for (index, part) in insertion.mixture.iter().enumerate() {
+        let mut diameters: Vec<f64> = placed
+            .iter()
+            .filter(|placed| placed.ingredient as usize == index)
+            .map(|placed| placed.diameter)
+            .collect();
+        if diameters.is_empty() || part.sizes.has_single_sizes() {
+            continue;
+        }
+        diameters.sort_unstable_by(f64::total_cmp);
+        let n = diameters.len() as f64;
+        let distance = |(i, &d): (usize, &f64)| {
+            let expected = part.sizes.number_cdf(d);
+            (expected - i as f64 / n).max((i + 1) as f64 / n - expected)
+        };
+        let largest = (diameters.iter().enumerate())
+            .map(distance)
+            .fold(0.0, f64::max);
+        let name = match (several, part.clump) {
+            (false, _) => String::new(),
+            (true, Some(clump)) => format!(" of {}", plan.physics().clumps()[clump as usize].name),
+            (true, None) => format!(
+                " of {}",
+                plan.physics().materials()[part.material.index()].name
+            ),
+        };
+        let verdict = if insertion.by_quota && state.limit != Limit::Total {
+            "of a quota that is not complete".to_owned()
+        } else if insertion.by_quota {
+            // What a quota promises, up to the round-off of shares.
+            let kept = largest <= (1.0 + 1e-6) / n;
+            format!(
+                "{} the quota's 1/N",
+                if kept {
+                    "PASSED: within"
+                } else {
+                    "FAILED: beyond"
+                }
+            )
+        } else {
+            // Dvoretzky, Kiefer and Wolfowitz 1956 with the constant of Massart 1990: an upper bound.
+            let p = (2.0_f64 * f64::exp(-2.0 * n * largest * largest)).min(1.0);
+            format!(
+                "{}: random sizes differ as much with a probability of {} % at most",
+                if p < LEVEL { "FAILED" } else { "PASSED" },
+                rounded(100.0 * p, 2)
+            )
+        };
+        lines.push(format!(
+            "sizes{name}: largest distance from the distribution asked for {}, {verdict}",
+            rounded(largest, 3)
+        ));
+    }
+    lines
+}
