@@ -10,7 +10,7 @@ use glam::DVec3;
 use mercury_cg::coordinates::{Coordinates, GridAxis, Place};
 use mercury_cg::evaluate::Evaluator;
 use mercury_cg::fields::{Field, MERCURY_SUMS};
-use mercury_cg::kernel::{KernelChoice, KernelShape, LineCut};
+use mercury_cg::kernel::{FAST_CUTOFF, FAST_TOLERANCE, KernelChoice, KernelShape, LineCut};
 use mercury_cg::state::{Contacts, Particles, Partner, Space, State};
 use mercury_cg::sums::{Layout, Sums};
 
@@ -145,7 +145,7 @@ fn evaluator(state: &State, count: usize, kernel: KernelChoice) -> Evaluator {
 }
 
 /// Evaluations of which the fastest counts.
-const ROUNDS: usize = 15;
+const ROUNDS: usize = 7;
 
 /// What evaluations take, in s.
 struct Times {
@@ -215,20 +215,7 @@ fn speed() {
         "{:<42}{:>12}{:>12}{:>12}",
         "grid and kernel", "processor", "1 thread", "2 threads"
     );
-    let compat = KernelChoice {
-        line_cut: LineCut::Cylinder,
-        ..gaussian(d, 3.0, 1e-5)
-    };
-    for (name, kernel) in [
-        ("gaussian cut at 3 w", gaussian(d, 3.0, 1e-5)),
-        ("gaussian cut at 3 w, cylinders (compat)", compat),
-        (
-            "gaussian, default",
-            KernelChoice::new(KernelShape::Gaussian, d),
-        ),
-        ("gaussian, --fast", gaussian(d, 2.5, 1e-2)),
-        ("lucy of radius d", KernelChoice::new(KernelShape::Lucy, d)),
-    ] {
+    for (name, kernel) in kernels(d) {
         for count in [20, 50] {
             let evaluator = evaluator(&state, count, kernel);
             let Times {
@@ -246,6 +233,43 @@ fn speed() {
             );
         }
     }
+}
+
+/// The kernels that are compared.
+fn kernels(d: f64) -> [(&'static str, KernelChoice); 7] {
+    let mercury = |tolerance| KernelChoice {
+        line_cut: LineCut::Cylinder,
+        ..gaussian(d, 3.0, tolerance)
+    };
+    [
+        ("as MercuryCG, to 1e-3", mercury(1e-3)),
+        ("as MercuryCG, to 1e-12", mercury(1e-12)),
+        ("default", KernelChoice::new(KernelShape::Gaussian, d)),
+        ("cut at 3 w, to 1e-5", gaussian(d, 3.0, 1e-5)),
+        ("cut at 4 w, to 1e-5", gaussian(d, 4.0, 1e-5)),
+        ("--fast", gaussian(d, FAST_CUTOFF, FAST_TOLERANCE)),
+        ("lucy of radius d", KernelChoice::new(KernelShape::Lucy, d)),
+    ]
+}
+
+/// Evaluations without clocks, for tools that count instructions: points per axis, number of the kernel, number of evaluations.
+fn frame() {
+    let mut numbers = std::env::args()
+        .skip(2)
+        .map(|word| word.parse::<usize>().expect("a number"));
+    let mut next = |usual| numbers.next().unwrap_or(usual);
+    let (points, kernel, rounds) = (next(20), next(2), next(1));
+    let state = packing(1);
+    let layout = Layout::new(&MERCURY_SUMS);
+    let (name, kernel) = kernels(2.0 * state.particles.radius[0])[kernel];
+    let evaluator = evaluator(&state, points, kernel);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let sum: f64 = pool.expect("threads").install(|| {
+        (0..rounds)
+            .map(|_| evaluator.sums(&state, &layout, None).values[2][0])
+            .sum()
+    });
+    println!("{points}^3 {name}, {rounds} times: {sum}");
 }
 
 /// Largest difference of a sum, relative to its largest value.
@@ -278,7 +302,7 @@ fn precision() {
         "cut-off", "tolerance", "density", "stress", "time"
     );
     for cutoff in [2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.8] {
-        for tolerance in [1e-2, 1e-3, 1e-5, 1e-8, 1e-15] {
+        for tolerance in [5e-2, 1e-3, 1e-5, 1e-8, 1e-15] {
             let Times {
                 processor, sums, ..
             } = time(
@@ -389,6 +413,7 @@ fn sizes() {
 fn main() {
     match std::env::args().nth(1).as_deref() {
         None => speed(),
+        Some("frame") => frame(),
         Some("precision") => precision(),
         Some("sizes") => sizes(),
         Some(other) => println!("{other}: expected nothing, precision or sizes"),

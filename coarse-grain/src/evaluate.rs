@@ -164,15 +164,7 @@ impl Evaluator {
                 layer.placed = imager.place(&rows.originals, |v| lattice.project(v));
                 let found = grid::spread(&lattice, kernel, &mut layer);
                 if spread == Spread::Gradients {
-                    let at = |point: usize| {
-                        let [_, ny, nz] = lattice.axes.map(|axis| axis.count);
-                        let (i, j, k) = (point / (ny * nz), point / nz % ny, point % nz);
-                        DVec3::new(
-                            lattice.axes[0].at(i),
-                            lattice.axes[1].at(j),
-                            lattice.axes[2].at(k),
-                        )
-                    };
+                    let at = |point: usize| lattice.point(point);
                     finish_gradients(&found, &layer, at, lattice.cartesian)
                 } else {
                     found

@@ -74,7 +74,11 @@ pub struct KernelChoice {
 /// The cut-off of a Gaussian unless told otherwise, in widths.
 pub const DEFAULT_CUTOFF: f64 = 4.0;
 /// The tolerance of line integrals unless told otherwise.
-pub const DEFAULT_TOLERANCE: f64 = 1e-5;
+pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+/// The cut-off of coarse answers, in widths.
+pub const FAST_CUTOFF: f64 = 2.5;
+/// The tolerance of coarse answers.
+pub const FAST_TOLERANCE: f64 = 5e-2;
 
 impl KernelChoice {
     /// A kernel of this shape and width with the usual cut-off and tolerance.

@@ -12,7 +12,7 @@ use mercury_cg::coordinates::Coordinates;
 use mercury_cg::evaluate::Mirrors;
 use mercury_cg::fields::{FIELDS, Field};
 use mercury_cg::input::{FrameChoice, Given, States};
-use mercury_cg::kernel::KernelShape;
+use mercury_cg::kernel::{FAST_CUTOFF, FAST_TOLERANCE, KernelShape};
 use mercury_cg::options::{self, Cells, Density, Limits, Scan, Smoothing, Spacing, Width};
 use mercury_cg::output::Format;
 use mercury_cg::setup::Wanted;
@@ -89,13 +89,13 @@ struct Arguments {
     /// Where a gaussian is cut, in widths [default: 4]
     #[arg(long, value_name = "WIDTHS", value_parser = cutoff, help_heading = "Kernel")]
     cutoff: Option<f64>,
-    /// Error of line integrals of a gaussian on grids, relative to their largest value [default: 1e-5]
+    /// Error of line integrals of a gaussian on grids, relative to their largest value [default: 1e-3]
     #[arg(long, value_name = "ERROR", value_parser = tolerance, help_heading = "Kernel")]
     tolerance: Option<f64>,
     /// No error beyond rounding: cut-off 8.8, tolerance 1e-16
     #[arg(long, conflicts_with_all = ["cutoff", "tolerance", "fast", "compat"], help_heading = "Kernel")]
     exact: bool,
-    /// For a first look: cut-off 2.5, tolerance 1e-2; fields are right to some per cent of their largest value
+    /// For a first look: cut-off 2.5, tolerance 5e-2; fields are right to some per cent of their largest value
     #[arg(long, conflicts_with_all = ["cutoff", "tolerance", "compat"], help_heading = "Kernel")]
     fast: bool,
     /// Faces of the domain that mirror particles and contacts, as in -z or -x,+x
@@ -272,7 +272,8 @@ impl Arguments {
             _ => given,
         };
         let is_gaussian = matches!(self.kernel, KernelName::Gaussian);
-        let cut = pick(8.8, 2.5, self.cutoff).filter(|_| is_gaussian || self.cutoff.is_some());
+        let cut =
+            pick(8.8, FAST_CUTOFF, self.cutoff).filter(|_| is_gaussian || self.cutoff.is_some());
         Wanted {
             fields: self
                 .fields
@@ -292,7 +293,7 @@ impl Arguments {
             },
             width: self.width,
             cutoff: cut,
-            tolerance: pick(1e-16, 1e-2, self.tolerance),
+            tolerance: pick(1e-16, FAST_TOLERANCE, self.tolerance),
             compat: self.compat.is_some(),
             mirrors: self.mirror.unwrap_or_default(),
             axis: self.axis.map(|axis| axis as usize),

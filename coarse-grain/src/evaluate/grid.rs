@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::lattice::Lattice;
 use super::spread::{Layer, Placed};
-use super::weights::{GaussianRows, PolynomialRows, RowWeights};
-use super::window::{Spans, Window};
+use super::weights::{GaussianRows, PolynomialRows, RowWeights, Seen};
+use super::window::Window;
 use crate::kernel::Kernel;
 
 /// Sums of this many bytes and fewer stay in a processor's cache; above, places are sorted in space first.
@@ -43,25 +43,41 @@ pub(crate) fn spread(lattice: &Lattice, kernel: &Kernel, layer: &mut Layer) -> V
     all
 }
 
-/// Places that are near each other become near in memory too.
+/// Places that are near each other become near in memory too: row by row of the grid, in each in the order that they have.
 fn sort(lattice: &Lattice, placed: &mut Vec<Placed>) {
-    let key = |place: &Placed| {
+    let [x, y, _] = &lattice.axes;
+    let rows = (x.count + 1) * (y.count + 1);
+    if rows > placed.len().saturating_mul(4) {
+        return;
+    }
+    let row = |place: &Placed| {
         let cell = |axis: usize| {
-            let axis_of = &lattice.axes[axis];
-            axis_of.between(place.centre[axis], f64::INFINITY).start as u64
+            lattice.axes[axis]
+                .between(place.centre[axis], f64::INFINITY)
+                .start
         };
-        let [_, ny, nz] = lattice.axes.map(|axis| axis.count as u64 + 1);
-        (cell(0) * ny + cell(1)) * nz + cell(2)
+        (cell(0) * (y.count + 1) + cell(1)) as u32
     };
-    let mut order: Vec<(u64, u32)> = placed
+    let all: Vec<u32> = placed.par_iter().with_min_len(4096).map(row).collect();
+    // Where the places of each row begin.
+    let mut next = vec![0u32; rows + 1];
+    for &row in &all {
+        next[row as usize + 1] += 1;
+    }
+    for row in 1..next.len() {
+        next[row] += next[row - 1];
+    }
+    let mut order = vec![0u32; placed.len()];
+    for (k, &row) in (0..).zip(&all) {
+        let at = &mut next[row as usize];
+        order[*at as usize] = k;
+        *at += 1;
+    }
+    *placed = order
         .par_iter()
-        .map(key)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .zip(0..)
+        .with_min_len(4096)
+        .map(|&k| placed[k as usize])
         .collect();
-    order.par_sort_unstable();
-    *placed = order.into_iter().map(|(_, k)| placed[k as usize]).collect();
 }
 
 fn some(lattice: &Lattice, kernel: &Kernel, layer: &Layer, first: usize, count: usize) -> Vec<f64> {
@@ -72,7 +88,7 @@ fn some(lattice: &Lattice, kernel: &Kernel, layer: &Layer, first: usize, count: 
             })*
         };
     }
-    widths!(3 10 18);
+    widths!(4 10 18);
     widened::<MOST>(lattice, kernel, layer, first, count)
 }
 
@@ -91,14 +107,14 @@ fn widened<const F: usize>(
         let rows = || GaussianRows::new(kernel, lattice, layer.spread);
         slabs(lattice, kernel, layer, first, &mut sums, rows);
     }
-    if F == count {
+    if F == count && lattice.is_ordered() {
         return sums.into_flattened();
     }
-    let mut narrow = vec![0.0; lattice.len() * count];
-    for (to, from) in narrow.chunks_exact_mut(count).zip(&sums) {
-        to.copy_from_slice(&from[..count]);
+    let mut ordered = vec![0.0; lattice.len() * count];
+    for (place, from) in lattice.places().zip(&sums) {
+        ordered[place * count..][..count].copy_from_slice(&from[..count]);
     }
-    narrow
+    ordered
 }
 
 fn slabs<W: RowWeights, const F: usize>(
@@ -132,13 +148,13 @@ fn slabs<W: RowWeights, const F: usize>(
             slab,
             sums,
         };
-        let (mut rows, mut spans_of_one) = (rows(), Spans::default());
+        let mut rows = rows();
         for (k, place) in layer.placed.iter().enumerate() {
             if spans
                 .get(k)
                 .is_none_or(|span| span.start < end && span.end > begin)
             {
-                slab.add(place, &mut rows, &mut spans_of_one);
+                slab.add(place, &mut rows);
             }
         }
     };
@@ -148,10 +164,8 @@ fn slabs<W: RowWeights, const F: usize>(
     }
     let axis = &lattice.axes[split];
     let span = |place: &Placed| {
-        let (at, half) = (
-            place.centre[split],
-            Window::around(kernel, place.segment).half[split],
-        );
+        let at = place.centre[split];
+        let half = kernel.reach() + 0.5 * place.segment[split].abs();
         let span = axis.between(at - half, at + half);
         span.start as u32..span.end as u32
     };
@@ -218,7 +232,7 @@ struct Slab<'a, const F: usize> {
 }
 
 impl<const F: usize> Slab<'_, F> {
-    fn add<W: RowWeights>(&mut self, place: &Placed, rows: &mut W, spans: &mut Spans) {
+    fn add<W: RowWeights>(&mut self, place: &Placed, rows: &mut W) {
         let axes = &self.lattice.axes;
         let window = if place.segment == DVec3::ZERO {
             self.ball
@@ -237,16 +251,22 @@ impl<const F: usize> Slab<'_, F> {
         let mut own = ranges.clone();
         own[self.split].start = own[self.split].start.max(self.slab.start);
         own[self.split].end = own[self.split].end.min(self.slab.end);
-        window.spans(self.lattice, place.centre, &own, spans);
-        if spans.all.is_empty() {
+        if own[self.split].is_empty() {
             return;
         }
         // Tables hold the whole range, so that they are the same in every slab.
         rows.begin(place, &ranges);
         let mut values = [0.0; F];
         self.layer.load(place, self.first, &mut values);
-        let begin = self.slab.start * self.inner;
-        rows.add(&spans.all, &values, begin, self.sums);
+        let mut seen = Seen {
+            lattice: self.lattice,
+            window: &window,
+            centre: place.centre,
+            own,
+            begin: self.slab.start * self.inner,
+            sums: self.sums,
+        };
+        rows.add(&mut seen, &values);
     }
 }
 

@@ -83,6 +83,9 @@ impl Imager<'_> {
             .par_chunks(CHUNK)
             .enumerate()
             .map(|(k, originals)| {
+                if self.none() {
+                    return self.place_plainly(originals, (k * CHUNK) as u32, &project);
+                }
                 let mut images = [const { Vec::new() }; 3];
                 let mut placed = Vec::with_capacity(originals.len());
                 for (row, original) in originals.iter().enumerate() {
@@ -98,6 +101,41 @@ impl Imager<'_> {
             })
             .collect();
         parts.concat()
+    }
+
+    /// Whether nothing has images.
+    fn none(&self) -> bool {
+        (0..3).all(|axis| self.space.period(axis).is_none() && self.mirrors[axis] == [false; 2])
+    }
+
+    /// What the points can see where there are no images.
+    fn place_plainly(
+        &self,
+        originals: &[Original],
+        first: u32,
+        project: &impl Fn(DVec3) -> DVec3,
+    ) -> Vec<Placed> {
+        let all = DVec3::splat(f64::INFINITY);
+        let limit = |limit: DVec3, all: DVec3| {
+            let part = |a: usize| if self.resolved[a] { limit[a] } else { all[a] };
+            DVec3::new(part(0), part(1), part(2))
+        };
+        let low = limit(self.low - DVec3::splat(self.reach), -all);
+        let high = limit(self.high + DVec3::splat(self.reach), all);
+        let mut placed = Vec::with_capacity(originals.len());
+        for (row, original) in (first..).zip(originals) {
+            let half = 0.5 * original.segment.abs();
+            let at = original.middle;
+            if (at + half).cmpge(low).all() && (at - half).cmple(high).all() {
+                placed.push(Placed {
+                    centre: project(at),
+                    segment: project(original.segment),
+                    row,
+                    mirrored: 0,
+                });
+            }
+        }
+        placed
     }
 
     fn place_one(

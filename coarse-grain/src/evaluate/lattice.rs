@@ -58,35 +58,95 @@ fn whole(x: f64, most: usize) -> usize {
     down + usize::from((down as f64) < x)
 }
 
-/// The grid, with its axes in the order of loops: resolved ones last, so that the innermost loop is long.
+/// The grid, with its axes in the order of loops: resolved ones last, the longest of them first and that of the smallest steps at the end, so
+/// that the rows of the innermost loop are long.
 #[derive(Debug, Clone)]
 pub(crate) struct Lattice {
     pub axes: [LatticeAxis; 3],
     /// Of each axis of the loops the Cartesian axis.
     pub cartesian: [usize; 3],
+    /// From one point to the next along each axis of the loops, in the order of results (x before y before z).
+    strides: [usize; 3],
 }
 
 impl Lattice {
     /// A grid over the resolved axes.
     pub(crate) fn new(resolved: [bool; 3], grid: &[GridAxis]) -> Self {
-        let mut cartesian: Vec<usize> = (0..3).filter(|&axis| !resolved[axis]).collect();
-        let mut axes = vec![LatticeAxis::UNRESOLVED; cartesian.len()];
-        let resolved = (0..3).filter(|&axis| resolved[axis]);
-        for (axis, grid) in resolved.zip(grid) {
-            cartesian.push(axis);
-            let (first, step) = (grid.at(0), grid.step());
-            axes.push(LatticeAxis {
-                first,
-                step,
-                inverse_step: 1.0 / step,
-                count: grid.count,
-                resolved: true,
-            });
+        let mut rest = grid.iter();
+        let mut next = |cartesian: usize| {
+            if resolved[cartesian] {
+                rest.next()
+            } else {
+                None
+            }
+        };
+        let mut stride: usize = grid.iter().map(|axis| axis.count).product();
+        let mut all: Vec<(usize, LatticeAxis, usize)> = (0..3)
+            .map(|cartesian| match next(cartesian) {
+                Some(grid) => {
+                    let (first, step) = (grid.at(0), grid.step());
+                    stride /= grid.count;
+                    let axis = LatticeAxis {
+                        first,
+                        step,
+                        inverse_step: 1.0 / step,
+                        count: grid.count,
+                        resolved: true,
+                    };
+                    (cartesian, axis, stride)
+                }
+                None => (cartesian, LatticeAxis::UNRESOLVED, 0),
+            })
+            .collect();
+        // Sorting keeps the order of equals, so that it is that of the results where nothing speaks against it.
+        all.sort_by_key(|(_, axis, _)| axis.resolved);
+        let free = all.iter().filter(|(_, axis, _)| !axis.resolved).count();
+        let mut inner = 2;
+        for k in (free..2).rev() {
+            if all[k].1.step < 0.999 * all[inner].1.step {
+                inner = k;
+            }
+        }
+        let last = all.remove(inner);
+        all.push(last);
+        let length = |k: usize| all[k].1.step * all[k].1.count as f64;
+        if free == 0 && length(1) > 1.001 * length(0) {
+            all.swap(0, 1);
         }
         Self {
-            axes: [axes[0], axes[1], axes[2]],
-            cartesian: [cartesian[0], cartesian[1], cartesian[2]],
+            axes: [0, 1, 2].map(|k| all[k].1),
+            cartesian: [0, 1, 2].map(|k| all[k].0),
+            strides: [0, 1, 2].map(|k| all[k].2),
         }
+    }
+
+    /// Whether points follow each other in the order of results.
+    pub(crate) fn is_ordered(&self) -> bool {
+        let [_, y, z] = &self.axes;
+        let own = [y.count * z.count, z.count, 1];
+        (0..3).all(|k| self.axes[k].count == 1 || self.strides[k] == own[k])
+    }
+
+    /// Where each point of the loops stands among the results, in the order of loops.
+    pub(crate) fn places(&self) -> impl Iterator<Item = usize> + '_ {
+        let [x, y, z] = &self.axes;
+        let [a, b, c] = self.strides;
+        (0..x.count).flat_map(move |i| {
+            (0..y.count).flat_map(move |j| (0..z.count).map(move |k| i * a + j * b + k * c))
+        })
+    }
+
+    /// The point that stands at a place of the results, in the order of loops.
+    pub(crate) fn point(&self, place: usize) -> DVec3 {
+        let at = |k: usize| {
+            let axis = &self.axes[k];
+            if axis.resolved {
+                axis.at(place / self.strides[k] % axis.count)
+            } else {
+                0.0
+            }
+        };
+        DVec3::new(at(0), at(1), at(2))
     }
 
     /// The number of points.
@@ -125,6 +185,33 @@ impl Lattice {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_are_fine_and_the_longest_axis_is_first() {
+        let axis = |max: f64, count: usize| GridAxis {
+            min: 0.0,
+            max,
+            count,
+        };
+        // Steps 0.5, 0.25, 1 and lengths 1, 1, 3.
+        let lattice = Lattice::new([true; 3], &[axis(1.0, 2), axis(1.0, 4), axis(3.0, 3)]);
+        assert_eq!(
+            (lattice.cartesian, lattice.strides),
+            ([2, 0, 1], [1, 12, 3])
+        );
+        assert!(!lattice.is_ordered());
+        let mut places: Vec<usize> = lattice.places().collect();
+        assert_eq!(places[..5], [0, 3, 6, 9, 12]);
+        // Place 4: x = 0, y = 1, z = 1.
+        assert_eq!(lattice.point(4), DVec3::new(1.5, 0.25, 0.375));
+        places.sort_unstable();
+        assert!(places.into_iter().eq(0..24));
+        let even = Lattice::new([true; 3], &[axis(1.0, 2), axis(1.0, 2), axis(1.0, 2)]);
+        assert_eq!(even.cartesian, [0, 1, 2]);
+        assert!(even.is_ordered());
+        let plane = Lattice::new([true, false, true], &[axis(1.0, 9), axis(1.0, 3)]);
+        assert_eq!((plane.cartesian, plane.is_ordered()), ([1, 2, 0], false));
+    }
 
     #[test]
     fn points_between_are_those_between() {

@@ -19,6 +19,8 @@ pub(crate) struct Rows {
 /// The sums of contacts that are wanted.
 struct WantedOfContacts {
     lines: Vec<Sum>,
+    /// Numbers of them.
+    width: usize,
     moments: bool,
     boundary: Vec<Sum>,
 }
@@ -37,7 +39,15 @@ fn chunks<const N: usize>(
 
 /// The parts one behind the other.
 fn together<const N: usize>(parts: Vec<[Rows; N]>) -> [Rows; N] {
-    let mut whole = [const { Rows::EMPTY }; N];
+    let mut parts = parts.into_iter();
+    let Some(mut whole) = parts.next() else {
+        return [const { Rows::EMPTY }; N];
+    };
+    // Room for all, as if all parts were as full as the first.
+    for rows in &mut whole {
+        rows.values.reserve(parts.len() * rows.values.len());
+        rows.originals.reserve(parts.len() * rows.originals.len());
+    }
     for part in parts {
         for (whole, mut part) in whole.iter_mut().zip(part) {
             whole.values.append(&mut part.values);
@@ -52,6 +62,26 @@ impl Rows {
         values: Vec::new(),
         originals: Vec::new(),
     };
+
+    /// Room for so many rows of so many numbers.
+    fn for_some(count: usize, width: usize) -> Self {
+        Self {
+            values: Vec::with_capacity(count * width),
+            originals: Vec::with_capacity(count),
+        }
+    }
+}
+
+/// Appends a vector. (`extend` of an array is a call for every three numbers.)
+#[inline]
+fn push_vector(out: &mut Vec<f64>, v: DVec3) {
+    out.extend_from_slice(&[v.x, v.y, v.z]);
+}
+
+/// Appends the products of a symmetric tensor, times a factor.
+#[inline]
+fn push_square(out: &mut Vec<f64>, factor: f64, v: DVec3) {
+    out.extend_from_slice(&SYMMETRIC.map(|(a, b)| factor * v[a] * v[b]));
 }
 
 /// Particles or contacts that a thread takes in one go.
@@ -147,8 +177,9 @@ impl<'a> Roles<'a> {
             Vec::new()
         };
         let sums: Vec<Sum> = layout.of(Spread::Particles).collect();
+        let width = layout.stride(Spread::Particles);
         let some = |range: Range<usize>| {
-            let mut rows = Rows::default();
+            let mut rows = Rows::for_some(range.len(), width);
             for row in self.own(range) {
                 let mass = particles.mass.get(row).copied().unwrap_or(0.0);
                 let (v, r) = (particles.velocity[row], particles.radius[row]);
@@ -173,20 +204,18 @@ impl<'a> Roles<'a> {
                         }
                         Sum::Volume => out.push(particles.volume[row]),
                         Sum::Mass => out.push(mass),
-                        Sum::Momentum => out.extend((mass * v).to_array()),
-                        Sum::MomentumFlux => {
-                            out.extend(SYMMETRIC.iter().map(|&(a, b)| mass * v[a] * v[b]))
-                        }
+                        Sum::Momentum => push_vector(out, mass * v),
+                        Sum::MomentumFlux => push_square(out, mass, v),
                         Sum::Touching => out.push(f64::from(touching[row])),
-                        Sum::AngularVelocity => out.extend(turning.to_array()),
-                        Sum::Spin => out.extend(spin.to_array()),
+                        Sum::AngularVelocity => push_vector(out, turning),
+                        Sum::Spin => push_vector(out, spin),
                         Sum::SpinFlux => push_product(out, spin, v),
                         Sum::SpinEnergy => out.push(0.5 * spin.dot(turning)),
                         Sum::DisplacedMass => {
                             out.push(if displacement.is_some() { mass } else { 0.0 })
                         }
                         Sum::Displacement => {
-                            out.extend((mass * displacement.unwrap_or(DVec3::ZERO)).to_array());
+                            push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
                         }
                         _ => {}
                     }
@@ -205,8 +234,9 @@ impl<'a> Roles<'a> {
     pub(crate) fn gradients(&self, state: &State, layout: &Layout) -> Rows {
         let particles = self.particles;
         let sums: Vec<Sum> = layout.of(Spread::Gradients).collect();
+        let width = layout.stride(Spread::Gradients);
         let some = |range: Range<usize>| {
-            let mut rows = Rows::default();
+            let mut rows = Rows::for_some(range.len(), width);
             for row in self.own(range) {
                 let mass = particles.mass.get(row).copied().unwrap_or(0.0);
                 let displacement = known(state, row);
@@ -214,14 +244,12 @@ impl<'a> Roles<'a> {
                 for &sum in &sums {
                     match sum {
                         Sum::MassGradient => out.push(mass),
-                        Sum::MomentumGradient => {
-                            out.extend((mass * particles.velocity[row]).to_array())
-                        }
+                        Sum::MomentumGradient => push_vector(out, mass * particles.velocity[row]),
                         Sum::DisplacedMassGradient => {
                             out.push(if displacement.is_some() { mass } else { 0.0 })
                         }
                         Sum::DisplacementGradient => {
-                            out.extend((mass * displacement.unwrap_or(DVec3::ZERO)).to_array());
+                            push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
                         }
                         _ => {}
                     }
@@ -240,6 +268,7 @@ impl<'a> Roles<'a> {
     pub(crate) fn contacts(&self, contacts: &Contacts, layout: &Layout) -> [Rows; 3] {
         let wanted = WantedOfContacts {
             lines: layout.of(Spread::Lines).collect(),
+            width: layout.stride(Spread::Lines),
             moments: layout.has(Sum::CoupleSum),
             boundary: layout.of(Spread::Boundary).collect(),
         };
@@ -254,8 +283,10 @@ impl<'a> Roles<'a> {
         range: Range<usize>,
         wanted: &WantedOfContacts,
     ) -> [Rows; 3] {
-        let [mut lines, mut moments, mut boundary] =
-            [Rows::default(), Rows::default(), Rows::default()];
+        // Nearly all contacts are between two flowing particles, and straight.
+        let mut lines = Rows::for_some(range.len(), wanted.width);
+        let mut moments = Rows::for_some(if wanted.moments { range.len() } else { 0 }, 9);
+        let mut boundary = Rows::default();
         for k in range {
             let contact = Contact::of(contacts, k);
             let own = self.of(contacts.particle[k]);
@@ -287,7 +318,7 @@ impl<'a> Roles<'a> {
                     Sum::Drag => (side - still) * contact.force,
                     _ => still * contact.couple,
                 };
-                boundary.values.extend(vector.to_array());
+                push_vector(&mut boundary.values, vector);
             }
             boundary.originals.push(Original {
                 middle: contact.point,
@@ -319,9 +350,8 @@ fn touching(state: &State) -> Vec<u32> {
 }
 
 fn push_product(out: &mut Vec<f64>, a: DVec3, b: DVec3) {
-    for i in 0..3 {
-        out.extend((a[i] * b).to_array());
-    }
+    let [x, y, z] = [a.x * b, a.y * b, a.z * b];
+    out.extend_from_slice(&[x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]);
 }
 
 /// One contact with what it transmits.
@@ -359,7 +389,8 @@ impl Contact {
     /// Spheres touch on the line between their centres; clumps do not.
     fn is_straight(&self) -> bool {
         let (a, b) = (self.arm, self.partner_arm);
-        a.cross(b).length() <= 1e-9 * a.length() * b.length() && a.dot(b) <= 0.0
+        a.cross(b).length_squared() <= 1e-18 * a.length_squared() * b.length_squared()
+            && a.dot(b) <= 0.0
     }
 
     fn moment(&self) -> DVec3 {
@@ -415,7 +446,7 @@ impl Segment {
             match sum {
                 Sum::Stress => push_product(out, self.force, self.l),
                 Sum::ContactCount => out.push(1.0),
-                Sum::Fabric => out.extend(SYMMETRIC.iter().map(|&(a, b)| normal[a] * normal[b])),
+                Sum::Fabric => push_square(out, 1.0, normal),
                 _ => push_product(out, 0.5 * (self.end_couple - self.start_couple), self.l),
             }
         }

@@ -17,6 +17,16 @@ pub(crate) struct Placed {
     pub mirrored: u8,
 }
 
+impl Placed {
+    /// Until something is placed.
+    pub(crate) const NOWHERE: Self = Self {
+        centre: DVec3::ZERO,
+        segment: DVec3::ZERO,
+        row: 0,
+        mirrored: 0,
+    };
+}
+
 /// All that is spread in one way.
 #[derive(Debug, Clone)]
 pub(crate) struct Layer {

@@ -1,10 +1,12 @@
-//! The weights with which something is added to the points of a row of the grid.
+//! The weights with which something is added to the points that a window holds.
 
 use std::ops::Range;
 
+use glam::DVec3;
+
 use super::lattice::Lattice;
 use super::spread::Placed;
-use super::window::Span;
+use super::window::{Bounds, Window};
 use crate::kernel::Kernel;
 use crate::kernel::exponential::exponential;
 use crate::sums::Spread;
@@ -14,27 +16,48 @@ pub(crate) trait RowWeights {
     /// Goes to another place, seen in these ranges of the three axes.
     fn begin(&mut self, placed: &Placed, ranges: &[Range<usize>; 3]);
 
-    /// Adds the values, times its weights, to the points of the spans. `sums` begins at point `begin` of the grid.
-    fn add<const F: usize>(
-        &mut self,
-        spans: &[Span],
-        values: &[f64; F],
-        begin: usize,
-        sums: &mut [[f64; F]],
-    );
+    /// Adds the values, times its weights, to all points that are seen.
+    fn add<const F: usize>(&mut self, seen: &mut Seen<'_, F>, values: &[f64; F]);
 }
 
-/// The points of a span in a list that begins at point `begin` of the grid.
-#[inline]
-fn points<'a, const F: usize>(
-    lattice: &Lattice,
-    span: &Span,
-    begin: usize,
-    sums: &'a mut [[f64; F]],
-) -> &'a mut [[f64; F]] {
-    let [_, y, z] = &lattice.axes;
-    let row = (span.i as usize * y.count + span.j as usize) * z.count;
-    &mut sums[row + span.first as usize - begin..][..span.count as usize]
+/// The points that one place sees in a part of the grid.
+pub(crate) struct Seen<'a, const F: usize> {
+    pub lattice: &'a Lattice,
+    pub window: &'a Window,
+    /// The middle of the window.
+    pub centre: DVec3,
+    /// Box around it, in the part.
+    pub own: [Range<usize>; 3],
+    /// The first point of the part.
+    pub begin: usize,
+    /// What is at the points of the part.
+    pub sums: &'a mut [[f64; F]],
+}
+
+impl<const F: usize> Seen<'_, F> {
+    /// All planes, and in each all rows that have points: where they are along the second axis, the first of the points, and the points.
+    #[inline]
+    fn each_row<P>(
+        &mut self,
+        bounds: &mut Bounds,
+        plane: impl Fn(usize) -> P,
+        mut row: impl FnMut(&P, usize, usize, &mut [[f64; F]]),
+    ) {
+        let [_, y, z] = &self.lattice.axes;
+        for i in self.own[0].clone() {
+            self.window
+                .plane(&self.lattice.axes, self.centre, i, &self.own, bounds);
+            let of_plane = plane(i);
+            let first_row = i * y.count * z.count;
+            for (j, (first, end)) in self.own[1].clone().zip(bounds.iter()) {
+                if first < end {
+                    let at = first_row + j * z.count + first as usize - self.begin;
+                    let points = &mut self.sums[at..][..(end - first) as usize];
+                    row(&of_plane, j, first as usize, points);
+                }
+            }
+        }
+    }
 }
 
 #[inline]
@@ -47,49 +70,121 @@ fn add_to<const F: usize>(point: &mut [f64; F], weight: f64, values: &[f64; F]) 
 /// Points after which the recurrence of a table starts anew: rounding errors stay below 2e-14 of the value.
 const RESTART: usize = 16;
 
+/// Most nodes that are spread at once; those of longer segments follow in further rounds.
+const MOST_NODES: usize = 12;
+
 /// A Gaussian is a product of functions of x, y and z; so is its line integral at each node of a quadrature rule.
 pub(crate) struct GaussianRows<'a> {
     kernel: &'a Kernel,
-    lattice: &'a Lattice,
     spread: Spread,
     /// 1/w^2, and exp(-h^2/w^2) of each axis.
     inverse: f64,
     decay: [f64; 3],
+    placed: Placed,
+    ranges: [Range<usize>; 3],
     nodes: Vec<f64>,
     weights: Vec<f64>,
-    /// Of each axis, node by node, the factors at the points of the range.
+    /// Of each axis, point by point of the range, the factors of the nodes.
     tables: [Vec<f64>; 3],
-    begins: [usize; 3],
-    lengths: [usize; 3],
-    row: Vec<f64>,
-    starts: Vec<f64>,
+    bounds: Bounds,
 }
 
 impl<'a> GaussianRows<'a> {
-    pub(crate) fn new(kernel: &'a Kernel, lattice: &'a Lattice, spread: Spread) -> Self {
+    pub(crate) fn new(kernel: &'a Kernel, lattice: &Lattice, spread: Spread) -> Self {
         let w = kernel.choice().width;
         let inverse = 1.0 / (w * w);
         Self {
             kernel,
-            lattice,
             spread,
             inverse,
             decay: lattice
                 .axes
                 .map(|axis| libm::exp(-axis.step * axis.step * inverse)),
+            placed: Placed::NOWHERE,
+            ranges: [0..0, 0..0, 0..0],
             nodes: Vec::new(),
             weights: Vec::new(),
             tables: [const { Vec::new() }; 3],
-            begins: [0; 3],
-            lengths: [0; 3],
-            row: Vec::new(),
-            starts: Vec::new(),
+            bounds: Bounds::default(),
         }
+    }
+
+    /// Makes the tables of N nodes from `from` on.
+    #[inline]
+    fn fill<const N: usize>(&mut self, lattice: &Lattice, from: usize) {
+        let inverse = self.inverse;
+        let nodes: [f64; N] = std::array::from_fn(|q| self.nodes[from + q]);
+        // First values and ratios of all tables, so that the exponentials are taken several at once.
+        let start = |a: usize, k: usize| -> [[f64; N]; 2] {
+            let axis = &lattice.axes[a];
+            let d = axis.at(k) - self.placed.centre[a];
+            let l = self.placed.segment[a];
+            [
+                nodes.map(|node| -0.5 * (d - node * l) * (d - node * l) * inverse),
+                nodes.map(|node| -(d - node * l + 0.5 * axis.step) * axis.step * inverse),
+            ]
+        };
+        let mut starts: [[[f64; N]; 2]; 3] =
+            std::array::from_fn(|a| start(a, self.ranges[a].start));
+        for exponent in starts.as_flattened_mut().as_flattened_mut() {
+            *exponent = exponential(*exponent);
+        }
+        for (a, [mut values, mut ratios]) in starts.into_iter().enumerate() {
+            let (range, decay) = (self.ranges[a].clone(), self.decay[a]);
+            let table = &mut self.tables[a];
+            if table.len() < N * range.len() {
+                table.resize(N * range.len(), 0.0);
+            }
+            let table = table.as_chunks_mut::<N>().0;
+            for (k, (at, factors)) in range.zip(table).enumerate() {
+                if k % RESTART == 0 && k > 0 {
+                    [values, ratios] = start(a, at);
+                    for exponent in values.iter_mut().chain(&mut ratios) {
+                        *exponent = exponential(*exponent);
+                    }
+                }
+                *factors = values;
+                for q in 0..N {
+                    values[q] *= ratios[q];
+                    ratios[q] *= decay;
+                }
+            }
+        }
+    }
+
+    /// Adds what N nodes from `from` on give.
+    fn add_nodes<const N: usize, const F: usize>(
+        &mut self,
+        from: usize,
+        seen: &mut Seen<'_, F>,
+        values: &[f64; F],
+    ) {
+        self.fill::<N>(seen.lattice, from);
+        let [tx, ty, tz] = &self.tables;
+        let [tx, ty, tz] = [tx, ty, tz].map(|table| table.as_chunks::<N>().0);
+        let begins = [0, 1, 2].map(|a| self.ranges[a].start);
+        let weights = &self.weights[from..from + N];
+        let plane =
+            |i: usize| -> [f64; N] { std::array::from_fn(|q| weights[q] * tx[i - begins[0]][q]) };
+        seen.each_row(&mut self.bounds, plane, |across, j, first, points| {
+            let y = &ty[j - begins[1]];
+            let factors: [f64; N] = std::array::from_fn(|q| across[q] * y[q]);
+            let row = &tz[first - begins[2]..][..points.len()];
+            for (point, z) in points.iter_mut().zip(row) {
+                let mut weight = factors[0] * z[0];
+                for q in 1..N {
+                    weight += factors[q] * z[q];
+                }
+                add_to(point, weight, values);
+            }
+        });
     }
 }
 
 impl RowWeights for GaussianRows<'_> {
     fn begin(&mut self, placed: &Placed, ranges: &[Range<usize>; 3]) {
+        self.placed = *placed;
+        self.ranges = ranges.clone();
         let w = self.kernel.choice().width;
         let length = placed.segment.length();
         let is_line = matches!(self.spread, Spread::Lines | Spread::Moments) && length > 1e-10 * w;
@@ -112,139 +207,30 @@ impl RowWeights for GaussianRows<'_> {
                 _ => self.kernel.peak(),
             });
         }
-        // First values and ratios of all rows of the tables, so that the exponentials are taken several at once.
-        self.starts.clear();
-        for (a, range) in ranges.iter().enumerate() {
-            let axis = &self.lattice.axes[a];
-            if axis.resolved {
-                let from = axis.at(range.start) - placed.centre[a];
-                for node in &self.nodes {
-                    let d = from - node * placed.segment[a];
-                    self.starts.push(-0.5 * d * d * self.inverse);
-                    self.starts
-                        .push(-(d + 0.5 * axis.step) * axis.step * self.inverse);
-                }
-            }
-        }
-        for start in &mut self.starts {
-            *start = exponential(*start);
-        }
-        let mut starts = self.starts.chunks_exact(2);
-        for (a, range) in ranges.iter().enumerate() {
-            let axis = &self.lattice.axes[a];
-            self.begins[a] = range.start;
-            self.lengths[a] = range.len();
-            let table = &mut self.tables[a];
-            table.clear();
-            if !axis.resolved {
-                table.resize(self.nodes.len(), 1.0);
-                continue;
-            }
-            table.resize(self.nodes.len() * range.len(), 0.0);
-            let parts = table.chunks_exact_mut(range.len());
-            for ((node, part), start) in self.nodes.iter().zip(parts).zip(&mut starts) {
-                let (first, rest) = part.split_at_mut(part.len().min(RESTART));
-                fill(first, start[0], start[1], self.decay[a]);
-                let from = axis.at(range.start) - placed.centre[a] - node * placed.segment[a];
-                for (block, part) in (1..).zip(rest.chunks_mut(RESTART)) {
-                    let d = from + (block * RESTART) as f64 * axis.step;
-                    let value = exponential(-0.5 * d * d * self.inverse);
-                    let ratio = exponential(-(d + 0.5 * axis.step) * axis.step * self.inverse);
-                    fill(part, value, ratio, self.decay[a]);
-                }
-            }
-        }
+        // Nodes without weight fill up the groups in which they are spread.
+        let count = self.nodes.len();
+        let filled = match count {
+            0..=4 => count,
+            5..=8 => 8,
+            _ => count.next_multiple_of(MOST_NODES),
+        };
+        self.nodes.resize(filled, 0.0);
+        self.weights.resize(filled, 0.0);
     }
 
-    fn add<const F: usize>(
-        &mut self,
-        spans: &[Span],
-        values: &[f64; F],
-        begin: usize,
-        sums: &mut [[f64; F]],
-    ) {
+    fn add<const F: usize>(&mut self, seen: &mut Seen<'_, F>, values: &[f64; F]) {
         match self.nodes.len() {
-            1 => self.add_nodes::<1, F>(spans, values, begin, sums),
-            2 => self.add_nodes::<2, F>(spans, values, begin, sums),
-            3 => self.add_nodes::<3, F>(spans, values, begin, sums),
-            4 => self.add_nodes::<4, F>(spans, values, begin, sums),
-            _ => self.add_any(spans, values, begin, sums),
-        }
-    }
-}
-
-impl GaussianRows<'_> {
-    /// With so few nodes that their factors stay in registers.
-    fn add_nodes<const N: usize, const F: usize>(
-        &self,
-        spans: &[Span],
-        values: &[f64; F],
-        begin: usize,
-        sums: &mut [[f64; F]],
-    ) {
-        let [nx, ny, nz] = self.lengths;
-        let [tx, ty, tz] = &self.tables;
-        let (mut last, mut across) = (u32::MAX, [0.0; N]);
-        for span in spans {
-            if span.i != last {
-                last = span.i;
-                let i = last as usize - self.begins[0];
-                across = std::array::from_fn(|q| self.weights[q] * tx[q * nx + i]);
-            }
-            let j = span.j as usize - self.begins[1];
-            let skip = span.first as usize - self.begins[2];
-            let points = points(self.lattice, span, begin, sums);
-            let count = points.len();
-            let factors: [f64; N] = std::array::from_fn(|q| across[q] * ty[q * ny + j]);
-            let rows: [&[f64]; N] = std::array::from_fn(|q| &tz[q * nz + skip..][..count]);
-            for (k, point) in points.iter_mut().enumerate() {
-                let mut weight = factors[0] * rows[0][k];
-                for q in 1..N {
-                    weight += factors[q] * rows[q][k];
-                }
-                add_to(point, weight, values);
-            }
-        }
-    }
-
-    fn add_any<const F: usize>(
-        &mut self,
-        spans: &[Span],
-        values: &[f64; F],
-        begin: usize,
-        sums: &mut [[f64; F]],
-    ) {
-        let [nx, ny, nz] = self.lengths;
-        let [tx, ty, tz] = &self.tables;
-        for span in spans {
-            let (i, j) = (
-                span.i as usize - self.begins[0],
-                span.j as usize - self.begins[1],
-            );
-            let skip = span.first as usize - self.begins[2];
-            self.row.clear();
-            self.row.resize(span.count as usize, 0.0);
-            for (q, weight) in self.weights.iter().enumerate() {
-                let factor = weight * tx[q * nx + i] * ty[q * ny + j];
-                for (out, z) in self.row.iter_mut().zip(&tz[q * nz + skip..]) {
-                    *out += factor * z;
+            1 => self.add_nodes::<1, F>(0, seen, values),
+            2 => self.add_nodes::<2, F>(0, seen, values),
+            3 => self.add_nodes::<3, F>(0, seen, values),
+            4 => self.add_nodes::<4, F>(0, seen, values),
+            8 => self.add_nodes::<8, F>(0, seen, values),
+            many => {
+                for from in (0..many).step_by(MOST_NODES) {
+                    self.add_nodes::<MOST_NODES, F>(from, seen, values);
                 }
             }
-            let points = points(self.lattice, span, begin, sums);
-            for (point, &weight) in points.iter_mut().zip(&self.row) {
-                add_to(point, weight, values);
-            }
         }
-    }
-}
-
-/// Values of a Gaussian at equal distances: products of a ratio that shrinks by the same factor from point to point.
-#[inline]
-fn fill(out: &mut [f64], mut value: f64, mut ratio: f64, decay: f64) {
-    for out in out {
-        *out = value;
-        value *= ratio;
-        ratio *= decay;
     }
 }
 
@@ -256,23 +242,19 @@ pub(crate) struct PolynomialRows<'a> {
     placed: Placed,
     length: f64,
     row: Vec<f64>,
+    bounds: Bounds,
 }
 
 impl<'a> PolynomialRows<'a> {
     pub(crate) fn new(kernel: &'a Kernel, lattice: &'a Lattice, spread: Spread) -> Self {
-        let placed = Placed {
-            centre: glam::DVec3::ZERO,
-            segment: glam::DVec3::ZERO,
-            row: 0,
-            mirrored: 0,
-        };
         Self {
             kernel,
             lattice,
             spread,
-            placed,
+            placed: Placed::NOWHERE,
             length: 0.0,
             row: Vec::new(),
+            bounds: Bounds::default(),
         }
     }
 }
@@ -283,36 +265,35 @@ impl RowWeights for PolynomialRows<'_> {
         self.length = placed.segment.length();
     }
 
-    fn add<const F: usize>(
-        &mut self,
-        spans: &[Span],
-        values: &[f64; F],
-        begin: usize,
-        sums: &mut [[f64; F]],
-    ) {
-        for span in spans {
-            let points = points(self.lattice, span, begin, sums);
-            self.row.resize(points.len(), 0.0);
-            self.weigh(span);
-            for (point, &weight) in points.iter_mut().zip(&self.row) {
-                add_to(point, weight, values);
-            }
-        }
+    fn add<const F: usize>(&mut self, seen: &mut Seen<'_, F>, values: &[f64; F]) {
+        let (mut bounds, mut row) = (
+            std::mem::take(&mut self.bounds),
+            std::mem::take(&mut self.row),
+        );
+        seen.each_row(
+            &mut bounds,
+            |i| i,
+            |&i, j, first, points| {
+                row.resize(points.len(), 0.0);
+                self.weigh(i, j, first, &mut row);
+                for (point, &weight) in points.iter_mut().zip(&row) {
+                    add_to(point, weight, values);
+                }
+            },
+        );
+        (self.bounds, self.row) = (bounds, row);
     }
 }
 
 impl PolynomialRows<'_> {
-    /// The weights of a span.
-    fn weigh(&mut self, span: &Span) {
+    /// The weights of the points of a row from `first` on.
+    fn weigh(&self, i: usize, j: usize, first: usize, row: &mut [f64]) {
         let Some(polynomial) = self.kernel.polynomial() else {
             return;
         };
         let radius = self.kernel.choice().width;
         let (axes, c) = (&self.lattice.axes, self.placed.centre);
-        let (dx, dy) = (
-            axes[0].at(span.i as usize) - c.x,
-            axes[1].at(span.j as usize) - c.y,
-        );
+        let (dx, dy) = (axes[0].at(i) - c.x, axes[1].at(j) - c.y);
         let across = dx * dx + dy * dy;
         let inverse = 1.0 / radius;
         let norm = self.kernel.peak();
@@ -321,12 +302,12 @@ impl PolynomialRows<'_> {
         let n = if is_line {
             self.placed.segment / self.length
         } else {
-            glam::DVec3::ZERO
+            DVec3::ZERO
         };
         let along = dx * n.x + dy * n.y;
         let half = 0.5 * self.length;
-        for (k, out) in self.row.iter_mut().enumerate() {
-            let dz = axes[2].at(span.first as usize + k) - c.z;
+        for (k, out) in row.iter_mut().enumerate() {
+            let dz = axes[2].at(first + k) - c.z;
             let distance = across + dz * dz;
             *out = if is_line {
                 let u = along + dz * n.z;

@@ -4,32 +4,57 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::lattice::{Lattice, LatticeAxis};
+use super::lattice::LatticeAxis;
 use crate::kernel::{Kernel, LineCut};
 
-/// The points of a row of the grid that a window holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Span {
-    /// Where the row is along the first axis.
-    pub i: u32,
-    /// Where it is along the second.
-    pub j: u32,
-    /// The first of its points.
-    pub first: u32,
-    /// How many.
-    pub count: u32,
-}
-
-/// The spans of a window; kept, so that their memory is.
+/// What a window holds of each row of a plane of the grid; kept, so that its memory is.
 #[derive(Debug, Default)]
-pub(crate) struct Spans {
-    pub all: Vec<Span>,
-    firsts: Vec<f64>,
-    ends: Vec<f64>,
+pub(crate) struct Bounds {
+    firsts: Vec<[u32; LANES]>,
+    ends: Vec<[u32; LANES]>,
 }
 
-/// Added to a number it rounds it to a whole one.
+impl Bounds {
+    /// Room for so many rows.
+    #[inline]
+    fn hold(&mut self, rows: usize) -> (&mut [[u32; LANES]], &mut [[u32; LANES]]) {
+        let groups = rows.div_ceil(LANES);
+        if self.firsts.len() < groups {
+            self.firsts.resize(groups, [0; LANES]);
+            self.ends.resize(groups, [0; LANES]);
+        }
+        (&mut self.firsts[..groups], &mut self.ends[..groups])
+    }
+
+    /// First point and end of each row, in order; the end lies before or at the first point where there is none. For the rows of the plane
+    /// that was asked for last; behind them are others.
+    #[inline]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let (firsts, ends) = (self.firsts.as_flattened(), self.ends.as_flattened());
+        firsts.iter().copied().zip(ends.iter().copied())
+    }
+}
+
+/// Rows whose bounds are found at once.
+const LANES: usize = 4;
+
+/// Added to a number it rounds it to a whole one, which then stands in the last bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// Added before rounding it rounds up: points may lie outside by 1e-11 of their distance.
+const NEARLY_HALF: f64 = 0.5 - 1e-11;
+
+/// The larger of two numbers; unlike `f64::max` one instruction, since it says nothing of what is no number.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
 
 /// A ball, or an ellipsoid or capped cylinder around a segment.
 #[derive(Debug, Clone, Copy)]
@@ -97,90 +122,109 @@ impl Window {
         }
     }
 
-    /// All rows of `own`, a part of the grid, that have points in the window around `centre`.
-    pub(crate) fn spans(
+    /// What `own`, a part of the grid, has in the window around `centre` in its plane `i`.
+    #[inline]
+    pub(crate) fn plane(
         &self,
-        lattice: &Lattice,
+        axes: &[LatticeAxis; 3],
         centre: DVec3,
+        i: usize,
         own: &[Range<usize>; 3],
-        spans: &mut Spans,
+        bounds: &mut Bounds,
     ) {
-        let [x, y, z] = &lattice.axes;
-        spans.all.clear();
-        for i in own[0].clone() {
-            let dx = x.at(i) - centre.x;
-            self.bounds(dx, [y, z], centre, own, spans);
-            let bounds = spans.firsts.iter().zip(&spans.ends);
-            for (j, (&first, &end)) in own[1].clone().zip(bounds) {
-                if first < end {
-                    spans.all.push(Span {
-                        i: i as u32,
-                        j: j as u32,
-                        first: first as u32,
-                        count: (end - first) as u32,
-                    });
-                }
+        let dx = axes[0].at(i) - centre.x;
+        match self.cap {
+            None => self.rows::<false>(axes, centre, dx, own, bounds),
+            // A cylinder along the rows or across them: divisions by zero.
+            Some(_) if self.steepness <= 1e-12 || self.direction.z.abs() <= 1e-12 => {
+                self.single_rows(axes, centre, dx, own, bounds);
+            }
+            Some(_) => self.rows::<true>(axes, centre, dx, own, bounds),
+        }
+    }
+
+    fn single_rows(
+        &self,
+        [_, y, z]: &[LatticeAxis; 3],
+        centre: DVec3,
+        dx: f64,
+        own: &[Range<usize>; 3],
+        bounds: &mut Bounds,
+    ) {
+        let (firsts, ends) = bounds.hold(own[1].len());
+        let found = firsts
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(ends.as_flattened_mut());
+        for (j, (first, end)) in own[1].clone().zip(found) {
+            (*first, *end) = (0, 0);
+            if let Some((low, high)) = self.row(dx, y.at(j) - centre.y) {
+                let range = z.between(centre.z + low, centre.z + high);
+                *first = range.start.max(own[2].start) as u32;
+                *end = range.end.min(own[2].end) as u32;
             }
         }
     }
 
-    /// First point and end of each row at `dx`, as whole numbers. Without branches, so that the processor works on several rows at once.
+    /// The formulas of [`Self::row`], for several rows at once and without branches; for a ball they hold with a flatness of 0.
+    ///
+    /// With a = n . d for what is known of the distance d from the middle, row by row: the middle of what lies inside is flatness nz a / steepness, its half
+    /// length the root of reach^2 - dx^2 - dy^2 + flatness a^2 / steepness, over the root of the steepness. The one is linear in dy, the other a root of
+    /// a polynomial of degree two. Heights are counted in points from the first of the row.
     #[inline]
-    fn bounds(
+    fn rows<const CAPPED: bool>(
         &self,
-        dx: f64,
-        [y, z]: [&LatticeAxis; 2],
+        [_, y, z]: &[LatticeAxis; 3],
         centre: DVec3,
+        dx: f64,
         own: &[Range<usize>; 3],
-        spans: &mut Spans,
+        bounds: &mut Bounds,
     ) {
-        let count = own[1].len();
-        spans.firsts.resize(count, 0.0);
-        spans.ends.resize(count, 0.0);
-        let (begin, end) = (own[2].start as f64, own[2].end as f64);
-        let above = (centre.z - z.first) * z.inverse_step;
-        let rows = spans.firsts.iter_mut().zip(&mut spans.ends);
         let n = self.direction;
-        let is_awkward = self.steepness <= 1e-12 || n.z.abs() <= 1e-12;
-        if self.cap.is_some() && is_awkward {
-            for (j, (first, last)) in own[1].clone().zip(rows) {
-                (*first, *last) = match self.row(dx, y.at(j) - centre.y) {
-                    Some((low, high)) => {
-                        let range = z.between(centre.z + low, centre.z + high);
-                        ((range.start as f64).max(begin), (range.end as f64).min(end))
-                    }
-                    None => (begin, begin),
-                };
+        let (begin, end) = (own[2].start as f64, own[2].end as f64);
+        let most = end - 1.0;
+        let above = (centre.z - z.first) * z.inverse_step;
+        let scale = self.inverse * z.inverse_step;
+        let along = n.x * dx;
+        let steep = self.flatness * n.z * scale;
+        let middle = [above + steep * along, steep * n.y];
+        let scale = scale * scale;
+        let square = [
+            scale
+                * (self.steepness * (self.reach_squared - dx * dx) + self.flatness * along * along),
+            scale * 2.0 * self.flatness * along * n.y,
+            scale * (self.flatness * n.y * n.y - self.steepness),
+        ];
+        // Along a row the caps are this far from where it passes the middle plane.
+        let (between, cap) = match self.cap {
+            Some(cap) if CAPPED => {
+                let slant = z.inverse_step / n.z;
+                ([above - along * slant, -n.y * slant], cap * slant.abs())
             }
-            return;
-        }
-        // Along a row the caps are this far from where it passes the middle.
-        let (slant, cap) = match self.cap {
-            Some(cap) => (1.0 / n.z, cap / n.z.abs()),
-            None => (0.0, f64::INFINITY),
+            _ => ([0.0; 2], 0.0),
         };
-        // The formulas of `row`; for a ball they give the same with a flatness of 0.
-        let row = own[1].start as u32;
-        let (x_across, x_along) = (self.reach_squared - dx * dx, n.x * dx);
-        for (k, (first, last)) in rows.enumerate() {
-            let dy = y.first + f64::from(row + k as u32) * y.step - centre.y;
-            let along = x_along + n.y * dy;
-            let rest = x_across - dy * dy + self.flatness * along * along;
-            let middle = self.flatness * along * n.z;
-            let square = middle * middle + self.steepness * rest;
-            let height = square.max(0.0).sqrt();
-            let between = -along * slant;
-            let low = ((middle - height) * self.inverse).max(between - cap);
-            let high = ((middle + height) * self.inverse).min(between + cap);
-            let low = (above + low * z.inverse_step).max(begin).min(end);
-            let high = (above + high * z.inverse_step)
-                .max(begin - 1.0)
-                .min(end - 1.0);
-            let (down, up) = ((low + ROUND) - ROUND, (high + ROUND) - ROUND);
-            let ceil = down + if down < low { 1.0 } else { 0.0 };
-            let floor = up - if up > high { 1.0 } else { 0.0 };
-            *first = ceil;
-            *last = if square >= 0.0 { floor + 1.0 } else { begin };
+        let (firsts, ends) = bounds.hold(own[1].len());
+        let mut row = own[1].start as f64;
+        let from = y.first - centre.y;
+        for (firsts, ends) in firsts.iter_mut().zip(ends) {
+            for k in 0..LANES {
+                let dy = from + (row + k as f64) * y.step;
+                let square = square[0] + (square[1] + square[2] * dy) * dy;
+                let height = larger(square, 0.0).sqrt();
+                let middle = middle[0] + middle[1] * dy;
+                let (mut low, mut high) = (middle - height, middle + height);
+                if CAPPED {
+                    let between = between[0] + between[1] * dy;
+                    low = larger(low, between - cap);
+                    high = smaller(high, between + cap);
+                }
+                let low = smaller(larger(low, begin), end) + NEARLY_HALF;
+                let high = larger(smaller(high, most), -1.0) - NEARLY_HALF;
+                firsts[k] = (low + ROUND).to_bits() as u32;
+                let last = (high + (ROUND + 1.0)).to_bits() as u32;
+                ends[k] = if square >= 0.0 { last } else { 0 };
+            }
+            row += LANES as f64;
         }
     }
 
