@@ -54,9 +54,9 @@ use clap::{CommandFactory, Parser};
 pub use clap_complete::Shell;
 
 pub use failure::{Exit, Failure, Outcome};
-pub use interrupt::stop_on_request;
+pub use interrupt::{note_on_request, stop_on_request};
 pub use progress::Progress;
-pub use values::positive;
+pub use values::{duration, positive};
 
 /// Reads the arguments, does what `execute` does with them, and says what went wrong.
 ///

@@ -1,16 +1,21 @@
 //! `mercury-solve`: the command line, nothing else.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::readable::rounded;
-use mercury_common::scene::SceneErrors;
-use mercury_solver::output::folder;
+use mercury_common::scene::{SceneErrors, Statement};
+use mercury_solver::output::folder::{self, Earlier, Found};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, document, plan, read_scene, refusal, report};
-use mercury_solver::run::{Progress, Report, RunOptions, memory, run, useful_threads};
+use mercury_solver::run::checkpoint::{self, Checkpoint};
+use mercury_solver::run::{
+    Checkpoints, Progress, Report, RunOptions, memory, run_from, useful_threads,
+};
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -22,15 +27,22 @@ Examples:
   mercury-solve drum.toml --set time.end=0.1 --set materials.glass.friction=0.3 --output short
   mercury-solve drum.toml --force --threads 4     replace an earlier run
   mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
+  mercury-solve drum.toml --time-limit 55m        stop before a queue's limit, with a checkpoint
+  mercury-solve drum.toml --resume                go on from there: the same bytes as without a stop
+  mercury-solve drum.toml --resume --set time.end=4   longer than it was
+  mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint
 
-Exit codes: 0 done, 1 the run failed or was stopped, 2 wrong usage or input.";
+Ctrl-C, SIGTERM and a file STOP in the run's folder stop a run after its step, with a checkpoint; Ctrl-C twice ends it at
+once. SIGUSR1 writes a checkpoint and goes on.
+
+Exit codes: 0 done, 1 the run failed, 2 wrong usage or input, 75 stopped and can be resumed, 130 ended at once.";
 
 /// Runs a discrete particle simulation that a scene file describes.
 #[derive(Debug, Parser)]
 #[command(name = "mercury-solve", version, after_help = EXAMPLES)]
 struct Arguments {
     /// The scene file
-    #[arg(value_name = "SCENE.toml", required_unless_present = "completions")]
+    #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect"])]
     scene: Option<PathBuf>,
 
     /// Folder for the files of the run [default: ./SCENE/]
@@ -40,6 +52,22 @@ struct Arguments {
     /// Replace the files of an earlier run in that folder
     #[arg(long)]
     force: bool,
+
+    /// Go on from the newest checkpoint in that folder; from the beginning where there is none
+    #[arg(long, conflicts_with_all = ["force", "check"])]
+    resume: bool,
+
+    /// Stop after so long by the clock, with a checkpoint: 55m, 1h30m, 90s
+    #[arg(long, value_name = "TIME", value_parser = cli::duration)]
+    time_limit: Option<Duration>,
+
+    /// Write a checkpoint every so often by the clock, and at the end; `never`: only when the run is stopped
+    #[arg(long, value_name = "TIME", default_value = "10m", value_parser = checkpoint_every)]
+    checkpoint_every: Every,
+
+    /// Say what is in a checkpoint and stop
+    #[arg(long, value_name = "FILE", conflicts_with = "scene")]
+    inspect: Option<PathBuf>,
 
     /// Print what the scene means (resolved parameters, time step and its reason) and stop
     #[arg(long)]
@@ -66,6 +94,17 @@ struct Arguments {
     completions: Option<cli::Shell>,
 }
 
+/// How often checkpoints are written by the clock.
+#[derive(Debug, Clone, Copy)]
+struct Every(Option<Duration>);
+
+fn checkpoint_every(text: &str) -> Result<Every, String> {
+    match text {
+        "never" => Ok(Every(None)),
+        _ => cli::duration(text).map(|time| Every(Some(time))),
+    }
+}
+
 fn main() -> ExitCode {
     cli::main(|arguments: Arguments| execute(&arguments))
 }
@@ -74,9 +113,15 @@ fn execute(arguments: &Arguments) -> Outcome {
     if let Some(shell) = arguments.completions {
         return cli::say_completions::<Arguments>(shell);
     }
-    // The argument is required without --completions.
+    if let Some(file) = &arguments.inspect {
+        let checkpoint = checkpoint::read(file).map_err(Failure::input)?;
+        return say(&checkpoint.to_string());
+    }
+    // The argument is required without --completions and --inspect.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
-    let plan = planned(path, &arguments.set).map_err(|errors| Failure::input(refusal(&errors)))?;
+    let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
+    let scene = read_scene(path, &arguments.set).map_err(refused)?;
+    let plan = plan(&scene).map_err(refused)?;
     if arguments.check {
         return say(&if arguments.json {
             plan_as_json(&plan)?
@@ -84,7 +129,9 @@ fn execute(arguments: &Arguments) -> Outcome {
             report(&plan, &memory(&plan))
         });
     }
-    let report = run_plan(arguments, plan)?;
+    let Some(report) = run_plan(arguments, plan, &scene.statement)? else {
+        return Ok(());
+    };
     if arguments.json {
         let json = serde_json::to_string_pretty(&report.summary).map_err(Failure::run)?;
         say(&json)?;
@@ -93,15 +140,14 @@ fn execute(arguments: &Arguments) -> Outcome {
     }
     match report.summary.status {
         Status::Finished => Ok(()),
-        Status::Stopped => Err(Failure::run(format!(
-            "stopped at t = {} s; everything until then is written. This version cannot resume a run.",
-            rounded(report.summary.time, 12)
-        ))),
+        Status::Stopped => Err(Failure::new(
+            cli::Exit::Resumable,
+            format!(
+                "stopped at t = {} s, with a checkpoint\nhelp: --resume goes on from there",
+                rounded(report.summary.time, 12)
+            ),
+        )),
     }
-}
-
-fn planned(path: &Path, overrides: &[String]) -> Result<Plan, SceneErrors> {
-    plan(&read_scene(path, overrides)?)
 }
 
 /// The content of `plan.toml`.
@@ -118,12 +164,48 @@ fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
     serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
 }
 
-fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
+/// Runs it; nothing if it is to be resumed and has come to its end already.
+fn run_plan(
+    arguments: &Arguments,
+    plan: Plan,
+    statement: &Statement,
+) -> Result<Option<Report>, Failure> {
     let folder =
         (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
+    let scene = statement.entries().map_err(|(path, error)| {
+        Failure::input(format!(
+            "{}: the file cannot be read: {error}",
+            path.display()
+        ))
+    })?;
+    let earlier = match (arguments.force, arguments.resume) {
+        (true, _) => Earlier::Replace,
+        (_, true) => Earlier::Continue,
+        _ => Earlier::Refuse,
+    };
     // The folder is this run's until the end of the function.
-    let _lock = folder::prepare(&folder, plan.outputs().prefix(), arguments.force)
-        .map_err(Failure::input)?;
+    let (_lock, found) =
+        folder::prepare(&folder, plan.outputs().prefix(), earlier).map_err(Failure::input)?;
+    let mut notes = Vec::new();
+    let mut from = None;
+    if found == Found::Run {
+        from = resumed(&folder, &plan, &scene, &mut notes)?;
+    }
+    if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
+        let time = rounded(checkpoint.head.time(), 12);
+        if !arguments.quiet {
+            say(&format!(
+                "{}: the run has come to its end at t = {time} s already; a larger time.end makes it longer",
+                folder.display()
+            ))?;
+        }
+        return Ok(None);
+    }
+    for note in &notes {
+        if !arguments.quiet {
+            eprintln!("{note}");
+        }
+    }
     let threads = arguments.threads.map_or_else(
         || {
             let available = std::thread::available_parallelism();
@@ -137,13 +219,53 @@ fn run_plan(arguments: &Arguments, plan: Plan) -> Result<Report, Failure> {
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan)?),
         stop: cli::stop_on_request()?,
+        time_limit: arguments.time_limit,
+        checkpoints: Some(Checkpoints {
+            every: arguments.checkpoint_every.0,
+            at_end: arguments.checkpoint_every.0.is_some(),
+            now: cli::note_on_request()?,
+            scene,
+        }),
+        notes,
     };
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
-    let result = run(plan, &options, &mut |progress| {
+    let result = run_from(from, plan, &options, &mut |progress| {
         line.share(progress.share(), |seconds| told(progress, seconds));
     });
     line.clear();
-    result.map_err(|failure| Failure::run(format!("the run failed: {failure}")))
+    result
+        .map(Some)
+        .map_err(|failure| Failure::run(format!("the run failed: {failure}")))
+}
+
+/// The checkpoint from which a run in this folder goes on, and what is to be said of it.
+fn resumed(
+    folder: &Path,
+    plan: &Plan,
+    scene: &BTreeMap<String, String>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Checkpoint>, Failure> {
+    let newest = checkpoint::newest(folder, plan.outputs().prefix()).map_err(Failure::input)?;
+    let Some((checkpoint, damaged)) = newest else {
+        if folder.join("summary.json").exists() {
+            return Err(Failure::input(format!(
+                "{}: there is a whole run in this folder, and no checkpoint of it",
+                folder.display()
+            ))
+            .with_help("--force replaces it"));
+        }
+        notes.push("no checkpoint yet: from the beginning".to_owned());
+        folder::clear(folder, plan.outputs().prefix()).map_err(Failure::input)?;
+        return Ok(None);
+    };
+    checkpoint.fits(plan, scene).map_err(Failure::input)?;
+    notes.extend(damaged.iter().map(|what| format!("not used: {what}")));
+    notes.push(format!(
+        "resumed from {} at t = {} s",
+        checkpoint.path.display(),
+        rounded(checkpoint.head.time(), 12)
+    ));
+    Ok(Some(checkpoint))
 }
 
 /// What the progress line says of a run after `seconds`.

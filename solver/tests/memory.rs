@@ -75,7 +75,7 @@ fn the_estimate_is_what_a_run_allocates() {
         threads: 2,
         ..RunOptions::default()
     };
-    let _lock = folder::prepare(&options.folder, "wide", true).unwrap();
+    let _lock = folder::prepare(&options.folder, "wide", folder::Earlier::Replace).unwrap();
     // Between two looks a list is built and the first frame written; the last look is behind the last frame.
     let mut steps = f64::INFINITY;
     run(plan, &options, &mut |_| {

@@ -132,7 +132,12 @@ fn good_scenes_run_to_their_end() {
         let inserts = !plan.physics().insertions().is_empty();
         let deletes = !plan.physics().deletions().is_empty();
         let target = tempfile::tempdir().expect("a folder for the run");
-        folder::prepare(target.path(), plan.outputs().prefix(), true).expect("the folder is ready");
+        folder::prepare(
+            target.path(),
+            plan.outputs().prefix(),
+            folder::Earlier::Replace,
+        )
+        .expect("the folder is ready");
         let options = RunOptions {
             folder: target.path().to_owned(),
             threads: 1,

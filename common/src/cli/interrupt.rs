@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+#[cfg(unix)]
+use signal_hook::consts::SIGUSR1;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -21,4 +23,16 @@ pub fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
             .map_err(|error| Failure::run(format!("signals cannot be caught: {error}")))?;
     }
     Ok(stop)
+}
+
+/// A flag that the signal SIGUSR1 sets, where there is such a signal.
+///
+/// # Errors
+/// If the system does not let signals be caught.
+pub fn note_on_request() -> Result<Arc<AtomicBool>, Failure> {
+    let noted = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    flag::register(SIGUSR1, Arc::clone(&noted))
+        .map_err(|error| Failure::run(format!("signals cannot be caught: {error}")))?;
+    Ok(noted)
 }

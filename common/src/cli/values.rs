@@ -1,5 +1,7 @@
 //! Values of options.
 
+use std::time::Duration;
+
 /// A number above 0, for `value_parser`; with `allow_negative_numbers`, so that -1 is told why it is refused.
 ///
 /// # Errors
@@ -12,9 +14,70 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A time by the clock, for `value_parser`: `90s`, `10m`, `1h30m`, `2d`; a number alone is seconds.
+///
+/// # Errors
+/// What is wrong with the text.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time like 90s, 10m, 1h30m or 2d".to_owned();
+    let mut seconds = 0.0;
+    let mut rest = text.trim();
+    while !rest.is_empty() {
+        let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.');
+        let (number, behind) = rest.split_at(end.unwrap_or(rest.len()));
+        let number: f64 = number.parse().map_err(|_| wrong())?;
+        let unit = behind.chars().next();
+        seconds += number
+            * match unit {
+                Some('s') => 1.0,
+                Some('m') => 60.0,
+                Some('h') => 3600.0,
+                Some('d') => 86400.0,
+                // Alone, not behind hours.
+                None if seconds == 0.0 => 1.0,
+                _ => return Err(wrong()),
+            };
+        rest = behind.get(1..).unwrap_or_default();
+    }
+    let time = Duration::try_from_secs_f64(seconds).map_err(|_| "is too long".to_owned())?;
+    if time.is_zero() {
+        return Err("must be above 0".to_owned());
+    }
+    Ok(time)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::positive;
+    use std::time::Duration;
+
+    use super::{duration, positive};
+
+    #[test]
+    fn times_are_sums_of_their_parts() {
+        for (text, seconds) in [
+            ("90s", 90.0),
+            ("90", 90.0),
+            ("10m", 600.0),
+            ("1h30m", 5400.0),
+            ("1.5h", 5400.0),
+            ("2d", 172_800.0),
+            ("0.25s", 0.25),
+        ] {
+            assert_eq!(
+                duration(text),
+                Ok(Duration::from_secs_f64(seconds)),
+                "{text}"
+            );
+        }
+        let wrong = Err("expected a time like 90s, 10m, 1h30m or 2d".to_owned());
+        for text in ["ten", "10x", "m", "1h30", "-5s", "1..5s", "10 m", "5é"] {
+            assert_eq!(duration(text), wrong, "{text}");
+        }
+        for text in ["", "0", "0s", "0h0m"] {
+            assert_eq!(duration(text), Err("must be above 0".to_owned()), "{text}");
+        }
+        assert!(duration("99999999999999999999d").is_err());
+    }
 
     #[test]
     fn only_numbers_above_0_are_taken() {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::FrameSchema;
+use super::schema::TITLE_KEY;
 
 /// What a file of particles or contacts says about its run. Everything is optional to a reader.
 ///
@@ -41,7 +42,7 @@ fn read_vector(text: &str) -> Option<DVec3> {
 impl FramesHeader {
     /// The entries for [`FrameSchema::with_metadata`].
     pub fn entries(&self) -> Vec<(String, String)> {
-        let mut entries = vec![("title".to_owned(), self.title.clone())];
+        let mut entries = vec![(TITLE_KEY.to_owned(), self.title.clone())];
         let lists = [("material", &self.materials), ("wall", &self.walls)];
         for (key, names) in lists {
             for (k, name) in names.iter().enumerate() {
@@ -95,7 +96,7 @@ impl FramesHeader {
             }
         };
         Ok(Self {
-            title: metadata.get("title").cloned().unwrap_or_default(),
+            title: metadata.get(TITLE_KEY).cloned().unwrap_or_default(),
             materials: list(metadata, "material"),
             walls: list(metadata, "wall"),
             domain,

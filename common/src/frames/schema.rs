@@ -10,6 +10,7 @@ pub(super) const TIME: &str = "time";
 const UNIT: &str = "unit";
 const DESCRIPTION: &str = "description";
 pub(super) const VERSION_KEY: &str = "mercury_frames";
+pub(super) const TITLE_KEY: &str = "title";
 pub(super) const KIND_KEY: &str = "kind";
 
 /// The type of the values of a column.
@@ -150,6 +151,16 @@ impl FrameSchema {
     pub fn with_metadata(mut self, entries: impl IntoIterator<Item = (String, String)>) -> Self {
         self.metadata.extend(entries);
         self
+    }
+
+    /// Whether columns and metadata are the same, but for the title of the run.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        let facts = |schema: &Self| {
+            let mut facts = schema.metadata.clone();
+            facts.remove(TITLE_KEY);
+            facts
+        };
+        self.columns == other.columns && facts(self) == facts(other)
     }
 
     /// The columns in their order, without `time`.

@@ -200,11 +200,6 @@ where
     pub fn frames(&self) -> &FrameWriter {
         &self.frames
     }
-
-    /// The file itself, to be cut back.
-    pub fn frames_mut(&mut self) -> &mut FrameWriter {
-        &mut self.frames
-    }
 }
 
 /// Reads a file of a table, see [`FrameReader`].

@@ -86,7 +86,7 @@ impl FrameWriter {
     ///
     /// A checkpoint should keep [`len`](Self::len) for this, after [`sync`](Self::sync). What is appended then gives the
     /// same bytes as a run that never stopped. Damage behind the frames that stay does not matter. A reader that is amid
-    /// one of the frames cut off gets an error.
+    /// one of the frames cut off gets an error. The title of the run may have changed: the file keeps its own.
     ///
     /// # Errors
     /// [`FrameWriteError::Format`] when the file has fewer whole frames or its schema is not `schema`;
@@ -98,7 +98,7 @@ impl FrameWriter {
     ) -> Result<Self, FrameWriteError> {
         let path = path.into();
         let reader = FrameReader::open(&path)?;
-        if *reader.schema() != schema {
+        if !reader.schema().is_alike(&schema) {
             let found = "columns or metadata of another run";
             let help = "the scene or its output was changed since the file was begun";
             return Err(FormatError::of_file(&path, found).with_help(help).into());
@@ -135,15 +135,6 @@ impl FrameWriter {
             frames,
             last_step,
         })
-    }
-
-    /// Forgets all frames behind the first `frames`, as [`resume`](Self::resume) does.
-    ///
-    /// # Errors
-    /// As [`resume`](Self::resume).
-    pub fn cut_back(&mut self, frames: usize) -> Result<(), FrameWriteError> {
-        *self = Self::resume(self.path.clone(), self.schema.clone(), frames)?;
-        Ok(())
     }
 
     /// The schema of the file.

@@ -33,40 +33,31 @@ impl Series {
         })
     }
 
-    /// Continues a series behind its first `frames` frames, see [`PvdWriter::resume`].
+    /// Continues a series behind its first `frames` frames: takes the others off the list, then removes their files.
     ///
     /// # Errors
-    /// When the list cannot be read or written, or has fewer frames.
+    /// When the list cannot be read or written, or has fewer frames, or a file cannot be removed.
     pub fn resume(
         folder: &Path,
         stem: &str,
         options: VtuOptions,
         frames: usize,
     ) -> Result<Self, VtuError> {
-        Ok(Self {
+        let series = Self {
             folder: folder.to_owned(),
             stem: stem.to_owned(),
             list: PvdWriter::resume(folder.join(format!("{stem}.pvd")), frames)?,
             options,
-        })
-    }
-
-    /// Forgets all frames behind the first `frames`: takes them off the list, then removes their files.
-    ///
-    /// # Errors
-    /// When the list cannot be read or written, or has fewer frames, or a file cannot be removed.
-    pub fn cut_back(&mut self, frames: usize) -> Result<(), VtuError> {
-        let list = self.folder.join(format!("{}.pvd", self.stem));
-        self.list = PvdWriter::resume(list, frames)?;
+        };
         let kept: HashSet<PathBuf> = (0..frames)
-            .map(|number| self.folder.join(self.file_name(number)))
+            .map(|number| folder.join(series.file_name(number)))
             .collect();
-        for file in Self::frames_in(&self.folder, &self.stem) {
+        for file in Self::frames_in(folder, stem) {
             if !kept.contains(&file) {
                 remove(file)?;
             }
         }
-        Ok(())
+        Ok(series)
     }
 
     fn file_name(&self, number: usize) -> String {

@@ -36,6 +36,7 @@ pub fn parse_clump(path: &Path, text: &str) -> Result<ClumpFile, SceneErrors> {
         materials: Vec::new(),
         clumps: Vec::new(),
         laws: None,
+        named: RefCell::default(),
     };
     let whole = Place::new(&source, 0..0, "");
     let clump = read_document(&context, &document, &whole);

@@ -36,6 +36,8 @@ pub(super) struct Context {
     pub(super) clumps: Vec<String>,
     /// The contact laws that are known; `None`: whoever reads knows nothing of laws.
     pub(super) laws: Option<Vec<&'static LawKeys>>,
+    /// The files that were named so far.
+    pub(super) named: RefCell<Vec<PathBuf>>,
 }
 
 impl Context {

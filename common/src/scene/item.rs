@@ -280,12 +280,19 @@ impl<'a> Item<'a> {
 
     /// A file, relative to the folder of the scene.
     pub(super) fn file(&self) -> Option<Located<PathBuf>> {
-        self.path("file", "is a folder, not a file", None, Path::is_file)
+        self.noted(self.path("file", "is a folder, not a file", None, Path::is_file))
     }
 
     /// A file; `help` says how to make it where there is none.
     pub(super) fn file_or(&self, help: &str) -> Option<Located<PathBuf>> {
-        self.path("file", "is a folder, not a file", Some(help), Path::is_file)
+        self.noted(self.path("file", "is a folder, not a file", Some(help), Path::is_file))
+    }
+
+    /// Notes that the scene names this file.
+    fn noted(&self, file: Option<Located<PathBuf>>) -> Option<Located<PathBuf>> {
+        let path = file.iter().map(|file| file.value.clone());
+        self.context.named.borrow_mut().extend(path);
+        file
     }
 
     /// A folder, relative to the folder of the scene.

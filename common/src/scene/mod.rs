@@ -33,6 +33,7 @@ mod shapes;
 mod source;
 mod spelling;
 mod sprays;
+mod statement;
 mod tree;
 mod walls;
 
@@ -65,6 +66,7 @@ pub use settings::{
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};
 pub use sprays::{Spray, SprayPattern};
+pub use statement::{Statement, differences};
 pub use walls::{Wall, Wear, WearBasis};
 
 use cursor::{Context, Fields};
@@ -86,6 +88,8 @@ pub struct Scene {
     pub path: PathBuf,
     /// The whole file, for complaints that belong to no key.
     pub place: Place,
+    /// All that is stated, to be compared with another scene.
+    pub statement: Statement,
     /// `title`; default: the file's name without its ending.
     pub title: String,
     /// `seed`; default 0.
@@ -231,9 +235,13 @@ fn parse(
         materials: keys_below(&document, "materials"),
         clumps: keys_below(&document, "clumps"),
         laws,
+        named: RefCell::new(Vec::new()),
     };
     let place = Place::new(&source, 0..0, "");
-    let scene = read_document(&context, &document, path, &place);
+    let mut scene = read_document(&context, &document, path, &place);
+    if let Some(scene) = &mut scene {
+        scene.statement = Statement::new(&document, context.named.take());
+    }
     let mut errors = context.errors.into_inner();
     errors.sort_by_key(|error| error.place.order());
     match scene {
@@ -284,6 +292,16 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     };
     let section = |key| root.need(key).and_then(|item| item.table());
     let time = section("time").and_then(|fields| settings::read_time(&fields));
+    if let (Some(gravity), Some(time)) = (&gravity, &time)
+        && *time.until_at_rest
+        && gravity.value == DVec3::ZERO
+    {
+        let error = time
+            .until_at_rest
+            .place
+            .error("without gravity nothing says what rest is: it is measured against m g d");
+        context.report(error.with_help("leave it out; `time.end` ends the run"));
+    }
     let domain = section("domain").and_then(|fields| settings::read_domain(&fields));
     let contact = match root.get("contact") {
         Some(item) => item
@@ -323,6 +341,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     Some(Scene {
         path: path.to_owned(),
         place: place.clone(),
+        statement: Statement::default(),
         title: title.unwrap_or_else(stem),
         seed,
         gravity: gravity?,

@@ -188,6 +188,7 @@ pub fn parse_psd(
         materials: Vec::new(),
         clumps: Vec::new(),
         laws: None,
+        named: RefCell::default(),
     };
     let place = Place::new(&source, 0..0, "");
     let psd = match &document.value {

@@ -13,7 +13,7 @@ pub struct Time {
     /// The time step.
     pub step: Located<TimeStep>,
     /// Whether the run ends early once the particles rest; default false.
-    pub until_at_rest: bool,
+    pub until_at_rest: Located<bool>,
     /// Reference speed of the automatic time step, m/s; none: estimated.
     pub v_ref: Option<Located<f64>>,
 }
@@ -184,13 +184,19 @@ pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
         }
         item.positive().map(|step| step.map(TimeStep::Seconds))
     });
-    let until_at_rest = flag(fields, "until_at_rest", false);
+    let until_at_rest = match fields.get("until_at_rest") {
+        Some(item) => item.boolean().map(|value| Located {
+            value,
+            place: item.place.clone(),
+        }),
+        None => Some(fields.default("until_at_rest", false)),
+    };
     let v_ref = fields.get("v_ref").and_then(|item| item.positive());
     fields.finish();
     Some(Time {
         end: end?,
         step: step?,
-        until_at_rest,
+        until_at_rest: until_at_rest?,
         v_ref,
     })
 }

@@ -58,7 +58,7 @@ enum New {
 }
 
 /// What an insertion has done: all of it that must be kept to go on later.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct InsertionState {
     /// What came in.
     pub inserted: Tally,
@@ -73,6 +73,8 @@ pub struct InsertionState {
     pub drawn: [u64; 4],
     /// What it may spend on failures while its region is full.
     pub credit: Credit,
+    /// All that came in.
+    pub placed: Vec<Placed>,
 }
 
 impl InsertionState {
@@ -100,8 +102,6 @@ pub(super) struct Insertion {
     orientations: Stream,
     /// All that comes, where it is fixed in advance.
     quota: Option<Quota>,
-    /// All that came in, since the start or since it was restored.
-    pub(super) placed: Vec<Placed>,
     /// Who stands about the region, while that is known.
     crowd: Option<Crowd>,
 }
@@ -164,7 +164,6 @@ impl Insertion {
             places: stream("positions"),
             velocities: stream("velocities"),
             orientations: stream("orientations"),
-            placed: Vec::new(),
             quota: insertion.by_quota.then(|| Quota::new(insertion, setting)),
             crowd: None,
         }
@@ -179,7 +178,7 @@ impl Insertion {
                 self.velocities.position(),
                 self.orientations.position(),
             ],
-            ..self.state
+            ..self.state.clone()
         }
     }
 
@@ -191,7 +190,6 @@ impl Insertion {
         self.velocities = self.velocities.clone().at(velocities);
         self.orientations = self.orientations.clone().at(orientations);
         self.state = state;
-        self.placed.clear();
         self.crowd = None;
     }
 
@@ -241,7 +239,7 @@ impl Insertion {
             let mut looks = Looks::default();
             if self.place(pending, insertion, particles, around, &mut looks) {
                 self.state.pending = None;
-                self.placed.push(Placed {
+                self.state.placed.push(Placed {
                     ingredient: pending.ingredient,
                     diameter: 2.0 * pending.radius,
                 });
@@ -424,7 +422,12 @@ crate::state::plain!(InsertionState {
     limit,
     pending,
     drawn,
-    credit
+    credit,
+    placed
+});
+crate::state::plain!(Placed {
+    ingredient,
+    diameter
 });
 
 impl Plain for Limit {

@@ -199,7 +199,7 @@ impl Boundaries {
     /// Goes on from a state of the same plan that was taken after a step, when there were `rows` rows, all listed.
     pub fn restore(&mut self, state: &BoundaryState, rows: usize) {
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
-            insertion.restore(*state);
+            insertion.restore(state.clone());
         }
         for (tally, kept) in self.deleted.iter_mut().zip(&state.deletions) {
             *tally = *kept;
@@ -213,13 +213,6 @@ impl Boundaries {
     /// What each insertion has done, in the order of the plan.
     pub fn insertions(&self) -> impl ExactSizeIterator<Item = &InsertionState> {
         self.insertions.iter().map(|insertion| &insertion.state)
-    }
-
-    /// What each insertion placed, since the start or since the state was restored, in the order of the plan.
-    pub fn placed(&self) -> impl ExactSizeIterator<Item = &[Placed]> {
-        self.insertions
-            .iter()
-            .map(|insertion| &insertion.placed[..])
     }
 
     /// What each deletion region took out, in the order of the plan.

@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::frames::{BodyFrame, BodyWriter, ClumpKind};
 
 use super::particle_frames::{frame_flags, frames_header};
-use super::stream::Stream;
+use super::stream::{Begin, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -15,7 +15,7 @@ pub(super) struct BodyFrames {
 }
 
 impl BodyFrames {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let kinds = plan.physics().clumps().iter().map(|clump| ClumpKind {
             name: clump.name.clone(),
             surface: clump.surface.clone(),
@@ -23,7 +23,7 @@ impl BodyFrames {
         let kinds: Vec<ClumpKind> = kinds.collect();
         let path = folder.join(format!("{}.bodies.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: BodyWriter::create(path, &frames_header(plan), &kinds)?,
+            writer: begin_frames(path, &frames_header(plan), &kinds, begin)?,
             table: BodyTable::new(plan),
         })
     }
@@ -41,8 +41,8 @@ impl Stream for BodyFrames {
         self.writer.frames().len() as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    fn sync(&self) -> Result<(), OutputError> {
+        Ok(self.writer.frames().sync()?)
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
 
 use super::particle_frames::frames_header;
-use super::stream::Stream;
+use super::stream::{Begin, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::contact::{AnyRolling, HistoryNumber};
 use crate::forces::Partner;
@@ -17,15 +17,16 @@ pub(super) struct ContactFrames {
 }
 
 impl ContactFrames {
-    pub(super) fn create(
+    pub(super) fn begin(
         folder: &Path,
         plan: &Plan,
         history: &[HistoryNumber],
+        begin: Begin,
     ) -> Result<Self, OutputError> {
         let columns = contact_columns(plan, history);
         let path = folder.join(format!("{}.contacts.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: ContactWriter::create(path, &frames_header(plan), &columns)?,
+            writer: begin_frames(path, &frames_header(plan), &columns, begin)?,
             columns,
         })
     }
@@ -59,8 +60,8 @@ impl Stream for ContactFrames {
         self.writer.frames().len() as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    fn sync(&self) -> Result<(), OutputError> {
+        Ok(self.writer.frames().sync()?)
     }
 }
 

@@ -8,7 +8,7 @@ use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::orientation::euler_from_quaternion;
 
 use super::data_rows::{DataRows, Row};
-use super::stream::{Stream, TextFile};
+use super::stream::{Begin, Stream, TextFile};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -21,9 +21,14 @@ pub(super) struct DataFile {
 }
 
 impl DataFile {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         Ok(Self {
-            file: TextFile::create(folder, &format!("{}.data", plan.outputs().prefix()))?,
+            file: TextFile::begin(
+                folder,
+                &format!("{}.data", plan.outputs().prefix()),
+                b"",
+                begin,
+            )?,
             style: plan.outputs().files().number_style(),
             dimensions: plan.physics().dimensions(),
             domain: (plan.physics().domain_min(), plan.physics().domain_max()),
@@ -81,7 +86,7 @@ impl Stream for DataFile {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }

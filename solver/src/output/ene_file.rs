@@ -6,7 +6,7 @@ use glam::DVec3;
 use mercury_common::formats::ene::{write_header, write_row};
 use mercury_common::formats::number::NumberStyle;
 
-use super::stream::{Stream, TextFile};
+use super::stream::{Begin, Stream, TextFile};
 use super::{OutputError, State, energies};
 use crate::plan::Plan;
 
@@ -18,11 +18,12 @@ pub(super) struct EneFile {
 }
 
 impl EneFile {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.ene", plan.outputs().prefix()))?;
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let style = plan.outputs().files().number_style();
-        write_header(style, &mut file.buffer);
-        file.flush()?;
+        let mut head = Vec::new();
+        write_header(style, &mut head);
+        let name = format!("{}.ene", plan.outputs().prefix());
+        let file = TextFile::begin(folder, &name, &head, begin)?;
         Ok(Self {
             file,
             style,
@@ -46,7 +47,7 @@ impl Stream for EneFile {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }

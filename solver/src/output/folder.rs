@@ -1,15 +1,21 @@
 //! The folder of a run: what may be there before, and what may be removed.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+mod lock;
+
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+use mercury_common::paraview::Series;
+
+pub use lock::{FolderLock, LOCK, Owner};
 
 /// Why a run cannot use a folder.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     /// A run is there already.
     #[error(
-        "{}: this folder holds a run already (there is a {found})\nhelp: --force replaces it, --output DIR writes elsewhere",
+        "{}: this folder holds a run already (there is a {found})\nhelp: --resume goes on with it, --force replaces it, --output DIR writes elsewhere",
         path.display()
     )]
     HoldsRun {
@@ -20,12 +26,14 @@ pub enum FolderError {
     },
     /// Another run writes into the folder at this moment.
     #[error(
-        "{}: this folder is being written by another run\nhelp: wait for its end or stop it, or choose another folder with --output DIR",
-        path.display()
+        "{}: this folder is being written by another run{}\nhelp: wait for its end or stop it, or choose another folder with --output DIR{}",
+        path.display(), by(owner), if_dead(owner)
     )]
     InUse {
         /// The folder.
         path: PathBuf,
+        /// That run.
+        owner: Owner,
     },
     /// The name belongs to something else.
     #[error("{}: this is not a folder\nhelp: choose another one with --output DIR", path.display())]
@@ -72,7 +80,7 @@ const ENDINGS: [&str; 20] = [
 /// Files that every run writes under the same name.
 const FIXED_NAMES: [&str; 3] = ["plan.toml", "summary.json", "run.log"];
 
-/// All names that a run with this prefix may write.
+/// All names that a run with this prefix may write, but for the files for ParaView.
 pub fn names(prefix: &str) -> impl Iterator<Item = String> + '_ {
     let fixed = FIXED_NAMES.iter().map(|&name| name.to_owned());
     fixed.chain(
@@ -91,85 +99,51 @@ pub fn present(folder: &Path, prefix: &str) -> Vec<String> {
         .collect()
 }
 
-/// The file that a run holds a lock on as long as it writes into its folder.
-pub const LOCK: &str = ".lock";
-
-/// A folder that belongs to one run until this is dropped.
-///
-/// It is the lock of the operating system that counts, not the file: a file that a killed run left behind is no obstacle.
-#[derive(Debug)]
-pub struct FolderLock {
-    path: PathBuf,
-    /// None where the file system has no locks.
-    file: Option<File>,
-}
-
-impl Drop for FolderLock {
-    fn drop(&mut self) {
-        // While the lock is still held: afterwards the file may be the next run's.
-        if self.file.is_some() {
-            let _ = fs::remove_file(&self.path);
-        }
+fn by(owner: &Owner) -> String {
+    match owner.host.as_str() {
+        "" => String::new(),
+        host => format!(" (process {} on {host})", owner.process),
     }
 }
 
-/// Takes the folder for a run; nothing if another one holds it.
-fn lock(folder: &Path) -> io::Result<Option<FolderLock>> {
-    let path = folder.join(LOCK);
-    loop {
-        let mut options = OpenOptions::new();
-        let file = options
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path)?;
-        match file.try_lock() {
-            // The run that had the lock may have removed the file after it was opened here.
-            Ok(()) if !is_at(&file, &path) => {}
-            Ok(()) => {
-                let file = Some(file);
-                return Ok(Some(FolderLock { path, file }));
-            }
-            Err(TryLockError::WouldBlock) => return Ok(None),
-            // Some network file systems have no locks: no reason to refuse a run.
-            Err(TryLockError::Error(_)) => {
-                let _ = fs::remove_file(&path);
-                return Ok(Some(FolderLock { path, file: None }));
-            }
-        }
+fn if_dead(owner: &Owner) -> &'static str {
+    match owner.host.as_str() {
+        "" => "",
+        _ => "; a run that was killed on another machine blocks it for 5 minutes",
     }
 }
 
-/// Whether the open file is still the one of that name.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    let identity = |data: fs::Metadata| (data.dev(), data.ino());
-    match (file.metadata(), fs::metadata(path)) {
-        (Ok(open), Ok(named)) => identity(open) == identity(named),
-        _ => false,
-    }
+/// What is to become of a run that is in the folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Earlier {
+    /// It stays, and the new run goes elsewhere.
+    Refuse,
+    /// Its files are removed, and nothing but these.
+    Replace,
+    /// The new run goes on with it.
+    Continue,
 }
 
-/// Whether the open file is still the one of that name.
-#[cfg(not(unix))]
-fn is_at(_: &File, path: &Path) -> bool {
-    path.exists()
+/// What was in the folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Found {
+    /// No run; or one that was removed.
+    Nothing,
+    /// A run, which is still there.
+    Run,
 }
 
-/// Makes a folder ready for a run: there, writable, without a run. It belongs to this run until what is returned is dropped.
-///
-/// With `force` the files of an earlier run are removed, and nothing but these.
+/// Makes a folder ready for a run: there, writable, without a run or with one to go on with. It belongs to this run until the
+/// lock is dropped.
 ///
 /// # Errors
-/// If another run is writing into the folder, with `force` or without; if the folder holds a run and `force` is off; if it is no
-/// folder, or cannot be made, emptied or written.
-pub fn prepare(folder: &Path, prefix: &str, force: bool) -> Result<FolderLock, FolderError> {
-    let system = |path: &Path, action, source| FolderError::System {
-        path: path.to_owned(),
-        action,
-        source,
-    };
+/// If another run is writing into the folder, whatever is asked for; if the folder holds a run that is not to be touched, or one
+/// of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
+pub fn prepare(
+    folder: &Path,
+    prefix: &str,
+    earlier: Earlier,
+) -> Result<(FolderLock, Found), FolderError> {
     if folder.exists() && !folder.is_dir() {
         return Err(FolderError::NotAFolder {
             path: folder.to_owned(),
@@ -178,17 +152,18 @@ pub fn prepare(folder: &Path, prefix: &str, force: bool) -> Result<FolderLock, F
     fs::create_dir_all(folder)
         .map_err(|source| system(folder, "the folder cannot be made", source))?;
     // First of all: what a running run has written is not to be judged. That it cannot be locked is told below.
-    let locked = match lock(folder) {
-        Ok(Some(lock)) => Ok(lock),
+    let locked = match lock::lock(folder) {
+        Ok(Ok(lock)) => Ok(lock),
         Err(error) => Err(error),
-        Ok(None) => {
+        Ok(Err(owner)) => {
             return Err(FolderError::InUse {
                 path: folder.to_owned(),
+                owner,
             });
         }
     };
     let present = present(folder, prefix);
-    if let (Some(found), false) = (present.first(), force) {
+    if let (Some(found), Earlier::Refuse) = (present.first(), earlier) {
         return Err(FolderError::HoldsRun {
             path: folder.to_owned(),
             found: found.clone(),
@@ -200,12 +175,92 @@ pub fn prepare(folder: &Path, prefix: &str, force: bool) -> Result<FolderLock, F
         .and_then(|()| fs::remove_file(&probe))
         .map_err(cannot)?;
     let lock = locked.map_err(cannot)?;
-    for name in present {
-        let path = folder.join(name);
-        fs::remove_file(&path)
-            .map_err(|source| system(&path, "the file cannot be removed", source))?;
+    if earlier == Earlier::Continue && !present.is_empty() {
+        remove_unfinished(folder, prefix)?;
+        return Ok((lock, Found::Run));
     }
-    Ok(lock)
+    clear(folder, prefix)?;
+    Ok((lock, Found::Nothing))
+}
+
+fn system(path: &Path, action: &'static str, source: io::Error) -> FolderError {
+    FolderError::System {
+        path: path.to_owned(),
+        action,
+        source,
+    }
+}
+
+/// Removes the files of a run with this prefix, and of the run that wrote the folder's `plan.toml`; nothing else.
+///
+/// # Errors
+/// If one cannot be removed.
+pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
+    let earlier = earlier_prefix(folder);
+    for prefix in [Some(prefix), earlier.as_deref()].into_iter().flatten() {
+        remove_unfinished(folder, prefix)?;
+        for name in present(folder, prefix) {
+            remove(&folder.join(name))?;
+        }
+        for path in vtk_files(folder, prefix) {
+            remove(&path)?;
+        }
+    }
+    // Only if nothing of anybody else is in it.
+    let _ = fs::remove_dir(folder.join(VTK));
+    Ok(())
+}
+
+/// The folder of the files for ParaView inside that of the run.
+pub const VTK: &str = "vtk";
+
+/// The files for ParaView of a run with this prefix.
+fn vtk_files(folder: &Path, prefix: &str) -> Vec<PathBuf> {
+    let folder = folder.join(VTK);
+    let mut files = vec![folder.join(format!("{prefix}.paraview.py"))];
+    for kind in ["particles", "contacts", "walls", "bodies"] {
+        let stem = format!("{prefix}.{kind}");
+        files.extend(Series::frames_in(&folder, &stem));
+        files.push(folder.join(format!("{stem}.pvd")));
+    }
+    files.retain(|path| path.symlink_metadata().is_ok());
+    files
+}
+
+/// The prefix of the run whose `plan.toml` is there: it may have been another scene's.
+fn earlier_prefix(folder: &Path) -> Option<String> {
+    let plan: toml::Table = fs::read_to_string(folder.join("plan.toml"))
+        .ok()?
+        .parse()
+        .ok()?;
+    let prefix = plan.get("prefix")?.as_str()?;
+    // It names files in this folder, whoever wrote it.
+    let is_name = !prefix.contains(['/', '\\']);
+    is_name.then(|| prefix.to_owned())
+}
+
+/// Removes what a killed run had under temporary names.
+fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
+    for inside in [folder.to_owned(), folder.join(VTK)] {
+        for entry in fs::read_dir(inside).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let Some((whole, process)) = name.rsplit_once(".tmp-") else {
+                continue;
+            };
+            let is_ours = whole
+                .strip_prefix(prefix)
+                .is_some_and(|rest| rest.starts_with('.'))
+                || FIXED_NAMES.contains(&whole);
+            if is_ours && process.bytes().all(|byte| byte.is_ascii_digit()) {
+                remove(&entry.path())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn remove(path: &Path) -> Result<(), FolderError> {
+    fs::remove_file(path).map_err(|source| system(path, "the file cannot be removed", source))
 }
 
 #[cfg(test)]
@@ -213,26 +268,59 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_belongs_to_one_run_at_a_time() {
+    fn force_removes_what_the_earlier_run_wrote_and_nothing_else() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path();
+        fs::create_dir(folder.join(VTK)).unwrap();
+        let earlier = [
+            "plan.toml",
+            "summary.json",
+            "lid.data",
+            "lid.1.restart",
+            "lid.particles.arrow.tmp-17",
+            "vtk/lid.particles.pvd",
+            "vtk/lid.particles.0000.vtu",
+            "vtk/lid.walls.10000.vtu",
+            "vtk/lid.paraview.py",
+            "drum.ene",
+        ];
+        let others = [
+            "notes.txt",
+            "lid.toml",
+            "lid.data.bak",
+            "vtk/mine.vtu",
+            "lida.data",
+        ];
+        for name in earlier.iter().chain(&others) {
+            fs::write(folder.join(name), "prefix = \"lid\"\n").unwrap();
+        }
+        let (lock, found) = prepare(folder, "drum", Earlier::Replace).unwrap();
+        assert_eq!(found, Found::Nothing);
+        drop(lock);
+        for name in earlier {
+            assert!(!folder.join(name).exists(), "{name}");
+        }
+        for name in others {
+            assert!(folder.join(name).exists(), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_run_in_progress_is_left_alone_whatever_is_asked_for() {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path().join("run");
-        let file = folder.join(LOCK);
-        let first = prepare(&folder, "a", false).unwrap();
-        assert!(file.exists());
-        for force in [false, true] {
-            let refused = prepare(&folder, "b", force).unwrap_err().to_string();
-            let expected = format!(
-                "{}: this folder is being written by another run\nhelp: wait for its end or stop it, or choose another folder with --output DIR",
-                folder.display()
+        let first = prepare(&folder, "a", Earlier::Refuse).unwrap();
+        for earlier in [Earlier::Refuse, Earlier::Replace, Earlier::Continue] {
+            let refused = prepare(&folder, "b", earlier).unwrap_err().to_string();
+            let begin = format!(
+                "{}: this folder is being written by another run (process {} on ",
+                folder.display(),
+                std::process::id()
             );
-            assert_eq!(refused, expected);
+            assert!(refused.starts_with(&begin), "{refused}");
         }
-        assert!(file.exists(), "a refused run leaves the lock alone");
+        assert!(folder.join(LOCK).exists());
         drop(first);
-        assert!(!file.exists());
-        // What a killed run left behind.
-        fs::write(&file, "").unwrap();
-        drop(prepare(&folder, "a", false).unwrap());
-        assert!(!file.exists());
+        assert!(!folder.join(LOCK).exists());
     }
 }

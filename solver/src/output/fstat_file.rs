@@ -7,7 +7,7 @@ use mercury_common::formats::fstat::{ContactRow, FstatFrame, write_frame};
 use mercury_common::formats::number::NumberStyle;
 
 use super::data_rows::DataRows;
-use super::stream::{Stream, TextFile};
+use super::stream::{Begin, Stream, TextFile};
 use super::{OutputError, State};
 use crate::forces::Partner;
 use crate::plan::Plan;
@@ -20,9 +20,14 @@ pub(super) struct FstatFile {
 }
 
 impl FstatFile {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         Ok(Self {
-            file: TextFile::create(folder, &format!("{}.fstat", plan.outputs().prefix()))?,
+            file: TextFile::begin(
+                folder,
+                &format!("{}.fstat", plan.outputs().prefix()),
+                b"",
+                begin,
+            )?,
             style: plan.outputs().files().number_style(),
             domain: (plan.physics().domain_min(), plan.physics().domain_max()),
             pebbles: plan.outputs().files().pebbles,
@@ -53,8 +58,8 @@ impl Stream for FstatFile {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }
 

@@ -37,4 +37,4 @@ pub use moment::Moment;
 pub use schedule::{Due, Schedule};
 pub use state::State;
 pub use stream::OutputError;
-pub use writer::{Positions, Writer, Written};
+pub use writer::{POSITIONS, Positions, Writer, Written};

@@ -6,7 +6,7 @@ use mercury_common::frames::{
     FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame, ParticleWriter,
 };
 
-use super::stream::Stream;
+use super::stream::{Begin, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED, volume};
@@ -17,11 +17,11 @@ pub(super) struct ParticleFrames {
 }
 
 impl ParticleFrames {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let table = ParticleTable::new(plan);
         let path = folder.join(format!("{}.particles.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: ParticleWriter::create(path, &frames_header(plan), &table.columns)?,
+            writer: begin_frames(path, &frames_header(plan), &table.columns, begin)?,
             table,
         })
     }
@@ -85,8 +85,8 @@ impl Stream for ParticleFrames {
         self.writer.frames().len() as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    fn sync(&self) -> Result<(), OutputError> {
+        Ok(self.writer.frames().sync()?)
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::stream::{Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::boundaries::CountedRegion;
 use crate::plan::Plan;
@@ -20,12 +20,10 @@ pub(super) struct RegionCounts {
 }
 
 impl RegionCounts {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file =
-            TextFile::create(folder, &format!("{}.regions.csv", plan.outputs().prefix()))?;
-        file.buffer
-            .extend_from_slice(b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n");
-        file.flush()?;
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.regions.csv", plan.outputs().prefix());
+        let head = b"time,name,material,number,mass,vx,vy,vz,kinetic,solid_fraction\n";
+        let file = TextFile::begin(folder, &name, head, begin)?;
         Ok(Self {
             file,
             regions: plan.outputs().regions().to_vec(),
@@ -167,7 +165,7 @@ impl Stream for RegionCounts {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }

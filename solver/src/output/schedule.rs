@@ -20,6 +20,16 @@ impl Due {
         self != Self::default()
     }
 
+    /// What is due here and not there.
+    #[must_use]
+    pub fn without(self, other: Self) -> Self {
+        Self {
+            frame: self.frame && !other.frame,
+            contacts: self.contacts && !other.contacts,
+            vtk: self.vtk && !other.vtk,
+        }
+    }
+
     /// What either asks for.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
@@ -37,23 +47,26 @@ impl Due {
     }
 }
 
-/// When frames, contacts and files for ParaView are written.
+/// When frames, contacts, files for ParaView and checkpoints are written. It follows from the plan and the step that a run has
+/// come to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     frames: Every,
     contacts: Option<Every>,
     vtk: Option<Every>,
+    checkpoints: Option<Every>,
 }
 
 impl Schedule {
-    /// As planned, of a run in steps of `time_step` (s).
+    /// As planned, of a run in steps of `time_step` (s) that has made `step` steps and written what was due by then.
     #[must_use]
-    pub fn new(output: &OutputPlan, time_step: f64) -> Self {
-        let every = |interval| Every::new(interval, time_step);
+    pub fn behind(output: &OutputPlan, time_step: f64, step: u64) -> Self {
+        let every = |interval| Every::behind(interval, time_step, step);
         Self {
             frames: every(output.interval),
             contacts: output.fstat.then(|| every(output.fstat_interval)),
             vtk: output.vtk.then(|| every(output.vtk_interval)),
+            checkpoints: output.restart_interval.map(every),
         }
     }
 
@@ -71,6 +84,7 @@ impl Schedule {
     #[must_use]
     pub fn next_step(&self) -> u64 {
         let others = self.contacts.iter().chain(&self.vtk);
+        let others = others.chain(&self.checkpoints);
         let others = others.map(Every::next_step).min();
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
     }
@@ -85,14 +99,12 @@ impl Schedule {
             vtk: is_due(&mut self.vtk),
         }
     }
-}
 
-crate::state::plain!(Every { stride, next });
-crate::state::plain!(Schedule {
-    frames,
-    contacts,
-    vtk
-});
+    /// Whether a checkpoint is due at the end of this step; asked like [`Schedule::due`].
+    pub fn is_checkpoint_due(&mut self, step: u64) -> bool {
+        self.checkpoints.as_mut().is_some_and(|e| e.is_due(step))
+    }
+}
 
 /// The steps at which something is written every `interval`: the first step with t >= m `interval` for each whole m > 0, with
 /// 1e-6 of a step of slack for round-off. The start and the end are the caller's business.
@@ -105,12 +117,28 @@ struct Every {
 }
 
 impl Every {
-    /// Every `interval` (s) of a run in steps of `time_step` (s).
-    fn new(interval: f64, time_step: f64) -> Self {
-        Self {
-            stride: interval / time_step,
-            next: 1,
+    /// Every `interval` (s) of a run in steps of `time_step` (s), behind this step.
+    fn behind(interval: f64, time_step: f64, step: u64) -> Self {
+        let stride = interval / time_step;
+        let mut every = Self { stride, next: 1 };
+        if stride > 1e-6 {
+            every.next = every.next_behind(step);
         }
+        every
+    }
+
+    /// Whether an event comes by the end of a step.
+    fn is_passed(&self, event: u64, step: u64) -> bool {
+        self.stride * event as f64 - 1e-6 <= step as f64
+    }
+
+    /// The first event behind a step, and behind those that have been.
+    fn next_behind(&self, step: u64) -> u64 {
+        let mut next = self.next.max((step as f64 / self.stride) as u64);
+        while self.is_passed(next, step) {
+            next += 1;
+        }
+        next
     }
 
     /// The next step at which something is due; 0 if at every step.
@@ -127,15 +155,10 @@ impl Every {
         if self.stride <= 1e-6 {
             return true;
         }
-        let passed = |next: u64| self.stride * next as f64 - 1e-6 <= step as f64;
-        let due = passed(self.next);
+        let due = self.is_passed(self.next, step);
         if due {
             // Several events within one step are one.
-            let mut next = (self.next + 1).max((step as f64 / self.stride) as u64);
-            while passed(next) {
-                next += 1;
-            }
-            self.next = next;
+            self.next = self.next_behind(step);
         }
         due
     }
@@ -146,7 +169,7 @@ mod tests {
     use super::*;
 
     fn due(interval: f64, time_step: f64, steps: u64) -> Vec<u64> {
-        let mut schedule = Every::new(interval, time_step);
+        let mut schedule = Every::behind(interval, time_step, 0);
         let each = |step: &u64| {
             let announced = schedule.next_step().max(*step) == *step;
             let due = schedule.is_due(*step);
@@ -171,6 +194,23 @@ mod tests {
     fn an_interval_below_the_step_is_every_step() {
         assert_eq!(due(0.04, 0.1, 5), [1, 2, 3, 4, 5]);
         assert_eq!(due(1e-300, 0.1, 3), [1, 2, 3]);
+    }
+
+    #[test]
+    fn it_follows_from_the_step_alone() {
+        for (interval, time_step) in [(0.3, 0.1), (0.25, 0.1), (0.1, 0.1), (0.04, 0.1), (7.7, 0.1)]
+        {
+            let mut straight = Every::behind(interval, time_step, 0);
+            for step in 1..200 {
+                straight.is_due(step);
+                assert_eq!(straight, Every::behind(interval, time_step, step), "{step}");
+            }
+        }
+        assert_eq!(
+            Every::behind(f64::INFINITY, 0.1, 9).next_step(),
+            u64::MAX,
+            "never"
+        );
     }
 
     #[test]

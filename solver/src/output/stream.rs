@@ -5,7 +5,7 @@ use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::vtu::VtuError;
-use mercury_common::frames::FrameWriteError;
+use mercury_common::frames::{FrameWriteError, FramesHeader, Table, TableWriter};
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
@@ -29,10 +29,26 @@ pub enum OutputError {
     /// The summary is no JSON.
     #[error("the summary cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
+    /// A file that a run was writing is no longer what it was.
+    #[error(
+        "{}: the file has {found} bytes, the run had written {expected}\nhelp: it was changed since; begin anew with --force",
+        path.display()
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that it has.
+        found: u64,
+        /// Bytes that it should have at least.
+        expected: u64,
+    },
     /// The thread that writes ended without a word.
     #[error("the thread that writes the outputs has failed; this is a defect of the program")]
     Lost,
 }
+
+/// Where a stream begins: anew, or behind what an interrupted run had written, at a position that it told of.
+pub(super) type Begin = Option<u64>;
 
 /// One file of a run.
 pub(super) trait Stream: Send {
@@ -42,8 +58,21 @@ pub(super) trait Stream: Send {
     /// How far it has come: bytes of a text file, frames of any other.
     fn position(&self) -> u64;
 
-    /// Goes back to a position that it had before, as if nothing had been written since.
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError>;
+    /// Waits until everything is on the disk, where a checkpoint counts on it.
+    fn sync(&self) -> Result<(), OutputError>;
+}
+
+/// A file of frames.
+pub(super) fn begin_frames<T: Table<Layout: Clone>>(
+    path: PathBuf,
+    header: &FramesHeader,
+    layout: &T::Layout,
+    begin: Begin,
+) -> Result<TableWriter<T>, OutputError> {
+    Ok(match begin {
+        None => TableWriter::create(path, header, layout)?,
+        Some(frames) => TableWriter::resume(path, header, layout, frames as usize)?,
+    })
 }
 
 /// A text file to which whole frames are appended.
@@ -58,16 +87,53 @@ pub(super) struct TextFile {
 }
 
 impl TextFile {
-    /// Makes the file, empty.
-    pub(super) fn create(folder: &Path, name: &str) -> Result<Self, OutputError> {
+    /// Makes the file, with `head` at its front; or opens it and cuts off all bytes behind a position.
+    pub(super) fn begin(
+        folder: &Path,
+        name: &str,
+        head: &[u8],
+        begin: Begin,
+    ) -> Result<Self, OutputError> {
         let path = folder.join(name);
-        let file = File::create(&path);
-        Ok(Self {
-            file: file.map_err(FileError::of(&path, "the file cannot be made"))?,
+        let (file, length) = match begin {
+            None => {
+                let file = File::create(&path);
+                (
+                    file.map_err(FileError::of(&path, "the file cannot be made"))?,
+                    0,
+                )
+            }
+            Some(position) => (Self::behind(&path, position)?, position),
+        };
+        let mut text = Self {
             path,
-            length: 0,
+            file,
+            length,
             buffer: Vec::new(),
-        })
+        };
+        if begin.is_none() {
+            text.buffer.extend_from_slice(head);
+            text.flush()?;
+        }
+        Ok(text)
+    }
+
+    /// The file without what lies behind its first `position` bytes.
+    fn behind(path: &Path, position: u64) -> Result<File, OutputError> {
+        let failed = FileError::of(path, "the file cannot be continued");
+        let mut file = File::options().write(true).open(path).map_err(&failed)?;
+        let found = file.metadata().map_err(&failed)?.len();
+        if found < position {
+            return Err(OutputError::Changed {
+                path: path.to_owned(),
+                found,
+                expected: position,
+            });
+        }
+        file.set_len(position)
+            .and_then(|()| file.seek(SeekFrom::Start(position)))
+            .map_err(failed)?;
+        Ok(file)
     }
 
     /// Appends the buffer to the file in one call, and empties it.
@@ -88,13 +154,11 @@ impl TextFile {
         self.length
     }
 
-    /// Cuts off all bytes behind the first `position`.
-    pub(super) fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        let cut = self.file.set_len(position);
-        let cut = cut.and_then(|()| self.file.seek(SeekFrom::Start(position)));
-        cut.map_err(FileError::of(&self.path, "the file cannot be cut back"))?;
-        self.length = position;
-        Ok(())
+    /// Waits until all bytes are on the disk.
+    pub(super) fn sync(&self) -> Result<(), OutputError> {
+        let synced = self.file.sync_data();
+        let failed = FileError::of(&self.path, "the file cannot be brought to the disk");
+        Ok(synced.map_err(failed)?)
     }
 }
 

@@ -206,7 +206,7 @@ fn energies_leave_fixed_particles_out() {
 fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("run");
-    folder::prepare(&path, "drum", false).unwrap();
+    folder::prepare(&path, "drum", folder::Earlier::Refuse).unwrap();
     for name in [
         "drum.data",
         "drum.toml",
@@ -216,7 +216,7 @@ fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
     ] {
         std::fs::write(path.join(name), name).unwrap();
     }
-    let error = folder::prepare(&path, "drum", false)
+    let error = folder::prepare(&path, "drum", folder::Earlier::Refuse)
         .unwrap_err()
         .to_string();
     assert!(
@@ -224,7 +224,7 @@ fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
         "{error}"
     );
     assert!(path.join("drum.data").exists());
-    folder::prepare(&path, "drum", true).unwrap();
+    folder::prepare(&path, "drum", folder::Earlier::Replace).unwrap();
     let mut left: Vec<_> = std::fs::read_dir(&path)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -233,7 +233,10 @@ fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
     assert_eq!(left, ["drum.csv", "drum.toml", "notes.txt", "other.data"]);
     for name in ["plan.toml", "summary.json"] {
         std::fs::write(path.join(name), name).unwrap();
-        assert!(folder::prepare(&path, "drum", false).is_err(), "{name}");
+        assert!(
+            folder::prepare(&path, "drum", folder::Earlier::Refuse).is_err(),
+            "{name}"
+        );
         std::fs::remove_file(path.join(name)).unwrap();
     }
 }
@@ -243,8 +246,8 @@ fn a_file_is_no_folder() {
     let place = tempfile::tempdir().unwrap();
     let path = place.path().join("taken");
     std::fs::write(&path, "").unwrap();
-    for force in [false, true] {
-        let error = folder::prepare(&path, "drum", force)
+    for earlier in [folder::Earlier::Refuse, folder::Earlier::Replace] {
+        let error = folder::prepare(&path, "drum", earlier)
             .unwrap_err()
             .to_string();
         assert!(
@@ -361,12 +364,15 @@ fn everything_written() -> Arc<Plan> {
 }
 
 #[test]
-fn outputs_cut_back_and_written_again_are_the_same_bytes() {
+fn outputs_continued_are_the_same_bytes() {
     let plan = everything_written();
     let place = tempfile::tempdir().unwrap();
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
-    let writer = Writer::start(place.path(), &plan, &engine.history_columns()).unwrap();
-    let mut schedule = Schedule::new(plan.outputs().files(), plan.physics().time_step());
+    let columns = engine.history_columns();
+    let begin = |from| Writer::start(place.path(), &plan, &columns, from).unwrap();
+    let writer = begin(None);
+    let time_step = plan.physics().time_step();
+    let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
     assert!(writer.send(Moment::take(&mut engine, schedule.everything())));
     let mut moments = Vec::new();
     for step in 1..=plan.physics().steps() {
@@ -388,7 +394,8 @@ fn outputs_cut_back_and_written_again_are_the_same_bytes() {
     assert!(second.iter().all(|moment| writer.send(moment.clone())));
     let at_end = (writer.positions().unwrap(), files(place.path()));
     assert!(at_end.1.len() > 20, "{:?}", at_end.1.keys());
-    assert!(writer.cut_back(positions.clone()));
+    writer.finish().unwrap();
+    let writer = begin(Some(positions.clone()));
     assert_eq!(writer.positions().unwrap(), positions);
     assert_eq!(files(place.path()), amid);
     assert!(second.iter().all(|moment| writer.send(moment.clone())));
@@ -396,4 +403,16 @@ fn outputs_cut_back_and_written_again_are_the_same_bytes() {
     assert_eq!(files(place.path()), at_end.1);
     let written = writer.finish().unwrap();
     assert_eq!(written.energies.len(), 26);
+
+    // A file that has lost what was written is refused by name.
+    let data = place
+        .path()
+        .join(format!("{}.data", plan.outputs().prefix()));
+    std::fs::write(&data, "1 0.0\n").unwrap();
+    let refused = Writer::start(place.path(), &plan, &columns, Some(positions));
+    let refused = refused.unwrap_err().to_string();
+    assert!(
+        refused.contains(".data: the file has 6 bytes, the run had written"),
+        "{refused}"
+    );
 }

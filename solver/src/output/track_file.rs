@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::stream::{Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -14,11 +14,10 @@ pub(super) struct TrackFile {
 }
 
 impl TrackFile {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.track.csv", plan.outputs().prefix()))?;
-        file.buffer
-            .extend_from_slice(b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n");
-        file.flush()?;
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.track.csv", plan.outputs().prefix());
+        let head = b"time,name,id,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz\n";
+        let file = TextFile::begin(folder, &name, head, begin)?;
         Ok(Self {
             file,
             track: plan.outputs().files().track.clone(),
@@ -74,7 +73,7 @@ impl Stream for TrackFile {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 
 use super::particle_frames::frames_header;
-use super::stream::Stream;
+use super::stream::{Begin, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::forces::{FeatureLoad, LoadSums};
 use crate::plan::Plan;
@@ -19,10 +19,10 @@ pub(super) struct TriangleLoads {
 }
 
 impl TriangleLoads {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let path = folder.join(format!("{}.triangle_loads.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: TriangleLoadWriter::create(path, &frames_header(plan), &())?,
+            writer: begin_frames(path, &frames_header(plan), &(), begin)?,
             table: TriangleTable::new(plan),
         })
     }
@@ -30,7 +30,7 @@ impl TriangleLoads {
 
 impl Stream for TriangleLoads {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if let [Some(sums), _] = &state.load_sums {
+        if let ([Some(sums), _], true) = (&state.load_sums, state.due.frame) {
             self.writer.append(self.table.frame(state, sums))?;
         }
         Ok(())
@@ -40,8 +40,8 @@ impl Stream for TriangleLoads {
         self.writer.frames().len() as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    fn sync(&self) -> Result<(), OutputError> {
+        Ok(self.writer.frames().sync()?)
     }
 }
 

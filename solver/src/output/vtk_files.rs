@@ -14,16 +14,14 @@ use mercury_common::whole_file::{FileError, write_whole};
 
 use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
+use super::folder::VTK;
 use super::particle_frames::ParticleTable;
-use super::stream::Stream;
+use super::stream::{Begin, Stream};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OutputError, State};
 use crate::contact::HistoryNumber;
 use crate::plan::Plan;
-
-/// The folder inside that of the run.
-const FOLDER: &str = "vtk";
 
 /// One thread writes: the others are busy with stepping.
 const OPTIONS: VtuOptions = VtuOptions {
@@ -58,20 +56,21 @@ struct Bodies {
 }
 
 impl VtkFiles {
-    pub(super) fn create(
+    pub(super) fn begin(
         folder: &Path,
         plan: &Plan,
         history: &[HistoryNumber],
+        begin: Begin,
     ) -> Result<Self, OutputError> {
-        let folder = folder.join(FOLDER);
+        let folder = folder.join(VTK);
         let made = std::fs::create_dir_all(&folder);
         made.map_err(FileError::of(&folder, "the folder cannot be made"))?;
         let series = |kind: &str| -> Result<Series, VtuError> {
-            Series::create(
-                &folder,
-                &format!("{}.{kind}", plan.outputs().prefix()),
-                OPTIONS,
-            )
+            let name = format!("{}.{kind}", plan.outputs().prefix());
+            match begin {
+                None => Series::create(&folder, &name, OPTIONS),
+                Some(frames) => Series::resume(&folder, &name, OPTIONS, frames as usize),
+            }
         };
         let walls = (!plan.physics().walls().is_empty()).then(|| {
             Ok::<_, VtuError>(Walls {
@@ -106,7 +105,7 @@ impl VtkFiles {
         )?;
         let table = ParticleTable::new(plan);
         Ok(Self {
-            frames: 0,
+            frames: begin.unwrap_or(0) as usize,
             particles: series("particles")?,
             particle_columns: ParticleFrame::specs(&table.columns),
             table,
@@ -175,14 +174,8 @@ impl Stream for VtkFiles {
         self.frames as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.frames = position as usize;
-        let walls = self.walls.iter_mut().map(|walls| &mut walls.series);
-        let bodies = self.bodies.iter_mut().map(|bodies| &mut bodies.series);
-        let all = [&mut self.particles, &mut self.contacts].into_iter();
-        for series in all.chain(walls).chain(bodies) {
-            series.cut_back(self.frames)?;
-        }
+    fn sync(&self) -> Result<(), OutputError> {
+        // Each file was handed to the disk when it was written.
         Ok(())
     }
 }

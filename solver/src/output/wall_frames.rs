@@ -6,7 +6,7 @@ use mercury_common::frames::{WallFrame, WallWriter};
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::particle_frames::frames_header;
-use super::stream::Stream;
+use super::stream::{Begin, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::walls::{Outline, Shape};
@@ -16,10 +16,10 @@ pub(super) struct WallFrames {
 }
 
 impl WallFrames {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let path = folder.join(format!("{}.walls.arrow", plan.outputs().prefix()));
         Ok(Self {
-            writer: WallWriter::create(path, &frames_header(plan), &surfaces(plan))?,
+            writer: begin_frames(path, &frames_header(plan), &surfaces(plan), begin)?,
         })
     }
 }
@@ -36,8 +36,8 @@ impl Stream for WallFrames {
         self.writer.frames().len() as u64
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        Ok(self.writer.frames_mut().cut_back(position as usize)?)
+    fn sync(&self) -> Result<(), OutputError> {
+        Ok(self.writer.frames().sync()?)
     }
 }
 

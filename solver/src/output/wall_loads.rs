@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_number};
 
-use super::stream::{Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -14,11 +14,10 @@ pub(super) struct WallLoads {
 }
 
 impl WallLoads {
-    pub(super) fn create(folder: &Path, plan: &Plan) -> Result<Self, OutputError> {
-        let mut file = TextFile::create(folder, &format!("{}.walls.csv", plan.outputs().prefix()))?;
-        file.buffer
-            .extend_from_slice(b"time,name,fx,fy,fz,tx,ty,tz,power\n");
-        file.flush()?;
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.walls.csv", plan.outputs().prefix());
+        let head = b"time,name,fx,fy,fz,tx,ty,tz,power\n";
+        let file = TextFile::begin(folder, &name, head, begin)?;
         Ok(Self {
             file,
             names: plan
@@ -55,7 +54,7 @@ impl Stream for WallLoads {
         self.file.position()
     }
 
-    fn cut_back(&mut self, position: u64) -> Result<(), OutputError> {
-        self.file.cut_back(position)
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
     }
 }

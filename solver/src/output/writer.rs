@@ -1,11 +1,11 @@
 //! The thread that formats and writes, so that stepping need not wait for it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
-use mercury_common::whole_file::FileError;
+use mercury_common::whole_file::{FileError, write_whole};
 use mercury_pictures::EnergyRow;
 
 use super::body_frames::BodyFrames;
@@ -15,7 +15,7 @@ use super::ene_file::EneFile;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
-use super::stream::Stream;
+use super::stream::{Begin, Stream};
 use super::track_file::TrackFile;
 use super::triangle_loads::TriangleLoads;
 use super::vtk_files::VtkFiles;
@@ -25,6 +25,7 @@ use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
 use crate::plan::Plan;
+use crate::state::Encoder;
 
 /// States that may wait to be written before stepping has to.
 const QUEUE: usize = 4;
@@ -43,11 +44,14 @@ enum Message {
     Write(Box<Moment>),
     /// Say how far everything has come.
     Tell(SyncSender<Positions>),
-    /// Go back there.
-    CutBack(Positions),
+    /// Bring all files to the disk, add how far they have come, and write this checkpoint there.
+    Checkpoint(Box<(PathBuf, Encoder)>),
 }
 
-/// How far the outputs of a run have come: all that must be kept to cut them back later.
+/// The section of a checkpoint that the writer adds.
+pub const POSITIONS: &str = "outputs";
+
+/// How far the outputs of a run have come: all that must be kept to go on with them later.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions {
     /// Of each stream, in the order in which the plan asks for them.
@@ -55,8 +59,8 @@ pub struct Positions {
     sums: RunningSums,
 }
 
-/// The sums over all states that were handed over.
-#[derive(Debug, Clone, PartialEq)]
+/// The sums over all frames that were handed over.
+#[derive(Debug, Clone, PartialEq, Default)]
 struct RunningSums {
     energies: Vec<EnergyRow>,
     initial: Option<DVec3>,
@@ -64,11 +68,43 @@ struct RunningSums {
     deepest: f64,
 }
 
+crate::state::plain!(Positions { streams, sums });
+crate::state::plain!(RunningSums {
+    energies,
+    initial,
+    deep_frames,
+    deepest
+});
+crate::state::plain!(EnergyRow {
+    time,
+    kinetic,
+    rotational,
+    gravitational,
+    elastic,
+    dissipated
+});
+
+impl Positions {
+    /// How far each stream has come, in the order in which the plan asks for them: bytes of text files, frames of all others.
+    #[must_use]
+    pub fn streams(&self) -> &[u64] {
+        &self.streams
+    }
+
+    /// Frames of energies so far.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.sums.energies.len()
+    }
+}
+
 /// What the writer saw pass by.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     /// Energies of every frame.
     pub energies: Vec<EnergyRow>,
+    /// Energies of the last state, which a run that was stopped writes to no file.
+    pub at_end: Option<EnergyRow>,
     /// Momentum of the first state, kg m/s.
     pub initial: DVec3,
     /// Frames in which some overlap exceeded a tenth of the smaller radius.
@@ -80,22 +116,25 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Makes the files that the plan asks for and starts the thread.
+    /// Makes the files that the plan asks for, or goes on with them `from` where an interrupted run had come, and starts the
+    /// thread.
     ///
     /// # Errors
-    /// If a file cannot be made, or no thread started.
+    /// If a file cannot be made or continued, or no thread started.
     pub fn start(
         folder: &Path,
         plan: &Plan,
         history: &[HistoryNumber],
+        from: Option<Positions>,
     ) -> Result<Self, OutputError> {
-        let streams = streams(folder, plan, history)?;
+        let streams = streams(folder, plan, history, from.as_ref())?;
+        let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
         let (gravity, dimensions) = (plan.physics().gravity(), plan.physics().dimensions());
         let (sender, receiver) = sync_channel(QUEUE);
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
-            .spawn(move || write_all(receiver, streams, &images, gravity, dimensions))
+            .spawn(move || write_all(receiver, streams, sums, &images, gravity, dimensions))
             .map_err(FileError::of(
                 folder,
                 "the thread that writes cannot be started",
@@ -118,10 +157,12 @@ impl Writer {
         told.recv().ok()
     }
 
-    /// Cuts all files back to where they were, as if nothing had been written since. False if the writer has given up.
+    /// Hands over a checkpoint, to be written once all that was handed over before is on the disk, with how far it came as its
+    /// last section. False if the writer has given up.
     #[must_use]
-    pub fn cut_back(&self, positions: Positions) -> bool {
-        self.sender.send(Message::CutBack(positions)).is_ok()
+    pub fn write_checkpoint(&self, path: PathBuf, state: Encoder) -> bool {
+        let message = Message::Checkpoint(Box::new((path, state)));
+        self.sender.send(message).is_ok()
     }
 
     /// Waits until everything is written.
@@ -139,44 +180,61 @@ fn streams(
     folder: &Path,
     plan: &Plan,
     history: &[HistoryNumber],
+    from: Option<&Positions>,
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
     let output = plan.outputs().files();
     let mut streams: Vec<Box<dyn Stream>> = Vec::new();
+    // In the order in which their positions were told.
+    let begin = |streams: &Vec<_>| -> Begin {
+        from.map(|from| from.streams.get(streams.len()).copied().unwrap_or(0))
+    };
     if output.data {
-        streams.push(Box::new(DataFile::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(DataFile::begin(folder, plan, at)?));
     }
     if output.ene {
-        streams.push(Box::new(EneFile::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(EneFile::begin(folder, plan, at)?));
     }
     if output.fstat {
-        streams.push(Box::new(FstatFile::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(FstatFile::begin(folder, plan, at)?));
     }
     if output.frames {
-        streams.push(Box::new(ParticleFrames::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(ParticleFrames::begin(folder, plan, at)?));
     }
     if output.frames && !plan.physics().walls().is_empty() {
-        streams.push(Box::new(WallFrames::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(WallFrames::begin(folder, plan, at)?));
     }
     if output.frames && plan.physics().has_bodies() {
-        streams.push(Box::new(BodyFrames::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(BodyFrames::begin(folder, plan, at)?));
     }
     if output.frames && output.triangle_loads {
-        streams.push(Box::new(TriangleLoads::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(TriangleLoads::begin(folder, plan, at)?));
     }
     if output.vtk {
-        streams.push(Box::new(VtkFiles::create(folder, plan, history)?));
+        let at = begin(&streams);
+        streams.push(Box::new(VtkFiles::begin(folder, plan, history, at)?));
     }
     if output.frames && output.fstat {
-        streams.push(Box::new(ContactFrames::create(folder, plan, history)?));
+        let at = begin(&streams);
+        streams.push(Box::new(ContactFrames::begin(folder, plan, history, at)?));
     }
     if !output.track.is_empty() {
-        streams.push(Box::new(TrackFile::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(TrackFile::begin(folder, plan, at)?));
     }
     if output.walls && !plan.physics().walls().is_empty() {
-        streams.push(Box::new(WallLoads::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(WallLoads::begin(folder, plan, at)?));
     }
     if !plan.outputs().regions().is_empty() {
-        streams.push(Box::new(RegionCounts::create(folder, plan)?));
+        let at = begin(&streams);
+        streams.push(Box::new(RegionCounts::begin(folder, plan, at)?));
     }
     Ok(streams)
 }
@@ -185,16 +243,11 @@ fn streams(
 fn write_all(
     receiver: Receiver<Message>,
     mut streams: Vec<Box<dyn Stream>>,
+    mut sums: RunningSums,
     images: &Images,
     gravity: DVec3,
     dimensions: u8,
 ) -> Result<Written, OutputError> {
-    let mut sums = RunningSums {
-        energies: Vec::new(),
-        initial: None,
-        deep_frames: 0,
-        deepest: 0.0,
-    };
     let mut last = None;
     for message in receiver {
         match message {
@@ -211,24 +264,23 @@ fn write_all(
                 last = Some(state);
             }
             Message::Tell(answer) => {
-                let positions = Positions {
-                    streams: streams.iter().map(|stream| stream.position()).collect(),
-                    sums: sums.clone(),
-                };
                 // Whoever asked may not want to know any more.
-                let _ = answer.send(positions);
+                let _ = answer.send(positions(&streams, &sums));
             }
-            Message::CutBack(positions) => {
-                for (stream, position) in streams.iter_mut().zip(positions.streams) {
-                    stream.cut_back(position)?;
+            Message::Checkpoint(checkpoint) => {
+                let (path, mut state) = *checkpoint;
+                for stream in &streams {
+                    stream.sync()?;
                 }
-                sums = positions.sums;
-                last = None;
+                state.section(POSITIONS, &positions(&streams, &sums));
+                write_whole(&path, &state.finish())?;
             }
         }
     }
+    let at_end = last.as_ref().map(|state| row(state, gravity, dimensions));
     Ok(Written {
         energies: sums.energies,
+        at_end,
         initial: sums.initial.unwrap_or_default(),
         deep_frames: sums.deep_frames,
         deepest: sums.deepest,
@@ -236,23 +288,35 @@ fn write_all(
     })
 }
 
+fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
+    Positions {
+        streams: streams.iter().map(|stream| stream.position()).collect(),
+        sums: sums.clone(),
+    }
+}
+
+/// The energies of a state.
+fn row(state: &State, gravity: DVec3, dimensions: u8) -> EnergyRow {
+    let row = energies(state, gravity, dimensions);
+    EnergyRow {
+        time: row.time,
+        kinetic: row.translational_kinetic,
+        rotational: row.rotational_kinetic,
+        gravitational: row.gravitational,
+        elastic: row.elastic,
+        dissipated: state.dissipated,
+    }
+}
+
 impl RunningSums {
     fn take_in(&mut self, state: &State, gravity: DVec3, dimensions: u8) {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
         if state.due.frame {
-            let row = energies(state, gravity, dimensions);
-            self.energies.push(EnergyRow {
-                time: row.time,
-                kinetic: row.translational_kinetic,
-                rotational: row.rotational_kinetic,
-                gravitational: row.gravitational,
-                elastic: row.elastic,
-                dissipated: state.dissipated,
-            });
+            self.energies.push(row(state, gravity, dimensions));
+            let depth = state.observation.largest_overlap;
+            self.deep_frames += u64::from(depth > 0.1);
+            self.deepest = self.deepest.max(depth);
         }
-        let depth = state.observation.largest_overlap;
-        self.deep_frames += u64::from(depth > 0.1);
-        self.deepest = self.deepest.max(depth);
     }
 }

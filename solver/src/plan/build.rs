@@ -138,7 +138,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             dimensions,
             time_step,
             steps: steps(*scene.time.end, time_step) as u64,
-            until_at_rest: scene.time.until_at_rest,
+            until_at_rest: *scene.time.until_at_rest,
             domain_min: *scene.domain.min,
             domain_max: *scene.domain.max,
             periodic: scene.domain.periodic,
@@ -176,6 +176,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
                 interval: *scene.output.interval,
                 fstat_interval: *scene.output.fstat_interval,
                 vtk_interval: *scene.output.vtk_interval,
+                restart_interval: scene.output.restart_interval.as_deref().copied(),
                 data: scene.output.data,
                 ene: scene.output.ene,
                 fstat: scene.output.fstat,
@@ -203,12 +204,6 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 /// Warns of keys of `[output]` that change nothing.
 fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
     let output = &scene.output;
-    if output.restart_interval.is_some() {
-        warnings.push(
-            "output.restart_interval: restart files are not in this version of mercury-solve; the key is ignored"
-                .to_owned(),
-        );
-    }
     for (interval, is_written, what) in [
         (&output.fstat_interval, output.fstat, "fstat"),
         (&output.vtk_interval, *output.vtk, "vtk"),

@@ -36,6 +36,8 @@ pub struct OutputPlan {
     pub fstat_interval: f64,
     /// Time between files for ParaView, s.
     pub vtk_interval: f64,
+    /// Simulated time between checkpoints, s; `None`: only by the clock and at the end.
+    pub restart_interval: Option<f64>,
     /// `.data`.
     pub data: bool,
     /// `.ene`.
@@ -76,6 +78,7 @@ impl Default for OutputPlan {
             interval: f64::INFINITY,
             fstat_interval: f64::INFINITY,
             vtk_interval: f64::INFINITY,
+            restart_interval: None,
             data: false,
             ene: false,
             fstat: false,

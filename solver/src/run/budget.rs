@@ -81,10 +81,11 @@ pub(super) fn exchanged(engine: &Engine) -> (Tally, Tally) {
 pub(super) fn energy_summary(
     engine: &Engine,
     at_start: &(Tally, Tally),
-    rows: &[EnergyRow],
+    written: &Written,
 ) -> EnergySummary {
     let plan = engine.plan();
-    let last = rows.last().copied().unwrap_or(EnergyRow {
+    let rows = &written.energies;
+    let last = written.at_end.unwrap_or(EnergyRow {
         time: 0.0,
         kinetic: 0.0,
         rotational: 0.0,

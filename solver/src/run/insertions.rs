@@ -2,9 +2,7 @@
 
 use mercury_common::readable::rounded;
 
-use crate::boundaries::{
-    Boundaries, InsertionPlan, InsertionState, Limit, Placed, Total, volume_within,
-};
+use crate::boundaries::{Boundaries, InsertionPlan, InsertionState, Limit, Total, volume_within};
 use crate::plan::Plan;
 
 /// The probability with which random sizes of the right distribution are called wrong.
@@ -14,10 +12,9 @@ const LEVEL: f64 = 0.01;
 /// each of its ingredients.
 pub(super) fn told(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     let mut lines = Vec::new();
-    let states = boundaries.insertions().zip(boundaries.placed());
-    for (insertion, (state, placed)) in plan.physics().insertions().iter().zip(states) {
+    for (insertion, state) in (plan.physics().insertions().iter()).zip(boundaries.insertions()) {
         lines.push(amounts(plan, insertion, state));
-        lines.extend(sizes(plan, insertion, state, placed));
+        lines.extend(sizes(plan, insertion, state));
     }
     lines
 }
@@ -60,20 +57,12 @@ fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> St
 }
 
 /// The largest distance of the cumulative numbers from those of each ingredient's distribution, and what follows.
-fn sizes(
-    plan: &Plan,
-    insertion: &InsertionPlan,
-    state: &InsertionState,
-    placed: &[Placed],
-) -> Vec<String> {
-    // A run that goes on from a state knows only what came since.
-    if placed.len() as u64 != state.inserted.number {
-        return Vec::new();
-    }
+fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<String> {
     let several = insertion.mixture.len() > 1;
     let mut lines = Vec::new();
     for (index, part) in insertion.mixture.iter().enumerate() {
-        let mut diameters: Vec<f64> = placed
+        let mut diameters: Vec<f64> = state
+            .placed
             .iter()
             .filter(|placed| placed.ingredient as usize == index)
             .map(|placed| placed.diameter)

@@ -1,6 +1,7 @@
 //! A run: from the plan to the files it leaves.
 
 mod budget;
+pub mod checkpoint;
 mod insertions;
 mod memory;
 mod report;
@@ -9,6 +10,7 @@ mod shortfall;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,15 +24,18 @@ pub use memory::memory;
 pub use report::Report;
 
 use budget::{energy_summary, exchanged};
+use checkpoint::{Checkpoint, Known};
 use rest::Rest;
 use shortfall::shortfalls;
 
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::output::summary::{Status, Summary};
-use crate::output::{Moment, OutputError, Schedule, Writer, Written, draw_final, folder};
+use crate::output::{
+    Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
+};
 use crate::plan::Plan;
-use crate::state::{FIXED, PEBBLE, inverse_inertia_factor};
+use crate::state::{Encoder, FIXED, PEBBLE, inverse_inertia_factor};
 use crate::step::{Engine, RunError, StartOptions};
 
 /// What a run needs beside its plan.
@@ -46,6 +51,25 @@ pub struct RunOptions {
     pub plan_document: Option<String>,
     /// Set by anyone who wants the run to end after the step it is in.
     pub stop: Arc<AtomicBool>,
+    /// The run stops by itself after so long, by the clock.
+    pub time_limit: Option<Duration>,
+    /// Checkpoints; `None`: none are written.
+    pub checkpoints: Option<Checkpoints>,
+    /// What the log should say besides.
+    pub notes: Vec<String>,
+}
+
+/// When a run writes checkpoints; besides, it writes one when it is stopped, and where the plan says so.
+#[derive(Debug, Clone, Default)]
+pub struct Checkpoints {
+    /// By the clock.
+    pub every: Option<Duration>,
+    /// At the end, for who wants to go on from there.
+    pub at_end: bool,
+    /// Set by anyone who wants one now.
+    pub now: Arc<AtomicBool>,
+    /// What the scene says: [`Statement::entries`](mercury_common::scene::Statement::entries).
+    pub scene: BTreeMap<String, String>,
 }
 
 /// Why a run failed.
@@ -118,7 +142,21 @@ pub fn run(
     options: &RunOptions,
     observe: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Report, RunFailure> {
-    let result = Run::new(plan, options.clone()).and_then(|mut run| {
+    run_from(None, plan, options, observe)
+}
+
+/// The same from a checkpoint, which must [fit](Checkpoint::fits) the plan.
+///
+/// # Errors
+/// Also if the files of the run are not there any more, or were changed.
+pub fn run_from(
+    checkpoint: Option<Checkpoint>,
+    plan: Plan,
+    options: &RunOptions,
+    observe: &mut dyn FnMut(&Progress<'_>),
+) -> Result<Report, RunFailure> {
+    let begun = Run::begun(plan, options.clone(), checkpoint);
+    let result = begun.and_then(|mut run| {
         match run.advance(f64::INFINITY, observe) {
             Ok(_) => run.finish(),
             Err(failure) => {
@@ -163,6 +201,15 @@ pub struct Run {
     /// Grains of the start.
     starting: u64,
     begun: Instant,
+    /// Step from which an interrupted run went on.
+    resumed_at: Option<u64>,
+    /// When the last checkpoint was made, or the run begun.
+    last_checkpoint: Instant,
+    /// Which of the two files is written next.
+    next_checkpoint: usize,
+    looked_for_stop_file: Instant,
+    /// Of a run that has come to its end: the checkpoint to go on from there.
+    at_end: Option<(PathBuf, Encoder)>,
     /// Of the time loop, without output.
     stepping: Duration,
     particle_steps: u64,
@@ -176,8 +223,25 @@ pub struct Run {
 enum Ending {
     Planned,
     AtRest,
-    Stopped,
+    Stopped(StopReason),
 }
+
+/// What stopped a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// Ctrl-C, a signal, or whoever called.
+    Request,
+    /// A file `STOP` in the folder of the run; it was removed.
+    File,
+    /// [`RunOptions::time_limit`].
+    TimeLimit,
+}
+
+/// The file that stops a run when it appears in its folder.
+pub const STOP_FILE: &str = "STOP";
+
+/// How often a run looks for it.
+const LOOK_FOR_STOP_FILE: Duration = Duration::from_millis(500);
 
 impl Run {
     /// Starts a run: evaluates the first forces, makes the files, hands over the first state.
@@ -185,6 +249,26 @@ impl Run {
     /// # Errors
     /// If the start is not a number, threads cannot be started, or a file cannot be written.
     pub fn new(plan: Plan, options: RunOptions) -> Result<Self, RunFailure> {
+        Self::begun(plan, options, None)
+    }
+
+    /// Goes on with an interrupted run of this plan, which [`Checkpoint::fits`]: cuts its files back to where they were then.
+    ///
+    /// # Errors
+    /// Also if its files are not there any more, or were changed.
+    pub fn resume(
+        plan: Plan,
+        options: RunOptions,
+        checkpoint: Checkpoint,
+    ) -> Result<Self, RunFailure> {
+        Self::begun(plan, options, Some(checkpoint))
+    }
+
+    fn begun(
+        plan: Plan,
+        options: RunOptions,
+        from: Option<Checkpoint>,
+    ) -> Result<Self, RunFailure> {
         let begun = Instant::now();
         let folder = &options.folder;
         if let Some(document) = &options.plan_document {
@@ -193,32 +277,55 @@ impl Run {
         }
         let starting = (plan.physics().particles().len() + plan.physics().bodies().len()) as u64;
         let plan = Arc::new(plan);
-        let schedule = Schedule::new(plan.outputs().files(), plan.physics().time_step());
+        let resumed_at = from.as_ref().map(|checkpoint| checkpoint.head.step);
+        let schedule = Schedule::behind(
+            plan.outputs().files(),
+            plan.physics().time_step(),
+            resumed_at.unwrap_or(0),
+        );
         let records = schedule.everything().needs_records();
-        let mut engine = Engine::start(
-            Arc::clone(&plan),
-            StartOptions::threads(options.threads).records(records),
-        )?;
-        let writer = Writer::start(folder, &plan, &engine.history_columns())?;
-        let at_start = exchanged(&engine);
-        let rest = plan.physics().until_at_rest().then(|| {
-            let factor = inverse_inertia_factor(plan.physics().dimensions());
-            Rest::new(plan.physics().gravity().length(), factor)
-        });
-        // Should the writer have given up, `advance` finds it so, and `finish` says why.
-        let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
+        let start = StartOptions::threads(options.threads).records(records);
+        let files = checkpoint::paths(folder, plan.outputs().prefix());
+        let is_first = |from: &Checkpoint| from.path == files[0];
+        let next_checkpoint = usize::from(from.as_ref().is_some_and(is_first));
+        let (engine, writer, known) = match from {
+            None => {
+                let mut engine = Engine::start(Arc::clone(&plan), start)?;
+                let writer = Writer::start(folder, &plan, &engine.history_columns(), None)?;
+                let rest = plan.physics().until_at_rest().then(|| {
+                    let factor = inverse_inertia_factor(plan.physics().dimensions());
+                    Rest::new(plan.physics().gravity().length(), factor)
+                });
+                let at_start = exchanged(&engine);
+                // Should the writer have given up, `advance` finds it so, and `finish` says why.
+                let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
+                (engine, writer, Known { rest, at_start })
+            }
+            Some(from) => {
+                let engine = Engine::resume(Arc::clone(&plan), from.snapshot, start)?;
+                let columns = engine.history_columns();
+                let writer = Writer::start(folder, &plan, &columns, Some(from.positions))?;
+                (engine, writer, from.known)
+            }
+        };
+        let is_over = engine.steps() >= plan.physics().steps();
         Ok(Self {
             engine,
             writer,
             schedule,
-            rest,
-            at_start,
+            rest: known.rest,
+            at_start: known.at_start,
             starting,
             begun,
+            resumed_at,
+            last_checkpoint: begun,
+            next_checkpoint,
+            looked_for_stop_file: begun,
+            at_end: None,
             stepping: Duration::ZERO,
             particle_steps: 0,
             next_look: 0,
-            ended: (plan.physics().steps() == 0).then_some(Ending::Planned),
+            ended: is_over.then_some(Ending::Planned),
             options,
         })
     }
@@ -245,7 +352,7 @@ impl Run {
             if self.engine.steps() >= until {
                 return Ok(Advance::Reached);
             }
-            let stopping = self.options.stop.load(Ordering::Relaxed);
+            let stopping = self.stopping();
             if !self.advance_a_bit(until.min(plan.physics().steps()), stopping)? {
                 break;
             }
@@ -261,15 +368,37 @@ impl Run {
         Ok(Advance::Ended)
     }
 
+    /// Who wants the run to stop now, if anybody does.
+    fn stopping(&mut self) -> Option<StopReason> {
+        if self.options.stop.load(Ordering::Relaxed) {
+            return Some(StopReason::Request);
+        }
+        let limit = self.options.time_limit;
+        if limit.is_some_and(|limit| self.begun.elapsed() >= limit) {
+            return Some(StopReason::TimeLimit);
+        }
+        if self.looked_for_stop_file.elapsed() < LOOK_FOR_STOP_FILE {
+            return None;
+        }
+        self.looked_for_stop_file = Instant::now();
+        // What is removed is there.
+        let removed = std::fs::remove_file(self.options.folder.join(STOP_FILE));
+        removed.is_ok().then_some(StopReason::File)
+    }
+
     /// Makes steps until something is due, or as many as nobody has to wait for, up to step `until`; when `stopping`, one that is
     /// the last. False if the writer has given up.
-    fn advance_a_bit(&mut self, until: u64, stopping: bool) -> Result<bool, RunFailure> {
+    fn advance_a_bit(
+        &mut self,
+        until: u64,
+        stopping: Option<StopReason>,
+    ) -> Result<bool, RunFailure> {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
         // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
         let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
-        let target = if stopping || self.rest.is_some() {
+        let target = if stopping.is_some() || self.rest.is_some() {
             step + 1
         } else {
             (step + most)
@@ -278,10 +407,11 @@ impl Run {
         };
         let count = target - step;
         let step = target;
-        let mut due = self.schedule.due(step);
+        let due = self.schedule.due(step);
         let planned_end = step == engine.plan().physics().steps();
         // A step that may be the last one is watched in case it is.
-        let perhaps_last = planned_end || stopping || self.rest.as_ref().is_some_and(Rest::is_near);
+        let perhaps_last =
+            planned_end || stopping.is_some() || self.rest.as_ref().is_some_and(Rest::is_near);
         let everything = self.schedule.everything();
         let watch = (due.any() || perhaps_last).then_some(Watch {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
@@ -297,26 +427,82 @@ impl Run {
         } else if planned_end {
             Some(Ending::Planned)
         } else {
-            stopping.then_some(Ending::Stopped)
+            stopping.map(Ending::Stopped)
         };
-        if self.ended.is_some() {
-            due = due.or(everything);
-        }
+        // What is written at the end only, is not there for a run that goes on from here.
+        let closing = match self.ended {
+            None => None,
+            // Nothing: only the report looks at it.
+            Some(Ending::Stopped(_)) => Some(Due::default()),
+            Some(_) => Some(everything.without(due)),
+        };
+        let is_last_look = closing.is_some_and(|closing| closing.any() || !due.any());
+        let seen = is_last_look.then(|| engine.observation());
         if due.any() {
             engine.complete_step()?;
         }
         self.stepping += since.elapsed();
-        Ok(!due.any() || self.writer.send(Moment::take(engine, due)))
+        if due.any() && !self.writer.send(Moment::take(&mut self.engine, due)) {
+            return Ok(false);
+        }
+        if !self.keep_checkpoints(step) {
+            return Ok(false);
+        }
+        let (Some(closing), Some(seen)) = (closing, seen) else {
+            return Ok(true);
+        };
+        self.engine.complete_step()?;
+        let moment = Moment::take(&mut self.engine, closing);
+        Ok(self.writer.send(Moment {
+            observation: seen,
+            ..moment
+        }))
     }
 
-    /// Ends the run and writes what it leaves: pictures, `summary.json`, `run.log`. A run that has not come to its end makes one
-    /// more step and counts as stopped.
+    /// Writes a checkpoint if one is wanted at the end of this step. False if the writer has given up.
+    fn keep_checkpoints(&mut self, step: u64) -> bool {
+        let is_due = self.schedule.is_checkpoint_due(step);
+        let Some(checkpoints) = &self.options.checkpoints else {
+            return true;
+        };
+        let is_asked = checkpoints.now.swap(false, Ordering::Relaxed);
+        let waited = self.last_checkpoint.elapsed();
+        let is_time = checkpoints.every.is_some_and(|every| waited >= every);
+        let is_wanted = match self.ended {
+            None => is_due || is_asked || is_time,
+            Some(Ending::Stopped(_)) => true,
+            Some(_) => checkpoints.at_end,
+        };
+        if !is_wanted {
+            return true;
+        }
+        let state = checkpoint::encode(self, &checkpoints.scene);
+        let files = checkpoint::paths(&self.options.folder, self.engine.plan().outputs().prefix());
+        let [even, odd] = files;
+        let path = if self.next_checkpoint == 0 { even } else { odd };
+        self.next_checkpoint = 1 - self.next_checkpoint;
+        self.last_checkpoint = Instant::now();
+        if matches!(self.ended, Some(Ending::Planned | Ending::AtRest)) {
+            // It is written last: where it is, all is done. What the outputs have now is less than they will have then.
+            let mut state = state;
+            let Some(positions) = self.writer.positions() else {
+                return false;
+            };
+            state.section(POSITIONS, &positions);
+            self.at_end = Some((path, state));
+            return true;
+        }
+        self.writer.write_checkpoint(path, state)
+    }
+
+    /// Ends the run and writes what it leaves: pictures, `summary.json`, `run.log`, and a checkpoint. A run that has not come to its
+    /// end makes one more step and counts as stopped.
     ///
     /// # Errors
     /// If that step fails, or a file cannot be written.
     pub fn finish(mut self) -> Result<Report, RunFailure> {
         if self.ended.is_none() {
-            self.advance_a_bit(self.engine.steps() + 1, true)?;
+            self.advance_a_bit(self.engine.steps() + 1, Some(StopReason::Request))?;
         }
         let written = self.writer.finish()?;
         let folder = &self.options.folder;
@@ -327,7 +513,11 @@ impl Run {
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
-            stopped: self.ended == Some(Ending::Stopped),
+            stopped: match self.ended {
+                Some(Ending::Stopped(reason)) => Some(reason),
+                _ => None,
+            },
+            resumed_at: self.resumed_at,
         };
         let mut report = report(
             &self.engine,
@@ -341,11 +531,20 @@ impl Run {
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
             .map_err(OutputError::from)?;
         report.total_seconds = self.begun.elapsed().as_secs_f64();
-        // The log names all files, itself too.
+        // The log names all files, itself and what is still to come, too.
         report.files = folder::present(folder, plan.outputs().prefix());
         report.files.push("run.log".to_owned());
+        let to_come = self.at_end.as_ref().and_then(|(path, _)| path.file_name());
+        report
+            .files
+            .extend(to_come.map(|name| name.to_string_lossy().into_owned()));
+        report.files.sort();
+        report.files.dedup();
         let log = log_head(&self.options) + &log_body(&report);
         write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
+        if let Some((path, state)) = self.at_end {
+            write_whole(&path, &state.finish()).map_err(OutputError::from)?;
+        }
         Ok(report)
     }
 }
@@ -356,7 +555,8 @@ struct Looped {
     /// Seconds without output.
     seconds: f64,
     particle_steps: u64,
-    stopped: bool,
+    stopped: Option<StopReason>,
+    resumed_at: Option<u64>,
 }
 
 fn report(
@@ -401,16 +601,19 @@ fn report(
             },
             threads: options.threads.max(1),
             coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
-            energy: energy_summary(engine, at_start, &written.energies),
+            energy: energy_summary(engine, at_start, written),
             inserted: created - starting,
             deleted: created - particles as u64,
             warnings,
-            status: if looped.stopped {
-                Status::Stopped
-            } else {
-                Status::Finished
+            status: match looped.stopped {
+                Some(_) => Status::Stopped,
+                None => Status::Finished,
             },
         },
+        stopped: looped.stopped,
+        resumed_at: looped
+            .resumed_at
+            .map(|step| step as f64 * plan.physics().time_step()),
         budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
@@ -436,6 +639,9 @@ fn log_head(options: &RunOptions) -> String {
     let mut log = format!("mercury-solve {}\n", env!("CARGO_PKG_VERSION"));
     if !options.command_line.is_empty() {
         log += &format!("command: {}\n", options.command_line);
+    }
+    for note in &options.notes {
+        log += &format!("{note}\n");
     }
     log
 }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use mercury_common::readable::{duration, rounded};
 
+use super::StopReason;
 use super::budget::Budget;
 use crate::output::summary::{Status, Summary};
 
@@ -12,6 +13,10 @@ use crate::output::summary::{Status, Summary};
 pub struct Report {
     /// What `summary.json` says.
     pub summary: Summary,
+    /// What stopped it, if it has not come to its end.
+    pub stopped: Option<StopReason>,
+    /// Time from which an interrupted run went on, s.
+    pub resumed_at: Option<f64>,
     /// Budgets of mass and momentum.
     pub budget: Budget,
     /// Names of the files in the run's folder.
@@ -33,9 +38,11 @@ pub struct Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (s, b) = (&self.summary, &self.budget);
-        let how = match s.status {
-            Status::Finished => "finished",
-            Status::Stopped => "stopped",
+        let how = match (s.status, self.stopped) {
+            (Status::Finished, _) => "finished",
+            (_, Some(StopReason::File)) => "stopped by the file STOP",
+            (_, Some(StopReason::TimeLimit)) => "stopped by the time limit",
+            (Status::Stopped, _) => "stopped",
         };
         writeln!(
             f,
@@ -44,6 +51,9 @@ impl fmt::Display for Report {
             rounded(s.time, 12),
             s.steps
         )?;
+        if let Some(time) = self.resumed_at {
+            writeln!(f, "  resumed    from t = {} s", rounded(time, 12))?;
+        }
         writeln!(
             f,
             "  particles  {} ({} inserted, {} deleted), {} contacts, {} with walls, coordination number {:.3}",

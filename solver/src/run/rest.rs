@@ -27,6 +27,11 @@ impl Rest {
         }
     }
 
+    /// Whether enough calm steps have been counted.
+    pub(super) fn is_over(&self) -> bool {
+        self.calm >= STEPS
+    }
+
     /// Whether one more calm step would be enough.
     pub(super) fn is_near(&self) -> bool {
         self.calm + 1 >= STEPS
@@ -62,6 +67,12 @@ impl Rest {
         } else {
             0
         };
-        self.calm >= STEPS
+        self.is_over()
     }
 }
+
+crate::state::plain!(Rest {
+    gravity,
+    inertia,
+    calm
+});

@@ -44,6 +44,12 @@ impl Snapshot {
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let mut encoder = Encoder::new();
+        self.add_to(&mut encoder);
+        encoder.finish()
+    }
+
+    /// Appends its sections.
+    pub fn add_to(&self, encoder: &mut Encoder) {
         encoder.section("clock", &(self.step, self.kick_due));
         encoder.section("particles", &self.particles);
         encoder.section("pairs", &self.pairs);
@@ -54,7 +60,6 @@ impl Snapshot {
         encoder.section("boundaries", &self.boundaries);
         encoder.section("audit", &self.audit);
         encoder.section("feature loads", &self.feature_loads);
-        encoder.finish()
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -63,6 +68,16 @@ impl Snapshot {
     /// If the bytes are no state, of another version, cut or damaged, or contradict each other.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let mut decoder = Decoder::new(bytes)?;
+        let snapshot = Self::take_from(&mut decoder)?;
+        decoder.finish()?;
+        Ok(snapshot)
+    }
+
+    /// From the sections of [`Snapshot::add_to`].
+    ///
+    /// # Errors
+    /// Those of [`Snapshot::decode`].
+    pub fn take_from(decoder: &mut Decoder<'_>) -> Result<Self, DecodeError> {
         let (step, kick_due) = decoder.section("clock")?;
         let snapshot = Self {
             step,
@@ -77,7 +92,6 @@ impl Snapshot {
             audit: decoder.section("audit")?,
             feature_loads: decoder.section("feature loads")?,
         };
-        decoder.finish()?;
         snapshot.check()?;
         Ok(snapshot)
     }

@@ -86,7 +86,7 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
         println!("{name}: the run in {} is taken", folder.display());
     } else {
         println!("{name}: runs into {}", folder.display());
-        folder::prepare(&folder, &prefix, true)?;
+        folder::prepare(&folder, &prefix, folder::Earlier::Replace)?;
         let options = RunOptions {
             folder: folder.clone(),
             threads: useful_threads(

@@ -213,7 +213,7 @@ fn sizes_are_those_drawn_however_full_it_is() {
     let feed = insertion(unit_box(), distribution.clone(), Total::Full);
     let mut still = Still::new(with(vec![feed]));
     still.exchange(0.0);
-    let state = still.boundaries.state().insertions[0];
+    let state = still.boundaries.state().insertions.remove(0);
     assert!(state.failed_attempts > state.inserted.number, "{state:?}");
     assert!(state.is_finished());
     let n = still.particles.len();

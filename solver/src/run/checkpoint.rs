@@ -1,0 +1,321 @@
+//! Checkpoints: files from which a run goes on as if it had never stopped.
+//!
+//! `<prefix>.0.restart` and `<prefix>.1.restart` take turns, so that one is whole while the other is written. Each holds what the
+//! scene said, what the run knows beside the engine, the engine's state ([`Snapshot`]), and how far the outputs had come.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use mercury_common::readable::rounded;
+use mercury_common::scene::differences;
+use mercury_common::whole_file::FileError;
+
+use super::Run;
+use super::rest::Rest;
+use crate::boundaries::Tally;
+use crate::forces::{SavedSlot, SlotState};
+use crate::output::{POSITIONS, Positions};
+use crate::plan::Plan;
+use crate::state::{DecodeError, Decoder, Encoder};
+use crate::step::Snapshot;
+
+/// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not what happens.
+pub const MAY_CHANGE: [&str; 7] = [
+    "title",
+    "time.end",
+    "output.interval",
+    "output.fstat_interval",
+    "output.vtk_interval",
+    "output.restart_interval",
+    "output.pictures",
+];
+
+/// Why a run cannot go on from a checkpoint.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The operating system refused.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The bytes are no whole checkpoint.
+    #[error("{}: {error}", path.display())]
+    Bytes {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with them.
+        error: DecodeError,
+    },
+    /// There are checkpoints, and none of them is whole.
+    #[error("no checkpoint can be used:\n  {}\nhelp: begin anew with --force", .0.join("\n  "))]
+    AllDamaged(Vec<String>),
+    /// It is of another scene.
+    #[error(
+        "{}: the checkpoint is of another scene:\n  {}\nhelp: only {} may change before a run goes on; begin anew with --force, or write elsewhere with --output DIR",
+        path.display(), lines.join("\n  "), MAY_CHANGE.join(", ")
+    )]
+    OtherScene {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        lines: Vec<String>,
+    },
+    /// It is behind the end of the run.
+    #[error(
+        "{}: the checkpoint is at t = {} s, behind time.end = {} s\nhelp: raise time.end, or begin anew with --force",
+        path.display(), rounded(*time, 12), rounded(*end, 12)
+    )]
+    BehindEnd {
+        /// The file.
+        path: PathBuf,
+        /// Of the checkpoint, s.
+        time: f64,
+        /// Of the plan, s.
+        end: f64,
+    },
+}
+
+/// What a checkpoint says of its run in front of the state itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// Version of the program that wrote it.
+    pub program: String,
+    /// Title of the scene.
+    pub title: String,
+    /// What the scene said: [`Statement::entries`](mercury_common::scene::Statement::entries).
+    pub scene: BTreeMap<String, String>,
+    /// s
+    pub time_step: f64,
+    /// Steps made.
+    pub step: u64,
+    /// Names of the materials, in the order of their numbers.
+    pub materials: Vec<String>,
+}
+
+crate::state::plain!(Head {
+    program,
+    title,
+    scene,
+    time_step,
+    step,
+    materials
+});
+
+impl Head {
+    /// s
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.step as f64 * self.time_step
+    }
+}
+
+/// What a run knows beside the engine.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Known {
+    pub(super) rest: Option<Rest>,
+    /// What had come and gone before the first step.
+    pub(super) at_start: (Tally, Tally),
+}
+
+crate::state::plain!(Known { rest, at_start });
+
+/// A checkpoint that was read.
+#[derive(Debug, Clone)]
+pub struct Checkpoint {
+    /// The file.
+    pub path: PathBuf,
+    /// Of which run.
+    pub head: Head,
+    pub(super) known: Known,
+    /// The state of the engine.
+    pub snapshot: Snapshot,
+    /// How far the outputs had come.
+    pub positions: Positions,
+    /// Bytes of the file.
+    pub size: usize,
+}
+
+/// The two files of a run that take turns.
+#[must_use]
+pub fn paths(folder: &Path, prefix: &str) -> [PathBuf; 2] {
+    [0, 1].map(|number| folder.join(format!("{prefix}.{number}.restart")))
+}
+
+/// All but the positions of the outputs, which the writer adds.
+pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
+    let plan = run.engine.plan();
+    let materials = plan.physics().materials().iter();
+    let head = Head {
+        program: env!("CARGO_PKG_VERSION").to_owned(),
+        title: plan.outputs().title().to_owned(),
+        scene: scene.clone(),
+        time_step: plan.physics().time_step(),
+        step: run.engine.steps(),
+        materials: materials.map(|material| material.name.clone()).collect(),
+    };
+    let known = Known {
+        rest: run.rest.clone(),
+        at_start: run.at_start,
+    };
+    let mut encoder = Encoder::new();
+    encoder.section("head", &head);
+    encoder.section("run", &known);
+    run.engine.snapshot().add_to(&mut encoder);
+    encoder
+}
+
+/// Reads a checkpoint as a whole, all checksums compared.
+///
+/// # Errors
+/// If the file cannot be read, or is no whole checkpoint of this version of the program.
+pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
+    let failed = FileError::of(path, "the checkpoint cannot be read");
+    let bytes = std::fs::read(path).map_err(failed)?;
+    let decode = || {
+        let mut decoder = Decoder::new(&bytes)?;
+        let head: Head = decoder.section("head")?;
+        let checkpoint = Checkpoint {
+            path: path.to_owned(),
+            head,
+            known: decoder.section("run")?,
+            snapshot: Snapshot::take_from(&mut decoder)?,
+            positions: decoder.section(POSITIONS)?,
+            size: bytes.len(),
+        };
+        decoder.finish()?;
+        Ok(checkpoint)
+    };
+    decode().map_err(|error| CheckpointError::Bytes {
+        path: path.to_owned(),
+        error,
+    })
+}
+
+/// The newest whole checkpoint of a run, and a word on each that is not whole; `None` if there is none at all.
+///
+/// # Errors
+/// If there are checkpoints, and none is whole.
+pub fn newest(
+    folder: &Path,
+    prefix: &str,
+) -> Result<Option<(Checkpoint, Vec<String>)>, CheckpointError> {
+    let mut newest: Option<Checkpoint> = None;
+    let mut damaged = Vec::new();
+    for path in paths(folder, prefix) {
+        if path.symlink_metadata().is_err() {
+            continue;
+        }
+        match read(&path) {
+            Ok(found) => {
+                let is_newer = |known: &Checkpoint| found.head.step > known.head.step;
+                if newest.as_ref().is_none_or(is_newer) {
+                    newest = Some(found);
+                }
+            }
+            Err(error) => damaged.push(error.to_string()),
+        }
+    }
+    match newest {
+        Some(checkpoint) => Ok(Some((checkpoint, damaged))),
+        None if damaged.is_empty() => Ok(None),
+        None => Err(CheckpointError::AllDamaged(damaged)),
+    }
+}
+
+impl Checkpoint {
+    /// Whether a run of this plan can go on from here. `scene` is what its scene says.
+    ///
+    /// # Errors
+    /// What differs.
+    pub fn fits(
+        &self,
+        plan: &Plan,
+        scene: &BTreeMap<String, String>,
+    ) -> Result<(), CheckpointError> {
+        let mut lines = differences(&self.head.scene, scene, &MAY_CHANGE);
+        let program = env!("CARGO_PKG_VERSION");
+        if self.head.program != program {
+            let then = &self.head.program;
+            lines.push(format!("mercury-solve: {then} then, {program} now"));
+        }
+        // Also by way of a shorter interval.
+        let (then, now) = (self.head.time_step, plan.physics().time_step());
+        if then.to_bits() != now.to_bits() {
+            lines.push(format!("the time step: {then} s then, {now} s now"));
+        }
+        if !lines.is_empty() {
+            return Err(CheckpointError::OtherScene {
+                path: self.path.clone(),
+                lines,
+            });
+        }
+        if self.head.step > plan.physics().steps() {
+            return Err(CheckpointError::BehindEnd {
+                path: self.path.clone(),
+                time: self.head.time(),
+                end: plan.physics().steps() as f64 * now,
+            });
+        }
+        Ok(())
+    }
+
+    /// Whether nothing is left to do for a run of this plan.
+    #[must_use]
+    pub fn is_at_end(&self, plan: &Plan) -> bool {
+        let at_rest = self.known.rest.as_ref().is_some_and(Rest::is_over);
+        at_rest || self.head.step >= plan.physics().steps()
+    }
+}
+
+impl fmt::Display for Checkpoint {
+    /// What is in it, for people.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (head, state) = (&self.head, &self.snapshot);
+        writeln!(
+            f,
+            "{}: a checkpoint of `{}`",
+            self.path.display(),
+            head.title
+        )?;
+        writeln!(
+            f,
+            "  written by    mercury-solve {}, {:.1} MB, all checksums right",
+            head.program,
+            self.size as f64 * 1e-6
+        )?;
+        writeln!(
+            f,
+            "  time          {} s, step {} of {:?} s",
+            rounded(head.time(), 12),
+            head.step,
+            head.time_step
+        )?;
+        writeln!(
+            f,
+            "  particles     {} in {} rows, {} rigid bodies",
+            state.particles.grains(),
+            state.particles.len(),
+            state.particles.bodies().len()
+        )?;
+        let touching = |slots: &[SavedSlot]| {
+            let held = slots.iter().filter(|slot| slot.state != SlotState::Near);
+            (held.count(), slots.len())
+        };
+        let (pairs, walls) = (touching(&state.pairs), touching(&state.near_walls));
+        writeln!(
+            f,
+            "  contacts      {} of {} listed pairs, {} of {} with walls",
+            pairs.0, pairs.1, walls.0, walls.1
+        )?;
+        writeln!(f, "  lists built   {} times", state.lists.rebuilds)?;
+        writeln!(
+            f,
+            "  outputs       {} frames written",
+            self.positions.frames()
+        )?;
+        write!(f, "  scene")?;
+        for (key, value) in &head.scene {
+            write!(f, "\n    {key} = {value}")?;
+        }
+        Ok(())
+    }
+}
