@@ -187,7 +187,7 @@ pub(super) fn overlaps_wall(
     walls.iter().filter(|wall| wall.state.present).any(|wall| {
         wall.met_by().iter().any(|&code| {
             let code = wall.image_of(images, centre, code);
-            let centre = wall.state.into_wall(centre + images.shift(code));
+            let centre = wall.state.into_wall(centre + images.any_shift(code));
             wall.shape().touches(centre, radius, &mut touches);
             !touches.is_empty()
         })

@@ -308,7 +308,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                     walls.push(SavedSlot {
                         row: near.row,
                         partner: u32::from(near.wall.number()),
-                        image: u32::from(near.image),
+                        image: near.image,
                         state: SlotState::of(slot.state),
                         feature: slot.feature,
                         history: numbers(&slot.history),
@@ -341,18 +341,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 let saved = &walls[next_wall];
                 next_wall += 1;
                 let same = |last: &NearWall| {
-                    (
-                        last.row,
-                        u32::from(last.wall.number()),
-                        u32::from(last.image),
-                    ) == (saved.row, saved.partner, saved.image)
+                    (last.row, u32::from(last.wall.number()), last.image)
+                        == (saved.row, saved.partner, saved.image)
                 };
                 match block.near_walls.last_mut() {
                     Some(last) if same(last) => last.features += 1,
                     _ => block.near_walls.push(NearWall {
                         row: saved.row,
                         wall: WallIndex::new(saved.partner as u16),
-                        image: saved.image as u8,
+                        image: saved.image,
                         features: 1,
                     }),
                 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::neighbours::{Block, Boxes, Grid, Images};
 use crate::state::{Particle, Particles, WallIndex};
-use crate::walls::{MAX_TOUCHES, Scratch, Shape, Touches, WallNow};
+use crate::walls::{Scratch, Shape, Touches, WallNow};
 
 /// A particle that may touch a wall before the list is built again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,12 +14,10 @@ pub struct NearWall {
     /// Index of the wall; a plan has no more walls than have a number.
     pub wall: WallIndex,
     /// Code of the particle's image that is near the wall.
-    pub image: u8,
+    pub image: u32,
     /// Features of the wall that may be touched at once.
-    pub features: u8,
+    pub features: u32,
 }
-
-const _: () = assert!(MAX_TOUCHES <= u8::MAX as usize);
 
 /// Finds every particle whose surface is closer than `margin` and its `extra_skin` (m; empty for none) to a wall, by rows, and within a
 /// row by walls and images. `grid`: the cells by which the particles are sorted.
@@ -54,15 +52,11 @@ pub fn find_near_walls(
             };
             blocks.clear();
             boxes.find(may_matter, &mut blocks);
-            near.extend(
-                blocks
-                    .iter()
-                    .map(|&block| (index as u16, code as u8, block)),
-            );
+            near.extend(blocks.iter().map(|&block| (index as u16, code, block)));
         }
         near
     };
-    let search = |near: &[(u16, u8, u32)]| {
+    let search = |near: &[(u16, u32, u32)]| {
         let mut tests = Tests {
             records,
             extra_skin,
@@ -75,7 +69,7 @@ pub fn find_near_walls(
         for &(index, code, block) in near {
             let wall = &walls[index as usize];
             found.extend(boxes.rows(block).filter_map(|row| {
-                let (image, features) = tests.test(wall, row, u32::from(code))?;
+                let (image, features) = tests.test(wall, row, code)?;
                 Some(NearWall {
                     row: row as u32,
                     wall: WallIndex::new(index),
@@ -113,14 +107,14 @@ struct Tests<'a> {
 impl Tests<'_> {
     /// The image by which a particle is near a wall, of those that go with the code `met_by`, and how many features may be touched.
     #[inline]
-    fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u8, u8)> {
+    fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u32, u32)> {
         let record = &self.records[row];
         // Particles that contacts cannot move do not feel walls.
         if record.inverse_mass == 0.0 {
             return None;
         }
         let image = wall.image_of(self.images, record.position, met_by);
-        let centre = (wall.state).into_wall(record.position + self.images.shift(image));
+        let centre = (wall.state).into_wall(record.position + self.images.any_shift(image));
         let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
         let reach = record.radius + extra_skin + self.margin;
         let features = match wall.shape() {
@@ -132,7 +126,7 @@ impl Tests<'_> {
                 self.touches.len()
             }
         };
-        (features > 0).then_some((image as u8, features as u8))
+        (features > 0).then_some((image, features as u32))
     }
 }
 

@@ -47,13 +47,41 @@ impl Images {
         self.shifts[code as usize]
     }
 
+    /// The same of images that may be farther than neighbours.
+    #[inline]
+    #[must_use]
+    pub fn any_shift(&self, code: u32) -> DVec3 {
+        match self.shifts.get(code as usize) {
+            Some(&shift) => shift,
+            None => steps(code) * self.size,
+        }
+    }
+
+    /// Periods along each axis up to which images have codes.
+    pub const MOST_PERIODS: i32 = 511;
+
+    /// The code of the image that is so many periods away along each axis; as far as there are codes.
+    #[must_use]
+    pub fn code(periods: [i32; 3]) -> u32 {
+        let most = Self::MOST_PERIODS;
+        let [x, y, z] = periods.map(|periods| periods.clamp(-most, most));
+        if [x, y, z].iter().all(|periods| periods.abs() <= 1) {
+            (9 * (z + 1) + 3 * (y + 1) + x + 1) as u32
+        } else {
+            let digit = |periods: i32, place: u32| ((periods + most) as u32) << place;
+            FAR | digit(x, 0) | digit(y, DIGIT) | digit(z, 2 * DIGIT)
+        }
+    }
+
     /// The code of the image that is `periods` whole periods along `axis` from that with `code`; as far as there are codes.
     #[must_use]
     pub fn moved(code: u32, axis: usize, periods: f64) -> u32 {
-        let place = [1, 3, 9][axis];
-        let step = steps(code)[axis];
-        let moved = (step + periods).clamp(-1.0, 1.0);
-        (f64::from(code) + (moved - step) * f64::from(place)) as u32
+        if periods == 0.0 {
+            return code;
+        }
+        let mut steps = steps(code);
+        steps[axis] += periods;
+        Self::code(steps.to_array().map(|periods| periods as i32))
     }
 
     /// The codes of all images other than the original that the periodic axes allow.
@@ -92,8 +120,17 @@ pub fn opposite(code: u32) -> u32 {
     26 - code
 }
 
+/// Set in the codes of images that are no neighbours: the periods along x, y, z stand below it, with [`DIGIT`] bits each.
+const FAR: u32 = 1 << 30;
+const DIGIT: u32 = 10;
+
 /// The whole periods along each axis that a code stands for.
 fn steps(code: u32) -> DVec3 {
+    if code & FAR != 0 {
+        let digit = |place: u32| f64::from(code >> place & ((1 << DIGIT) - 1));
+        let far = DVec3::new(digit(0), digit(DIGIT), digit(2 * DIGIT));
+        return far - f64::from(Images::MOST_PERIODS);
+    }
     let digit = |place: u32| f64::from(code / place % 3) - 1.0;
     DVec3::new(digit(1), digit(3), digit(9))
 }
@@ -115,8 +152,26 @@ mod tests {
         }
         assert_eq!(Images::moved(NO_SHIFT, 2, 1.0), 22);
         assert_eq!(Images::moved(22, 0, -1.0), 21);
-        assert_eq!(Images::moved(22, 2, 1.0), 22, "there is no farther image");
         assert_eq!(Images::moved(22, 2, -2.0), 4);
+        assert_eq!(Images::moved(22, 0, 0.0), 22);
+        for periods in [[0, 0, 2], [-7, 1, 511], [-511, 511, -300], [1, -1, 0]] {
+            let code = Images::code(periods);
+            let shift = DVec3::from(periods.map(f64::from)) * images.size;
+            assert_eq!(images.any_shift(code), shift, "{periods:?}");
+            let [x, y, z] = periods.map(f64::from);
+            let moved = Images::moved(Images::moved(NO_SHIFT, 0, x), 1, y);
+            assert_eq!(Images::moved(moved, 2, z), code, "{periods:?}");
+        }
+        for code in 0..27 {
+            let steps = steps(code).to_array().map(|step| step as i32);
+            assert_eq!(Images::code(steps), code);
+        }
+        let farthest = Images::code([0, 9999, 0]);
+        assert_eq!(
+            farthest,
+            Images::code([0, 511, 0]),
+            "there is no farther image"
+        );
         assert_eq!(images.neighbours().count(), 8);
         assert!(images.neighbours().all(|code| images.shift(code).y == 0.0));
     }

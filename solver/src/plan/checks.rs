@@ -8,7 +8,7 @@ use super::particles::{StartingParticles, StartingSphere, Typed};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
-use crate::neighbours::{Images, NO_SHIFT, Skin, build};
+use crate::neighbours::{Images, Skin, build};
 use crate::state::{MaterialIndex, Particle, Particles};
 use crate::walls::{Touches, Wall, WallNow};
 
@@ -293,16 +293,18 @@ pub(super) fn overlaps(
             if sphere.fixed {
                 continue;
             }
-            let code = wall.image_of(&images, sphere.centre, NO_SHIFT);
-            let centre = (wall.state).into_wall(sphere.centre + images.shift(code));
-            wall.shape().touches(centre, sphere.radius, &mut touches);
-            for touch in touches.iter() {
-                let overlap = sphere.radius - touch.distance;
-                let part = overlap / sphere.radius;
-                if part > error_limit {
-                    bad.add(part, (sphere.grain, index, overlap));
-                } else if part > warning_limit {
-                    dubious.add(part, (sphere.grain, index, overlap));
+            for &code in wall.met_by() {
+                let code = wall.image_of(&images, sphere.centre, code);
+                let centre = (wall.state).into_wall(sphere.centre + images.any_shift(code));
+                wall.shape().touches(centre, sphere.radius, &mut touches);
+                for touch in touches.iter() {
+                    let overlap = sphere.radius - touch.distance;
+                    let part = overlap / sphere.radius;
+                    if part > error_limit {
+                        bad.add(part, (sphere.grain, index, overlap));
+                    } else if part > warning_limit {
+                        dubious.add(part, (sphere.grain, index, overlap));
+                    }
                 }
             }
         }

@@ -7,6 +7,7 @@ use mercury_common::scene::{
 };
 
 use super::meshes;
+use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo, Shape, Side,
@@ -25,6 +26,9 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         };
         let origin = motion_origin(wall);
         let mut add = |name: String, shape: Result<Shape, WallError>, own: DVec3| match shape {
+            Ok(shape) if let Some(error) = out_of_reach(wall, &shape, &scene.domain) => {
+                errors.push(error);
+            }
             Ok(shape) => planned.push(Wall {
                 name,
                 material: MaterialIndex::new(wall.material.0 as u32),
@@ -106,6 +110,31 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         errors.push(scene.place.error(message));
     }
     planned
+}
+
+/// What to say of a wall so far beside a periodic domain that its images have no codes.
+fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<SceneError> {
+    let (low, high) = shape.bounds();
+    let size = *domain.max - *domain.min;
+    let periods = |axis: usize| {
+        let below = (domain.min[axis] - low[axis]) / size[axis];
+        below.max((high[axis] - domain.max[axis]) / size[axis])
+    };
+    // One for the particles beyond the faces.
+    let most = f64::from(Images::MOST_PERIODS - 1);
+    let is_far =
+        |&axis: &usize| domain.periodic[axis] && periods(axis).is_finite() && periods(axis) > most;
+    let axis = (0..3).find(is_far)?;
+    let message = format!(
+        "it reaches {} periods beyond the periodic axis {}; at most {most} are met",
+        periods(axis).round(),
+        ["x", "y", "z"][axis],
+    );
+    Some(
+        wall.place
+            .error(message)
+            .with_help("move it into the domain"),
+    )
 }
 
 fn side(side: SceneSide) -> Side {

@@ -107,6 +107,9 @@ impl Engine {
         if let Some(bodies) = bodies {
             bodies.note_shifts(records, &self.images);
         }
+        for wall in &mut self.walls {
+            wall.note_images(&self.images);
+        }
         let near_walls = find_near_walls(
             &self.particles,
             &extra_skin,

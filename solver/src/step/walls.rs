@@ -12,7 +12,7 @@ impl Engine {
     pub(super) fn move_walls(&mut self) {
         let (time, dt) = (self.time(), self.plan.physics().time_step());
         for (wall, now) in self.plan.physics().walls().iter().zip(&mut self.walls) {
-            now.advance(wall, time, dt);
+            now.advance(wall, time, dt, &self.images);
         }
     }
 

@@ -1,68 +1,235 @@
 //! By which periodic images of a particle a wall is met.
+//!
+//! A wall stands where its motion puts it, less whole periods, so that it stays within half a period of where it covers the domain best.
+//! From there it is met by all images that may come near, however far it has gone.
 
 use glam::DVec3;
 
-use super::{Shape, WallState};
-use crate::neighbours::{Images, NO_SHIFT};
+use super::near_box::Corners;
+use super::{Pose, Shape, WallState};
+use crate::neighbours::Images;
 
-/// Codes of the images by which a surface is met: by all that the domain has, but not along axes of which it spans a period.
-pub(super) fn images_met(shape: &Shape, images: &Images) -> Vec<u32> {
-    let (low, high) = shape.bounds();
-    let spans = |axis: usize| {
-        let continued = match shape {
-            Shape::Mesh(mesh) => mesh.periods().iter().any(|period| period.axis == axis),
-            _ => false,
-        };
-        continued || high[axis] - low[axis] >= images.size[axis] * (1.0 - 1e-9)
-    };
-    let met = |code: &u32| {
-        let shift = images.shift(*code);
-        (0..3).all(|axis| shift[axis] == 0.0 || !spans(axis))
-    };
-    std::iter::once(NO_SHIFT)
-        .chain(images.neighbours().filter(met))
-        .collect()
+/// By this much more than half a period (in periods) places may be away and still count as within it: what is at the very face stays
+/// where it is.
+const FACE: f64 = 1e-6;
+
+/// Beyond its faces a particle of the domain feels less far than this, in periods: its radius, the skin and the range of forces
+/// fit into half a period ([`crate::neighbours::Skin::first`]).
+const REACH: f64 = 0.5;
+
+/// How a wall is met along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Along {
+    /// Where particles are: the axis is not periodic, or the surface has no end along it.
+    Once,
+    /// By the image that is between the faces of a mesh that goes on for ever.
+    BetweenFaces,
+    /// By the image that is nearest to the middle of a surface that is as long as the period or longer: it and its own images would be
+    /// met twice where they are one surface.
+    Nearest,
+    /// By every image that may come near.
+    All,
 }
 
-/// The codes of the images between which [`image_between_faces`] chooses.
-pub(super) fn periods_along(
-    shape: &Shape,
-    images: &Images,
-    code: u32,
-) -> impl Iterator<Item = u32> {
-    let continued = |axis: usize| match shape {
-        Shape::Mesh(mesh) => mesh.periods().iter().any(|period| period.axis == axis),
-        _ => false,
-    };
-    let goes_on = [0, 1, 2].map(continued);
-    let shift = images.shift(code);
-    // The code itself goes along no axis along which the mesh goes on.
-    let all = images.neighbours().filter(move |&other| {
-        let way = images.shift(other);
-        goes_on.contains(&true) && (0..3).all(|axis| goes_on[axis] || way[axis] == shift[axis])
-    });
-    std::iter::once(code).chain(all)
+/// By which images a wall is met.
+#[derive(Debug, Clone)]
+pub(super) struct MetBy {
+    along: [Along; 3],
+    /// Middle of the surface in its own frame, m; along axes without an end that of the domain.
+    middle: DVec3,
+    /// By how much the middle must go to be in the domain, m: whole periods.
+    home: DVec3,
+    codes: Vec<u32>,
 }
 
-/// The image of a particle at `position` (m) that is between the faces of a mesh that goes on for ever, of those that differ from
-/// the image `code` along its axes only; of other walls `code` itself.
-#[inline]
-pub(super) fn image_between_faces(
-    shape: &Shape,
-    state: &WallState,
-    images: &Images,
-    position: DVec3,
-    code: u32,
-) -> u32 {
-    let Shape::Mesh(mesh) = shape else {
-        return code;
-    };
-    if mesh.periods().is_empty() {
-        return code;
+impl MetBy {
+    /// Before it is told where the wall stands.
+    pub(super) fn new(shape: &Shape, images: &Images) -> Self {
+        let (low, high) = shape.bounds();
+        let domain = images.min + 0.5 * images.size;
+        let along = [0, 1, 2].map(|axis| {
+            let continued = match shape {
+                Shape::Mesh(mesh) => mesh.periods().iter().any(|period| period.axis == axis),
+                _ => false,
+            };
+            let extent = high[axis] - low[axis];
+            if !images.periodic[axis] || !extent.is_finite() {
+                Along::Once
+            } else if continued {
+                Along::BetweenFaces
+            } else if extent >= images.size[axis] * (1.0 - 1e-9) {
+                Along::Nearest
+            } else {
+                Along::All
+            }
+        });
+        let (mut middle, mut home) = (domain, DVec3::ZERO);
+        for axis in 0..3 {
+            if (high[axis] - low[axis]).is_finite() {
+                middle[axis] = 0.5 * (low[axis] + high[axis]);
+            }
+            let beside = (middle[axis] - domain[axis]) / images.size[axis];
+            if beside.abs() > 0.5 + FACE {
+                home[axis] = -beside.round() * images.size[axis];
+            }
+        }
+        Self {
+            along,
+            middle,
+            home,
+            codes: Vec::new(),
+        }
     }
-    // Motion leaves these axes where they are.
-    let place = state.into_wall(position + images.shift(code));
-    mesh.periods().iter().fold(code, |code, period| {
-        Images::moved(code, period.axis, period.into_base(place[period.axis]))
-    })
+
+    /// Codes of the images by which particles meet the wall, of those axes along which none is chosen for each particle.
+    pub(super) fn codes(&self) -> &[u32] {
+        &self.codes
+    }
+
+    /// What must be added to a pose to take whole periods off it, m: zero while the wall is within half a period of where it covers
+    /// the domain best.
+    pub(super) fn whole_periods(&self, pose: &Pose, images: &Images) -> DVec3 {
+        let mut back = DVec3::ZERO;
+        if !self.along.iter().any(|along| along.is_set_back()) {
+            return back;
+        }
+        let way = pose.to_global(self.middle) - self.middle - self.home;
+        for axis in 0..3 {
+            if self.along[axis].is_set_back() {
+                let periods = (way[axis] / images.size[axis]).round();
+                if periods != 0.0 {
+                    back[axis] = -periods * images.size[axis];
+                }
+            }
+        }
+        back
+    }
+
+    /// The wall stands in the box `outer` (m) now.
+    pub(super) fn stand(&mut self, (low, high): Corners, images: &Images) {
+        let range = |axis: usize| {
+            let (min, size) = (images.min[axis], images.size[axis]);
+            let (low, high) = (low[axis], high[axis]);
+            if self.along[axis] != Along::All || !(high - low).is_finite() {
+                return 0..=0;
+            }
+            let first = ((low - min) / size - 1.0 - REACH).ceil();
+            let last = ((high - min) / size + REACH).floor();
+            // Farther images than have codes are refused when the plan is made.
+            let most = Images::MOST_PERIODS;
+            first.max(-f64::from(most)) as i32..=last.min(f64::from(most)) as i32
+        };
+        let [x, y, z] = [range(0), range(1), range(2)];
+        self.codes.clear();
+        let here = [&x, &y, &z].iter().all(|range| range.contains(&0));
+        self.codes.extend(here.then_some(Images::code([0, 0, 0])));
+        for c in z {
+            for b in y.clone() {
+                for a in x.clone() {
+                    if [a, b, c] != [0, 0, 0] {
+                        self.codes.push(Images::code([a, b, c]));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The image of a particle at `position` (m) that meets the wall, of those that go with `code`.
+    #[inline]
+    pub(super) fn image_of(
+        &self,
+        shape: &Shape,
+        state: &WallState,
+        images: &Images,
+        position: DVec3,
+        code: u32,
+    ) -> u32 {
+        if !self.along.iter().any(|along| along.is_chosen()) {
+            return code;
+        }
+        let mut code = code;
+        for axis in 0..3 {
+            let periods = self.periods(axis, shape, state, images, position);
+            code = Images::moved(code, axis, periods);
+        }
+        code
+    }
+
+    /// The codes between which [`MetBy::image_of`] chooses for particles in a box, m.
+    pub(super) fn images_of_box(
+        &self,
+        shape: &Shape,
+        state: &WallState,
+        images: &Images,
+        (low, high): Corners,
+        code: u32,
+    ) -> impl Iterator<Item = u32> + use<> {
+        let range = |axis: usize| {
+            // Round-off must not hide the one at the end.
+            let slack = FACE * images.size;
+            let most = self.periods(axis, shape, state, images, low - slack);
+            let least = self.periods(axis, shape, state, images, high + slack);
+            (least as i32, most as i32)
+        };
+        let [x, y, z] = if self.along.iter().any(|along| along.is_chosen()) {
+            [range(0), range(1), range(2)]
+        } else {
+            [(0, 0); 3]
+        };
+        (z.0..=z.1).flat_map(move |c| {
+            (y.0..=y.1).flat_map(move |b| {
+                (x.0..=x.1).map(move |a| {
+                    let moved = Images::moved(code, 0, f64::from(a));
+                    let moved = Images::moved(moved, 1, f64::from(b));
+                    Images::moved(moved, 2, f64::from(c))
+                })
+            })
+        })
+    }
+
+    /// Whole periods by which a particle is shifted along an axis to meet the wall; 0 along axes of which no image is chosen.
+    #[inline]
+    fn periods(
+        &self,
+        axis: usize,
+        shape: &Shape,
+        state: &WallState,
+        images: &Images,
+        position: DVec3,
+    ) -> f64 {
+        match self.along[axis] {
+            Along::Once | Along::All => 0.0,
+            Along::BetweenFaces => {
+                let Shape::Mesh(mesh) = shape else {
+                    return 0.0;
+                };
+                // Motion leaves these axes where they are.
+                let place = state.into_wall(position);
+                let mut periods = mesh.periods().iter();
+                let period = periods.find(|period| period.axis == axis);
+                period.map_or(0.0, |period| period.into_base(place[axis]))
+            }
+            Along::Nearest => {
+                let middle = state.pose.to_global(self.middle);
+                let beside = (position[axis] - middle[axis]) / images.size[axis];
+                if beside.abs() <= 0.5 + FACE {
+                    0.0
+                } else {
+                    -beside.round()
+                }
+            }
+        }
+    }
+}
+
+impl Along {
+    /// Whether whole periods are taken off the wall's way; meshes that go on do that themselves.
+    fn is_set_back(self) -> bool {
+        matches!(self, Self::Nearest | Self::All)
+    }
+
+    /// Whether one image is chosen for each particle.
+    fn is_chosen(self) -> bool {
+        matches!(self, Self::BetweenFaces | Self::Nearest)
+    }
 }

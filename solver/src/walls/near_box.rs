@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::images::periods_along;
 use super::{Pose, Scratch, Shape, WallNow};
 use crate::neighbours::{Block, Images};
 
@@ -48,8 +47,9 @@ impl WallNow {
     ) -> bool {
         let reach = block.radius + margin;
         // Which period a particle lies in is its own: all that go with the code are asked.
-        periods_along(self.shape(), images, met_by).any(|code| {
-            let shift = images.shift(code);
+        let corners = (block.low, block.high);
+        self.images_of_box(images, corners, met_by).any(|code| {
+            let shift = images.any_shift(code);
             let corners = (block.low + shift, block.high + shift);
             self.may_be_near_box(outer, corners, reach, scratch)
         })

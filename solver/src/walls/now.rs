@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::images::{image_between_faces, images_met};
+use super::images::MetBy;
+use super::near_box::Corners;
 use super::{Pose, ServoState, Shape, Wall, WallError, WallState};
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
@@ -22,8 +23,8 @@ pub struct WallNow {
     /// How far its servo has come; at rest if it has none.
     pub servo: ServoState,
     shape: Shape,
-    /// Codes of the images by which it is met.
-    met_by: Vec<u32>,
+    /// By which images it is met.
+    met_by: MetBy,
     /// Where it stood when the candidate list was built.
     listed_pose: Pose,
     /// Whether its surface is another one than the plan's.
@@ -56,16 +57,19 @@ impl WallNow {
     /// At the start of a run with steps of `dt` (s), in a domain with these images.
     #[must_use]
     pub fn new(wall: &Wall, dt: f64, images: &Images) -> Self {
-        Self {
+        let mut now = Self {
             material: wall.material,
             state: wall.state(0.0, dt),
             servo: ServoState::default(),
             shape: wall.shape.clone(),
-            met_by: images_met(&wall.shape, images),
+            met_by: MetBy::new(&wall.shape, images),
             listed_pose: Pose::IDENTITY,
             is_reshaped: false,
             reshaped_by: 0.0,
-        }
+        };
+        now.set_back(images);
+        now.note_images(images);
+        now
     }
 
     /// All walls of a plan at the start.
@@ -112,32 +116,67 @@ impl WallNow {
     fn note_reshaped(&mut self, way: f64, images: &Images) {
         self.is_reshaped = true;
         self.reshaped_by += way;
-        self.met_by = images_met(&self.shape, images);
+        self.met_by = MetBy::new(&self.shape, images);
+        self.note_images(images);
     }
 
-    /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says.
-    pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64) {
+    /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says, in a domain with these images.
+    pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, images: &Images) {
         if let Some((motor, _)) = wall.motion.servo(time) {
             self.servo = motor.advance(self.servo, time, dt);
         }
         if wall.motion.is_static() {
             self.state.present = wall.is_present(time, dt);
         } else {
+            let before = self.state.pose.translation;
             self.state = wall.driven_state(time, dt, &self.servo);
+            self.set_back(images);
+            // Set back by a period it is somewhere else at once, and found by other images before the next list.
+            let gone = (self.state.pose.translation - before).abs();
+            if gone.cmpgt(0.25 * images.size).any() {
+                self.note_images(images);
+            }
         }
     }
 
-    /// Codes of the images by which particles meet the wall; which of them goes for a particle: [`WallNow::image_of`].
+    /// Takes whole periods off the way that it has gone along periodic axes.
+    fn set_back(&mut self, images: &Images) {
+        if self.state.moves {
+            let back = self.met_by.whole_periods(&self.state.pose, images);
+            self.state.shift(back);
+        }
+    }
+
+    /// Finds out by which images it is met where it stands.
+    pub fn note_images(&mut self, images: &Images) {
+        let outer = self.outer_box();
+        self.met_by.stand(outer, images);
+    }
+
+    /// Codes of the images by which particles meet the wall, where it stood when they were [noted](WallNow::note_images) last and by
+    /// less than half a period from there; which of them goes for a particle: [`WallNow::image_of`].
     #[must_use]
     pub fn met_by(&self) -> &[u32] {
-        &self.met_by
+        self.met_by.codes()
     }
 
     /// The image of a particle at `position` (m) that meets the wall, of those that go with the code `met_by`.
     #[inline]
     #[must_use]
     pub fn image_of(&self, images: &Images, position: DVec3, met_by: u32) -> u32 {
-        image_between_faces(&self.shape, &self.state, images, position, met_by)
+        let (shape, state) = (&self.shape, &self.state);
+        self.met_by.image_of(shape, state, images, position, met_by)
+    }
+
+    /// The images between which [`WallNow::image_of`] chooses for particles in a box, m.
+    pub(super) fn images_of_box(
+        &self,
+        images: &Images,
+        corners: Corners,
+        met_by: u32,
+    ) -> impl Iterator<Item = u32> + use<> {
+        let (shape, state) = (&self.shape, &self.state);
+        (self.met_by).images_of_box(shape, state, images, corners, met_by)
     }
 
     /// The candidate list is built with the wall as it is now.
@@ -191,11 +230,13 @@ impl WallNow {
         } else {
             wall.shape.clone()
         };
-        self.met_by = images_met(&self.shape, images);
+        self.met_by = MetBy::new(&self.shape, images);
         self.reshaped_by = saved.reshaped_by;
         self.servo = saved.servo;
         self.listed_pose = saved.listed_pose;
         self.state = wall.driven_state(time, dt, &self.servo);
+        self.set_back(images);
+        self.note_images(images);
         Ok(())
     }
 }

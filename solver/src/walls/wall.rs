@@ -29,7 +29,7 @@ pub struct Wall {
 pub struct WallState {
     /// Whether it is there.
     pub present: bool,
-    /// From the frame of the start to where it stands; of a mesh that goes on for ever along periodic axes less whole periods.
+    /// From the frame of the start to where it stands; along periodic axes less whole periods.
     pub pose: Pose,
     /// Velocity half a step earlier: at the time of the particles' velocities that contacts see.
     pub velocity: RigidVelocity,
@@ -82,6 +82,15 @@ impl Wall {
 }
 
 impl WallState {
+    /// Puts it elsewhere, with its velocities and its reference point, m.
+    pub(super) fn shift(&mut self, by: DVec3) {
+        if by != DVec3::ZERO {
+            self.pose.translation += by;
+            self.velocity.origin += by;
+            self.reference += by;
+        }
+    }
+
     /// A global position in the frame of the start, m.
     #[inline]
     #[must_use]

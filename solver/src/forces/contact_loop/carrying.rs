@@ -46,7 +46,7 @@ impl<H: History> Block<H> {
             // As many slots as features may be touched, and no fewer than hold a history.
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
-                features: held as u8,
+                features: held as u32,
                 ..*near
             });
             for _ in 0..held {
@@ -90,7 +90,7 @@ fn going_on<'a, H>(
     let end = from_walls.partition_point(|kept| (kept.0.0, kept.0.1) <= key);
     let held = &from_walls[begin..end];
     let had = |near: &NearWall| held.iter().any(|kept| kept.0.2 == near.image);
-    let is_lost = |image: u8| !of_wall.iter().any(|near| near.image == image);
+    let is_lost = |image: u32| !of_wall.iter().any(|near| near.image == image);
     let first_new = of_wall.iter().find(|near| !had(near));
     let wanted = if had(near) {
         Some(near.image)
@@ -219,6 +219,6 @@ impl<H: History> Carried<H> {
 }
 
 /// Row, wall and image.
-type NearKey = (u32, WallIndex, u8);
+type NearKey = (u32, WallIndex, u32);
 
 pub(super) type CarriedFromWall<H> = (NearKey, WallSlot<H>);

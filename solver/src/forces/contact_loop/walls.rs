@@ -28,7 +28,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
-            let centre = a.position + context.images.shift(u32::from(near.image));
+            let centre = a.position + context.images.any_shift(near.image);
             let side = WallSide {
                 near: *near,
                 wall,
@@ -84,7 +84,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         load: &mut Load,
         observation: &mut Observation,
         feature_loads: &mut FeatureLoads,
-    ) -> u8 {
+    ) -> u32 {
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
         let reach = self.wall_reach(a, side.wall);
@@ -225,7 +225,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             observation.wall_contacts += u64::from(touches);
             let partner = Partner::Wall {
                 wall: side.near.wall,
-                image: u32::from(side.near.image),
+                image: side.near.image,
             };
             let depth = overlap / a.radius;
             let site = ContactSite {

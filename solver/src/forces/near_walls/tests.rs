@@ -180,7 +180,8 @@ impl Draw {
             reference: DVec3::ZERO,
         };
         let mut now = WallNow::new(&wall, 0.1, images);
-        now.advance(&wall, self.in_range(0.0, 2.0), 0.1);
+        now.advance(&wall, self.in_range(0.0, 2.0), 0.1, images);
+        now.note_images(images);
         now
     }
 

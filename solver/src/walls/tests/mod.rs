@@ -2,6 +2,7 @@
 
 mod corners;
 mod displacement;
+mod images;
 mod meshes;
 mod motion;
 mod motion_table;

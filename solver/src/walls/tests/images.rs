@@ -1,0 +1,148 @@
+//! A wall is met by its images as by copies of it in all periods, wherever it has gone.
+
+use glam::{DVec3, dvec3};
+use mercury_common::random::Stream;
+use proptest::prelude::*;
+
+use super::touches;
+use crate::neighbours::Images;
+use crate::state::MaterialIndex;
+use crate::walls::{
+    Component, Cone, Cylinder, Disc, Motion, Revolution, Shape, Side, SphereShell, Wall, WallNow,
+};
+
+const SIZE: DVec3 = DVec3::new(1.0, 1.3, 0.9);
+
+/// Shapes smaller than half a period, so that they stay shorter than one however they turn; two have no end along y.
+fn shape(draw: &mut impl FnMut(f64, f64) -> f64) -> Shape {
+    let origin = dvec3(draw(-2.0, 3.0), draw(-2.0, 3.0), draw(-2.0, 3.0));
+    let axis = dvec3(draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0));
+    let (size, side) = (draw(0.05, 0.2), Side::Both);
+    match draw(0.0, 6.0) as u32 {
+        0 => Shape::Disc(Disc::new(axis, origin, size).unwrap()),
+        1 => Shape::Cylinder(Cylinder::new(DVec3::Y, origin, size, None, side).unwrap()),
+        2 => {
+            let along = Some([-size, 0.7 * size]);
+            Shape::Cylinder(Cylinder::new(axis, origin, size, along, side).unwrap())
+        }
+        3 => Shape::Cone(Cone::new(axis, origin, [0.0, size], [0.0, size], side).unwrap()),
+        4 => Shape::Sphere(SphereShell::new(origin, size, side).unwrap()),
+        _ => {
+            let profile = [[0.0, 0.0], [size, 0.1 * size], [0.5 * size, size]];
+            Shape::Revolution(Revolution::new(axis, origin, &profile, side).unwrap())
+        }
+    }
+}
+
+/// Where a sphere touches a wall, from its centre, m; sorted.
+fn feet(shape: &Shape, centre: DVec3, reach: f64, out: impl Fn(DVec3) -> DVec3) -> Vec<DVec3> {
+    let all = touches(shape, centre, reach);
+    all.iter()
+        .map(|touch| out(touch.normal) * touch.distance)
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn images_are_copies_in_all_periods(
+        seed in any::<u64>(),
+        periodic in any::<[bool; 3]>(),
+        time in 0.0..40.0f64,
+        turns in any::<bool>(),
+    ) {
+        let mut stream = Stream::new(seed, "images", 0);
+        let mut draw = |low: f64, high: f64| stream.uniform_in(low, high);
+        let images = Images::new(DVec3::ZERO, SIZE, periodic);
+        let shape = shape(&mut draw);
+        let endless = !shape.bounds().0.y.is_finite();
+        let velocity = dvec3(draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0));
+        let (from, until) = (0.0, f64::INFINITY);
+        let turn = Component::Rotation {
+            axis: if endless { DVec3::Y } else { dvec3(0.3, -0.5, 0.7) },
+            origin: dvec3(0.3, 0.1, 0.2),
+            angular_velocity: if turns { 1.3 } else { 0.0 },
+            from,
+            until,
+        };
+        let shift = Component::Translation { velocity, from, until };
+        let wall = Wall {
+            name: "wall".to_owned(),
+            material: MaterialIndex::new(0),
+            shape: shape.clone(),
+            motion: Motion::new(vec![turn, shift]).unwrap(),
+            from: 0.0,
+            until,
+            reference: dvec3(0.1, 0.2, 0.3),
+        };
+        let mut now = WallNow::new(&wall, 1e-3, &images);
+        now.advance(&wall, time, 1e-3, &images);
+        now.note_images(&images);
+        let gone = wall.state(time, 1e-3);
+        let periods = |axis: usize| if periodic[axis] { -60..=60 } else { 0..=0 };
+        let mut met = 0;
+        for _ in 0..40 {
+            // Particles are near the wall, wrapped into the domain.
+            let (low, high) = now.outer_box();
+            let at = |axis: usize, part: f64| {
+                if endless && axis == 1 { part } else { low[axis] + part * (high[axis] - low[axis]) }
+            };
+            let place = dvec3(
+                at(0, draw(-0.1, 1.1)),
+                at(1, draw(-0.1, 1.1)),
+                at(2, draw(-0.1, 1.1)),
+            );
+            let (place, radius) = (images.wrap(place), draw(0.02, 0.1));
+            let mut found = Vec::new();
+            for &code in now.met_by() {
+                let code = now.image_of(&images, place, code);
+                let shifted = place + images.any_shift(code);
+                let centre = now.state.into_wall(shifted);
+                for foot in feet(&shape, centre, radius, |x| now.state.out_of_wall(x)) {
+                    // The velocity where it is touched is that of the wall where it has gone.
+                    let touched = shifted - foot;
+                    found.push((foot, now.state.velocity.at(touched), touched - now.state.reference));
+                }
+            }
+            let mut expected = Vec::new();
+            // Only near ones are asked: the wall is nowhere else.
+            let (low, high) = (gone.pose.to_global(DVec3::ZERO), now.state.pose.to_global(DVec3::ZERO));
+            let back = ((low - high) / SIZE).round();
+            for x in periods(0).filter(|x| (f64::from(*x) - back.x).abs() <= 3.0) {
+                for y in periods(1).filter(|y| (f64::from(*y) - back.y).abs() <= 3.0) {
+                    for z in periods(2).filter(|z| (f64::from(*z) - back.z).abs() <= 3.0) {
+                        if endless && y != 0 {
+                            continue;
+                        }
+                        let way = dvec3(f64::from(x), f64::from(y), f64::from(z)) * SIZE;
+                        let centre = gone.into_wall(place + way);
+                        for foot in feet(&shape, centre, radius, |x| gone.out_of_wall(x)) {
+                            let touched = place + way - foot;
+                            expected.push((foot, gone.velocity.at(touched), touched - gone.reference));
+                        }
+                    }
+                }
+            }
+            let key = |a: &(DVec3, DVec3, DVec3)| (1e6 * a.0).round().to_array().map(|x| x as i64);
+            found.sort_by_key(key);
+            expected.sort_by_key(key);
+            prop_assert_eq!(found.len(), expected.len(), "{} {:?}", place, shape);
+            for (a, b) in found.iter().zip(&expected) {
+                // Round-off of places tens of metres away.
+                prop_assert!(a.0.distance(b.0) < 1e-11, "{:?} {:?}", a, b);
+                prop_assert!(a.1.distance(b.1) < 1e-9, "{:?} {:?}", a, b);
+                // Its torque is about the same point of it, if it has ends.
+                prop_assert!(endless || a.2.distance(b.2) < 1e-11, "{:?} {:?}", a, b);
+            }
+            met += found.len();
+        }
+        let way = now.state.pose.to_global(DVec3::ZERO) - gone.pose.to_global(DVec3::ZERO);
+        for axis in 0..3 {
+            let periods = way[axis] / SIZE[axis];
+            prop_assert!(periodic[axis] || periods == 0.0, "it goes on along other axes");
+            prop_assert!((periods - periods.round()).abs() < 1e-12);
+        }
+        prop_assert!(met > 0, "nothing was met");
+    }
+}
