@@ -77,5 +77,5 @@ pub use servo::{Servo, ServoState, WallStiffness};
 pub use shape::Shape;
 pub use side::Side;
 pub use sphere::SphereShell;
-pub use touch::{MAX_TOUCHES, Touch, Touches};
+pub use touch::{Touch, Touches};
 pub use wall::{Wall, WallState};

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// Most touches one query reports; further ones are dropped, the most distant first.
-pub const MAX_TOUCHES: usize = 8;
+/// Touches that have their place in the list itself: more than a sphere has in the corner of a box.
+const IN_PLACE: usize = 8;
 
 /// One place where a sphere's centre is near a wall, in the frame of the query.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,11 +32,13 @@ impl Touch {
     };
 }
 
-/// A list of at most [`MAX_TOUCHES`] touches that never allocates.
-#[derive(Debug, Clone, Copy)]
+/// A list of touches. It allocates only for a sphere that touches more than [`IN_PLACE`] features of a wall at once.
+#[derive(Debug, Clone)]
 pub struct Touches {
-    items: [Touch; MAX_TOUCHES],
+    items: [Touch; IN_PLACE],
     len: usize,
+    /// All of them, if there are more than [`IN_PLACE`].
+    many: Vec<Touch>,
 }
 
 impl Touches {
@@ -44,33 +46,35 @@ impl Touches {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            items: [Touch::NONE; MAX_TOUCHES],
+            items: [Touch::NONE; IN_PLACE],
             len: 0,
+            many: Vec::new(),
         }
     }
 
     /// Forgets all touches.
-    pub const fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// Adds a touch. A full list keeps the [`MAX_TOUCHES`] nearest ones (of equals, those that came
-    /// first).
+    /// Adds a touch.
+    #[inline]
     pub fn push(&mut self, touch: Touch) {
-        if self.len < MAX_TOUCHES {
-            self.items[self.len] = touch;
-            self.len += 1;
-            return;
+        match self.items.get_mut(self.len) {
+            Some(item) => *item = touch,
+            None => self.push_beyond(touch),
         }
-        let mut farthest = 0;
-        for i in 1..MAX_TOUCHES {
-            if self.items[i].distance >= self.items[farthest].distance {
-                farthest = i;
-            }
+        self.len += 1;
+    }
+
+    /// Adds a touch to a list of [`IN_PLACE`] or more.
+    #[cold]
+    fn push_beyond(&mut self, touch: Touch) {
+        if self.len == IN_PLACE {
+            self.many.clear();
+            self.many.extend_from_slice(&self.items);
         }
-        if touch.distance < self.items[farthest].distance {
-            self.items[farthest] = touch;
-        }
+        self.many.push(touch);
     }
 
     /// The touches, in an order that depends only on the wall and the centre.
@@ -81,7 +85,11 @@ impl Touches {
     /// The touches as a slice.
     #[must_use]
     pub fn as_slice(&self) -> &[Touch] {
-        &self.items[..self.len]
+        if self.len <= IN_PLACE {
+            &self.items[..self.len]
+        } else {
+            &self.many
+        }
     }
 
     /// How many touches there are.
@@ -126,17 +134,18 @@ mod tests {
     }
 
     #[test]
-    fn a_full_list_keeps_the_nearest() {
+    fn no_touch_is_dropped() {
         let mut touches = Touches::new();
-        for i in 0..20_u32 {
-            // 7, 14, 1, 8, ...: every distance 0..20 once, not in order
-            touches.push(touch(f64::from((7 * (i + 1)) % 20), i));
+        for count in [20, 3, 8, 9, 1000] {
+            touches.clear();
+            assert!(touches.is_empty());
+            assert_eq!((&touches).into_iter().count(), 0);
+            for i in 0..count {
+                touches.push(touch(f64::from(i), i));
+                assert_eq!(touches.len(), i as usize + 1);
+            }
+            let kept: Vec<u32> = touches.iter().map(|touch| touch.feature).collect();
+            assert_eq!(kept, (0..count).collect::<Vec<_>>());
         }
-        let mut kept: Vec<f64> = touches.iter().map(|t| t.distance).collect();
-        kept.sort_by(f64::total_cmp);
-        assert_eq!(kept, (0..8).map(f64::from).collect::<Vec<_>>());
-        touches.clear();
-        assert!(touches.is_empty());
-        assert_eq!((&touches).into_iter().count(), 0);
     }
 }
