@@ -65,10 +65,23 @@ pub(super) fn continue_periodically(
         };
         for &(axis, _, length) in &periods {
             let (extent, letter) = (high[axis] - low[axis], ["x", "y", "z"][axis]);
-            if goes_on(axis) {
+            let is_longer = extent - length > NEARLY * length;
+            if goes_on(axis) && !is_longer && (extent - length).abs() <= 2e-6 * length {
                 notes.push(format!(
                     "walls.{}: the mesh spans the periodic axis {letter} and goes on for ever along it",
                     wall.name
+                ));
+            } else if goes_on(axis) {
+                let meant = if is_longer {
+                    ""
+                } else {
+                    "; a mesh of just one period would go on without a seam"
+                };
+                notes.push(format!(
+                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it is met with its images{meant}",
+                    wall.name,
+                    short(extent),
+                    short(length)
                 ));
             } else if (extent - length).abs() < NEARLY * length {
                 notes.push(format!(

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::mesh::SEAM;
 use super::near_box::Corners;
 use super::{Pose, Shape, WallState};
 use crate::neighbours::Images;
@@ -57,6 +58,9 @@ impl MetBy {
                 Along::Once
             } else if continued {
                 Along::BetweenFaces
+            } else if matches!(shape, Shape::Mesh(_)) && extent > images.size[axis] * (1.0 + SEAM) {
+                // It turns, or it would go on.
+                Along::All
             } else if extent >= images.size[axis] * (1.0 - 1e-9) {
                 Along::Nearest
             } else {

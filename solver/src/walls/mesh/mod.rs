@@ -32,6 +32,7 @@ use near::{Near, Pack};
 use patches::{Best, find_patches};
 use periodic::Continuation;
 pub use periodic::Period;
+pub(super) use periodic::SEAM;
 use topology::Topology;
 use tree::Tree;
 

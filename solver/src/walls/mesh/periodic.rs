@@ -1,7 +1,9 @@
-//! Meshes that span a period of a periodic axis go on for ever along it.
+//! Meshes that span a period of a periodic axis, or more, go on for ever along it.
 //!
 //! At each of the two faces the triangles that lie within reach of the other one are there once more, shifted by a period, with
-//! corners joined to those of the face. So edges at the seam are ordinary edges. What contacts remember, and what is told of them,
+//! corners joined to those of the face. So edges at the seam are ordinary edges. Of a mesh that is longer than the period all its images
+//! are there, as far as they reach into the domain: where they are one surface, contacts are merged as those of any triangles that
+//! are there twice. What contacts remember, and what is told of them,
 //! speaks of the triangles, edges and corners of the file alone: the copies are known as their originals.
 
 use std::collections::HashMap;
@@ -13,7 +15,7 @@ use super::Mesh;
 
 /// How far the extent of a mesh may be from the period that it spans, in periods; corners at the two faces that agree to within
 /// this are joined.
-const SEAM: f64 = 1e-6;
+pub(in super::super) const SEAM: f64 = 1e-6;
 
 /// How far the corners of such a mesh may move along an axis of which it spans a period, over the reach for which it is continued:
 /// then what lies within a particle's radius and the skin of a face is still there at the other one.
@@ -24,10 +26,12 @@ const ROOM: f64 = 0.04;
 pub struct Period {
     /// 0, 1, 2: x, y, z.
     pub axis: usize,
-    /// Lower face of the mesh in its own frame, m.
+    /// Lower face of the period that holds everything near it, in the mesh's own frame, m.
     pub low: f64,
     /// Length of the period, m.
     pub length: f64,
+    /// How many periods a copy may be away from its original.
+    farthest: u32,
     /// The displacement along the axis by which the mesh covers the domain best, m: whole periods.
     home: f64,
 }
@@ -129,16 +133,17 @@ impl Mesh {
         &self.continuation.periods
     }
 
-    /// The mesh continued along those periodic axes that it spans: `periods` has axis, lower face of the domain (m) and length (m)
-    /// of each periodic axis. `reach` (m): how far from its faces it will be asked. Nothing if it spans none of them.
+    /// The mesh continued along those periodic axes of which it spans a period or more: `periods` has axis, lower face of the domain (m)
+    /// and length (m) of each periodic axis. `reach` (m): how far from its faces it will be asked. Nothing if it spans none of them.
     #[must_use]
     pub fn continued(&self, periods: &[(usize, f64, f64)], reach: f64) -> Option<Self> {
         let (low, high) = self.bounds();
+        let is_longer = |axis: usize, length: f64| high[axis] - low[axis] > (1.0 + SEAM) * length;
         let spans = |&&(axis, min, length): &&(usize, f64, f64)| {
             // Farther away it is outside the domain.
             let is_inside = (low[axis] - min).abs() < length;
             let extent = high[axis] - low[axis];
-            (extent - length).abs() <= SEAM * length && is_inside
+            is_longer(axis, length) || (extent - length).abs() <= SEAM * length && is_inside
         };
         let spanned: Vec<_> = periods.iter().filter(spans).collect();
         if spanned.is_empty() || !self.periods().is_empty() {
@@ -149,6 +154,17 @@ impl Mesh {
         let own_corners = parts.vertices.len() as u32;
         let mut found = Vec::new();
         for &&(axis, min, length) in &spanned {
+            if is_longer(axis, length) {
+                let farthest = parts.copy_over((axis, min, length), reach);
+                found.push(Period {
+                    axis,
+                    low: min,
+                    length,
+                    farthest,
+                    home: 0.0,
+                });
+                continue;
+            }
             parts.copy_across(axis, low[axis], high[axis], reach);
             let beside = (low[axis] - min) / length;
             // A mesh about a corner of the domain is not better off elsewhere.
@@ -162,6 +178,7 @@ impl Mesh {
                 axis,
                 low: low[axis],
                 length,
+                farthest: 1,
                 home,
             });
         }
@@ -220,9 +237,10 @@ impl Mesh {
                 .periods()
                 .iter()
                 .find(move |period| period.axis == axis);
-            let length = period.map_or(0.0, |period| period.length);
-            let count = if period.is_some() { 3 } else { 1 };
-            [0.0, length, -length].into_iter().take(count)
+            let (length, farthest) =
+                period.map_or((0.0, 0), |found| (found.length, found.farthest));
+            let farthest = i64::from(farthest);
+            (-farthest..=farthest).map(move |periods| periods as f64 * length)
         };
         for x in steps(0) {
             for y in steps(1) {
@@ -315,20 +333,51 @@ impl Parts {
             ] {
                 if is_near {
                     let corners = corners.map(|corner| {
-                        *copies.entry(corner).or_insert_with(|| {
-                            let (original, mut way) = self.origins[corner as usize];
-                            way[axis] += shift;
-                            self.origins.push((original, way));
-                            let mut place = self.vertices[corner as usize];
-                            place[axis] += shift;
-                            self.vertices.push(place);
-                            (self.vertices.len() - 1) as u32
-                        })
+                        *copies
+                            .entry(corner)
+                            .or_insert_with(|| self.copied(corner, axis, shift))
                     });
                     self.triangles.push((place, corners));
                 }
             }
         }
+    }
+
+    /// Adds all images along an axis, but for the original, of what comes within `reach` (m) of the period from `low` (m) on. Returns how many
+    /// periods the farthest is away.
+    fn copy_over(&mut self, (axis, low, length): (usize, f64, f64), reach: f64) -> u32 {
+        let mut farthest = 0;
+        let mut copies: HashMap<(i64, u32), u32> = HashMap::new();
+        for k in 0..self.triangles.len() {
+            let (place, corners) = self.triangles[k];
+            let along = corners.map(|corner| self.vertices[corner as usize][axis]);
+            let least = along.into_iter().fold(f64::INFINITY, f64::min);
+            let most = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let first = ((low - reach - most) / length).ceil() as i64;
+            let last = ((low + length + reach - least) / length).floor() as i64;
+            for periods in (first..=last).filter(|&periods| periods != 0) {
+                farthest = farthest.max(periods.unsigned_abs() as u32);
+                let shift = periods as f64 * length;
+                let corners = corners.map(|corner| {
+                    *copies
+                        .entry((periods, corner))
+                        .or_insert_with(|| self.copied(corner, axis, shift))
+                });
+                self.triangles.push((place, corners));
+            }
+        }
+        farthest
+    }
+
+    /// Adds a corner once more, `shift` (m) along an axis.
+    fn copied(&mut self, corner: u32, axis: usize, shift: f64) -> u32 {
+        let (original, mut way) = self.origins[corner as usize];
+        way[axis] += shift;
+        self.origins.push((original, way));
+        let mut place = self.vertices[corner as usize];
+        place[axis] += shift;
+        self.vertices.push(place);
+        (self.vertices.len() - 1) as u32
     }
 
     /// Corners at the upper face with their partners at the lower one, and the other way round.

@@ -1,6 +1,9 @@
 //! A wall is met by its images as by copies of it in all periods, wherever it has gone.
 
+use std::sync::Arc;
+
 use glam::{DVec3, dvec3};
+use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use proptest::prelude::*;
 
@@ -8,17 +11,26 @@ use super::touches;
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 use crate::walls::{
-    Component, Cone, Cylinder, Disc, Motion, Revolution, Shape, Side, SphereShell, Wall, WallNow,
+    Component, Cone, Cylinder, Disc, Mesh, Motion, Revolution, Shape, Side, SphereShell, Wall,
+    WallNow,
 };
 
 const SIZE: DVec3 = DVec3::new(1.0, 1.3, 0.9);
 
-/// Shapes smaller than half a period, so that they stay shorter than one however they turn; two have no end along y.
+/// Shapes smaller than half a period, so that they stay shorter than one however they turn, meshes of any length, and one without an end
+/// along y.
 fn shape(draw: &mut impl FnMut(f64, f64) -> f64) -> Shape {
     let origin = dvec3(draw(-2.0, 3.0), draw(-2.0, 3.0), draw(-2.0, 3.0));
     let axis = dvec3(draw(-1.0, 1.0), draw(-1.0, 1.0), draw(-1.0, 1.0));
     let (size, side) = (draw(0.05, 0.2), Side::Both);
-    match draw(0.0, 6.0) as u32 {
+    match draw(0.0, 7.5) as u32 {
+        6.. => {
+            // Longer than a period, too.
+            let across = dvec3(draw(-0.1, 0.1), draw(-0.1, 0.1), draw(0.1, 0.2));
+            let corners = [origin, origin + 1.5 * axis, origin + across];
+            let triangles = TriangleMesh::from_corners(&[corners]);
+            Shape::Mesh(Arc::new(Mesh::new(&triangles, |x| x, false).unwrap()))
+        }
         0 => Shape::Disc(Disc::new(axis, origin, size).unwrap()),
         1 => Shape::Cylinder(Cylinder::new(DVec3::Y, origin, size, None, side).unwrap()),
         2 => {
@@ -143,6 +155,8 @@ proptest! {
             prop_assert!(periodic[axis] || periods == 0.0, "it goes on along other axes");
             prop_assert!((periods - periods.round()).abs() < 1e-12);
         }
-        prop_assert!(met > 0, "nothing was met");
+        if met == 0 {
+            return Err(TestCaseError::reject("nothing was met"));
+        }
     }
 }
