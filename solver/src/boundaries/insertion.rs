@@ -3,6 +3,7 @@
 use glam::DVec3;
 use mercury_common::random::Stream;
 
+use super::behind::is_behind_a_wall;
 use super::crowd::Crowd;
 use super::placement::{Extent, Room, of_sphere, overlaps_wall};
 use super::quota::Quota;
@@ -400,6 +401,7 @@ impl Insertion {
             && spheres.iter().all(|&(offset, radius)| {
                 looks.at_walls(around.walls.len());
                 !overlaps_wall(around.walls, images, at(offset), radius)
+                    && !is_behind_a_wall(around.walls, images, at(offset))
             });
         is_free.then_some(centre)
     }

@@ -11,6 +11,7 @@
 //! unbiased. From then on failures are paid from a credit that grows with the steps (`thinning`). By quota, sizes are fixed in
 //! advance (`quota`).
 
+mod behind;
 mod crowd;
 mod deletion;
 mod domain_volume;

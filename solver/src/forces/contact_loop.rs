@@ -5,6 +5,7 @@ mod contact_point;
 mod memory;
 mod pairs;
 mod sharing;
+mod sides;
 mod slots;
 mod walls;
 mod watching;

@@ -79,6 +79,10 @@ pub enum SlotState {
     Touching,
     /// They are apart, and adhesion holds them together: a bond across the gap.
     Bonded,
+    /// A wall that acts on one side is touched from behind.
+    Behind,
+    /// It is touched from the front, by a particle whose centre has gone through.
+    Through,
 }
 
 /// The history of one contact, in numbers, by ids that survive sorting: for restarts.
@@ -175,6 +179,8 @@ impl crate::state::Plain for SlotState {
             0 => Ok(Self::Near),
             1 => Ok(Self::Touching),
             2 => Ok(Self::Bonded),
+            3 => Ok(Self::Behind),
+            4 => Ok(Self::Through),
             other => Err(format!("{other} is no state of a pair")),
         }
     }

@@ -10,7 +10,7 @@ use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
 use crate::neighbours::{Images, Skin, build};
 use crate::state::{MaterialIndex, Particle, Particles};
-use crate::walls::{Touches, Wall, WallNow};
+use crate::walls::{Scratch, Touches, Wall, WallNow};
 
 /// A periodic edge must hold two listing distances: contact and a skin, here of a twentieth.
 const PERIODIC_ROOM: f64 = 1.05;
@@ -282,6 +282,7 @@ pub(super) fn overlaps(
     }
 
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
+    let (mut behind, mut scratch) = (Worst::default(), Scratch::default());
     let mut touches = Touches::new();
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
     for (index, wall) in walls.iter().enumerate() {
@@ -292,6 +293,11 @@ pub(super) fn overlaps(
         for sphere in &spheres {
             if sphere.fixed {
                 continue;
+            }
+            // Planes push back from any depth: what is behind them overlaps them.
+            let has_back = !matches!(wall.shape(), crate::walls::Shape::Plane(_));
+            if has_back && wall.is_behind(&images, sphere.centre, &mut scratch) {
+                behind.add(1.0, (sphere.grain, index, 0.0));
             }
             for &code in wall.met_by() {
                 let code = wall.image_of(&images, sphere.centre, code);
@@ -333,6 +339,17 @@ pub(super) fn overlaps(
             "{} (contact.overlap_warning = {warning_limit}){}",
             words(part, contact),
             dubious.others("contact")
+        ));
+    }
+    if let Some((_, (id, wall, _))) = behind.found {
+        warnings.push(format!(
+            "{} starts behind wall `{}`, which acts on its other side{}",
+            name(scene, start, id),
+            walls[wall].name,
+            match behind.count {
+                1 => String::new(),
+                count => format!("; so do {} more", count - 1),
+            }
         ));
     }
     [touching, listed]

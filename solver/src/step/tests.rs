@@ -1,6 +1,7 @@
 //! The engine as a whole: what it must not miss, and what must not change its numbers.
 
 mod funnels;
+mod sides;
 
 use std::path::Path;
 use std::sync::Arc;

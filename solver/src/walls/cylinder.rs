@@ -51,6 +51,13 @@ impl Cylinder {
         }))
     }
 
+    pub(super) fn side(&self) -> Side {
+        match &self.0 {
+            Extent::Endless { side, .. } => *side,
+            Extent::Bounded(revolved) => revolved.side(),
+        }
+    }
+
     #[inline]
     pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         match &self.0 {

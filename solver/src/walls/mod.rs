@@ -35,6 +35,7 @@
 //! ```
 
 mod axis;
+mod behind;
 mod cone;
 mod cylinder;
 mod disc;

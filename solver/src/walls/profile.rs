@@ -158,6 +158,10 @@ impl Profile {
         self.corners.iter().map(|corner| corner.point)
     }
 
+    pub(super) fn side(&self) -> Side {
+        self.side
+    }
+
     /// Whether the last corner is joined to the first.
     pub(super) fn is_closed(&self) -> bool {
         self.closed

@@ -49,6 +49,10 @@ impl Revolved {
         });
     }
 
+    pub(super) fn side(&self) -> Side {
+        self.profile.side()
+    }
+
     /// Whether a place is closer than `reach` (m) to the surface.
     pub(super) fn is_near(&self, centre: DVec3, reach: f64) -> bool {
         self.profile.is_near(self.axis.half_plane(centre).0, reach)

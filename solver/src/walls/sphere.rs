@@ -29,6 +29,10 @@ impl SphereShell {
         })
     }
 
+    pub(super) fn side(&self) -> Side {
+        self.side
+    }
+
     #[inline]
     pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         let offset = centre - self.centre;

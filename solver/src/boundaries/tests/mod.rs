@@ -1,5 +1,6 @@
 //! The contract of the boundaries: totals, places, sizes, exits, histories.
 
+mod behind;
 mod clumps;
 mod exits;
 mod inserting;

@@ -17,6 +17,10 @@ pub(super) struct Slot<H> {
 pub(super) const TOUCHING: u32 = 1 << 8;
 /// Set in [`Slot::state`] while the two are apart and adhesion holds them together.
 pub(super) const BONDED: u32 = 1 << 9;
+/// Set in [`WallSlot::state`] while the wall is touched from behind.
+pub(super) const BEHIND: u32 = 1 << 10;
+/// Set in [`WallSlot::state`] while the centre of a particle that came from the front is behind the wall.
+pub(super) const THROUGH: u32 = 1 << 11;
 /// Either: there is a history.
 pub(super) const HELD: u32 = TOUCHING | BONDED;
 /// The image code's bits in [`Slot::state`].
@@ -46,7 +50,7 @@ impl<H> Slot<H> {
 pub(super) struct WallSlot<H> {
     /// Feature of the wall; [`FREE`] while the slot holds none.
     pub(super) feature: u32,
-    /// [`TOUCHING`], [`BONDED`], or neither.
+    /// [`TOUCHING`], [`BONDED`], or neither; with [`BEHIND`] or [`THROUGH`].
     pub(super) state: u32,
     pub(super) history: H,
 }
@@ -87,7 +91,11 @@ pub(super) fn held<H: History>(touches: bool, bond: &H) -> u32 {
 impl SlotState {
     /// From the bits of a slot.
     pub(super) fn of(state: u32) -> Self {
-        if state & TOUCHING != 0 {
+        if state & BEHIND != 0 {
+            Self::Behind
+        } else if state & THROUGH != 0 {
+            Self::Through
+        } else if state & TOUCHING != 0 {
             Self::Touching
         } else if state & BONDED != 0 {
             Self::Bonded
@@ -102,6 +110,8 @@ impl SlotState {
             Self::Near => 0,
             Self::Touching => TOUCHING,
             Self::Bonded => BONDED,
+            Self::Behind => TOUCHING | BEHIND,
+            Self::Through => TOUCHING | THROUGH,
         }
     }
 }

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::contact_point::mobility;
-use super::slots::{FREE, HELD, TOUCHING, WallSlot, held};
+use super::sides::{self, from_behind};
+use super::slots::{BEHIND, FREE, HELD, TOUCHING, WallSlot, held};
 use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
@@ -123,12 +124,32 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             match touches.iter().find(|touch| touch.feature == slot.feature) {
                 Some(touch) => {
                     let sums = sums.as_deref_mut();
-                    self.touch_wall(a, side, touch, slot, load, observation, sums);
+                    let at = self.side_of(a, side, touch, slot.state);
+                    if at == BEHIND {
+                        let touch = from_behind(touch);
+                        self.touch_wall(a, side, &touch, slot, load, observation, sums);
+                    } else {
+                        self.touch_wall(a, side, touch, slot, load, observation, sums);
+                    }
+                    slot.state |= at;
                 }
                 None => slot.clear(),
             }
         }
         features
+    }
+
+    /// On which side of the wall a touch acts, as bits of its slot.
+    #[inline]
+    fn side_of(&self, a: &Particle, side: &WallSide<'_>, touch: &Touch, before: u32) -> u32 {
+        if touch.distance >= 0.0 && before & BEHIND == 0 {
+            return 0;
+        }
+        let normal = side.state.out_of_wall(touch.normal);
+        let at = side.centre - normal * touch.distance;
+        let velocity = a.velocity - side.state.velocity.at(at);
+        let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
+        sides::side(before, [touch.distance, last])
     }
 
     /// From how far (m) the centre of a particle may feel a wall: its radius, and the range of adhesion.

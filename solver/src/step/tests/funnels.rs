@@ -50,7 +50,11 @@ fn a_sphere_hangs_on_all_sides_of_a_funnel() {
         // Round-off of 1e-18 m beside the overlap.
         let expected = mass * g * DVec3::Z;
         let off = load.force.distance(expected) / (mass * g);
-        assert!(off < 1e-9, "{sides} sides: {} N, not {expected}", load.force);
+        assert!(
+            off < 1e-9,
+            "{sides} sides: {} N, not {expected}",
+            load.force
+        );
         assert!(record.velocity.length() < 1e-9, "{}", record.velocity);
     }
 }

@@ -227,6 +227,12 @@ impl Mesh {
         (Self { extent, ..mesh }, number)
     }
 
+    /// Whether it acts only where its triangles turn counter-clockwise.
+    #[must_use]
+    pub fn is_front_only(&self) -> bool {
+        self.front_only
+    }
+
     /// How many triangles act; what continues them along periodic axes does not count.
     #[must_use]
     pub fn len(&self) -> usize {

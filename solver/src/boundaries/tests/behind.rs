@@ -1,0 +1,120 @@
+//! What lies behind a one-sided wall is solid to an insertion.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, dvec3};
+use mercury_common::formats::mesh::TriangleMesh;
+
+use super::super::Total;
+use super::inserting::{Still, wall};
+use super::{insertion, monodisperse, plan, unit_box};
+use crate::walls::{Cone, Cylinder, Mesh, Shape, Side, SphereShell};
+
+const RADIUS: f64 = 0.02;
+const MIDDLE: DVec3 = DVec3::splat(0.5);
+
+/// A closed box of triangles about the middle, seen from outside.
+fn block() -> Mesh {
+    let mut mesh = TriangleMesh::default();
+    for k in 0..8 {
+        let sign = |bit: u32| if k & bit == 0 { -0.25 } else { 0.25 };
+        mesh.vertices
+            .push(MIDDLE + dvec3(sign(1), sign(2), sign(4)));
+    }
+    for [a, b, c, d] in [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ] {
+        mesh.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    Mesh::new(&mesh, |x| x, true).unwrap()
+}
+
+/// How far a centre is in front of a wall, m, by its geometry; negative behind.
+type InFront = fn(DVec3) -> f64;
+
+fn across(x: DVec3) -> f64 {
+    (x - MIDDLE).truncate().length()
+}
+
+/// In front of a cylinder that ends at z = 0.2 and 0.8: beyond these its rims are in nobody's way.
+fn in_front_of_shell(x: DVec3) -> f64 {
+    let beyond = (0.2 - x.z).max(x.z - 0.8);
+    if beyond > 0.0 {
+        DVec2::new(across(x) - 0.3, beyond).length()
+    } else {
+        0.3 - across(x)
+    }
+}
+
+/// In front of a cone from a tip at z = 0.1 to a rim of radius 0.4 at z = 0.9.
+fn in_front_of_cone(x: DVec3) -> f64 {
+    let place = DVec2::new(across(x), x.z - 0.1);
+    let (slope, rim) = (DVec2::new(0.4, 0.8).normalize(), DVec2::new(0.4, 0.8));
+    if place.dot(slope) > rim.length() {
+        place.distance(rim)
+    } else {
+        slope.perp_dot(place)
+    }
+}
+
+#[test]
+fn nothing_is_inserted_behind_a_wall() {
+    let cylinder = |along, side| {
+        let shape = Cylinder::new(DVec3::Z, MIDDLE, 0.3, along, side).unwrap();
+        Shape::Cylinder(shape)
+    };
+    let sphere = |side| Shape::Sphere(SphereShell::new(MIDDLE, 0.4, side).unwrap());
+    let tip = dvec3(0.5, 0.5, 0.1);
+    let cone = Cone::new(DVec3::Z, tip, [0.0, 0.8], [0.0, 0.4], Side::Inside).unwrap();
+    let walls: [(&str, Shape, InFront); 7] = [
+        ("cylinder", cylinder(None, Side::Inside), |x| {
+            0.3 - across(x)
+        }),
+        ("post", cylinder(None, Side::Outside), |x| across(x) - 0.3),
+        (
+            "shell",
+            cylinder(Some([-0.3, 0.3]), Side::Inside),
+            in_front_of_shell,
+        ),
+        ("sphere", sphere(Side::Inside), |x| 0.4 - x.distance(MIDDLE)),
+        ("ball", sphere(Side::Outside), |x| x.distance(MIDDLE) - 0.4),
+        ("cone", Shape::Cone(cone), in_front_of_cone),
+        ("mesh", Shape::Mesh(Arc::new(block())), |x| {
+            let outside = (x - MIDDLE).abs() - 0.25;
+            if outside.max_element() > 0.0 {
+                outside.max(DVec3::ZERO).length()
+            } else {
+                outside.max_element()
+            }
+        }),
+    ];
+    for (name, shape, in_front) in walls {
+        for periodic in [false, true] {
+            let mut draft = plan();
+            draft.periodic = [periodic; 3];
+            draft.walls.push(wall(shape.clone()));
+            let sizes = monodisperse(2.0 * RADIUS);
+            draft
+                .insertions
+                .push(insertion(unit_box(), sizes, Total::Number(300)));
+            let mut still = Still::new(draft);
+            for step in 0..20 {
+                still.exchange(1e-3 * f64::from(step));
+            }
+            assert_eq!(still.particles.len(), 300, "{name}");
+            for record in &still.particles.records {
+                let free = in_front(record.position);
+                assert!(
+                    free >= RADIUS * (1.0 - 1e-9),
+                    "{name}: {}: {free}",
+                    record.position
+                );
+            }
+        }
+    }
+}

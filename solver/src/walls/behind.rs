@@ -1,0 +1,88 @@
+//! What lies behind a wall that acts on one side.
+
+use glam::DVec3;
+
+use super::mesh::{Mesh, Scratch};
+use super::touch::Touches;
+use super::{Shape, Side, WallNow};
+use crate::neighbours::Images;
+
+/// Halvings by which the distance to a mesh is bracketed: then few of its triangles are asked.
+const HALVINGS: u32 = 6;
+
+impl Shape {
+    /// Whether it acts on one side only.
+    #[must_use]
+    pub fn is_one_sided(&self) -> bool {
+        match self {
+            Self::Plane(_) => true,
+            Self::Disc(_) => false,
+            Self::Cylinder(cylinder) => cylinder.side() != Side::Both,
+            Self::Cone(cone) => cone.0.side() != Side::Both,
+            Self::Sphere(sphere) => sphere.side() != Side::Both,
+            Self::Revolution(revolution) => revolution.0.side() != Side::Both,
+            Self::Mesh(mesh) => mesh.is_front_only(),
+        }
+    }
+
+    /// Distance of a place (m, in the wall's own frame) from the surface; negative behind one that acts on one side. Where the nearest point is
+    /// on a rim, a place is on no side, and not behind.
+    #[must_use]
+    pub fn signed_distance(&self, place: DVec3, scratch: &mut Scratch) -> f64 {
+        let mut touches = Touches::new();
+        match self {
+            Self::Mesh(mesh) => mesh.near_nearest(place, scratch, &mut touches),
+            shape => shape.touches(place, f64::INFINITY, &mut touches),
+        }
+        let distances = touches.iter().map(|touch| touch.distance);
+        let nearest = distances.min_by(|a, b| a.abs().total_cmp(&b.abs()));
+        nearest.unwrap_or(f64::INFINITY)
+    }
+}
+
+impl Mesh {
+    /// The contacts of the sphere that reaches just beyond the nearest point.
+    fn near_nearest(&self, place: DVec3, scratch: &mut Scratch, out: &mut Touches) {
+        let (low, high) = self.bounds();
+        let size = (high - low).length();
+        let beside = (low - place).max(place - high).max(DVec3::ZERO).length();
+        // The farthest point is no farther, the nearest no nearer.
+        let (mut near, mut far) = (beside, beside + size);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (near + far);
+            if self.may_be_near(place, middle, scratch) {
+                far = middle;
+            } else {
+                near = middle;
+            }
+        }
+        // "May be" is sometimes wrong, by round-off of single precision or the size of a box.
+        while out.is_empty() && far <= 4.0 * (beside + size) {
+            far = far * (1.0 + 1e-5) + 1e-6 * size;
+            self.touches(place, far, out);
+            if out.is_empty() {
+                far *= 1.5;
+            }
+        }
+    }
+}
+
+impl WallNow {
+    /// Whether a place (m) lies behind the wall where it stands, as it and its images are seen from there: behind the nearest of them.
+    #[must_use]
+    pub fn is_behind(&self, images: &Images, place: DVec3, scratch: &mut Scratch) -> bool {
+        if !self.shape().is_one_sided() {
+            return false;
+        }
+        let mut nearest = f64::INFINITY;
+        for &code in self.met_by() {
+            let code = self.image_of(images, place, code);
+            let place = self.state.into_wall(place + images.any_shift(code));
+            let distance = self.shape().signed_distance(place, scratch);
+            if distance.abs() < nearest.abs() {
+                nearest = distance;
+            }
+        }
+        nearest < 0.0
+    }
+}
