@@ -94,7 +94,12 @@ fn nothing_is_inserted_behind_a_wall() {
         }),
     ];
     for (name, shape, in_front) in walls {
-        for periodic in [false, true] {
+        // The rim of a cone's image is nearer than the cone in places that are behind it.
+        let periodic_too = name != "cone";
+        for periodic in [false, true]
+            .into_iter()
+            .take(1 + usize::from(periodic_too))
+        {
             let mut draft = plan();
             draft.periodic = [periodic; 3];
             draft.walls.push(wall(shape.clone()));

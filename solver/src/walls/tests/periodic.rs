@@ -141,8 +141,10 @@ fn a_long_mesh_is_met_with_its_images() {
             let found = at(&endless, centre, radius);
             let expected = at(&all, centre, radius);
             assert_eq!(found.len(), expected.len(), "{centre} {radius}");
-            for (a, b) in found.iter().zip(&expected) {
-                assert!(a.0.distance(b.0) < 1e-12, "{centre} {radius}");
+            for a in &found {
+                // Not in order: corners in a row of the grid are equally far along it, but for round-off.
+                let is_same = |b: &(DVec3, u32)| a.0.distance(b.0) < 1e-12;
+                assert!(expected.iter().any(is_same), "{centre} {radius}");
                 // A feature of the file, of which something is told.
                 let mut of_file = Vec::new();
                 endless.triangles_of(a.1, &mut of_file);
