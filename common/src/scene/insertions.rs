@@ -50,8 +50,8 @@ pub struct Component {
     pub place: Place,
     /// What it is made of.
     pub body: Body,
-    /// Its sizes; a clump's size is the diameter of a sphere of equal volume.
-    pub psd: Located<Psd>,
+    /// Its sizes; a clump's size is the diameter of a sphere of equal volume. None: a clump comes in its own size.
+    pub psd: Option<Located<Psd>>,
     /// Its share, scaled such that all shares of the mixture sum to 1.
     pub share: f64,
 }
@@ -213,7 +213,7 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     }
     let Some(item) = fields.get("mixture") else {
         let body = read_body(fields);
-        let psd = fields.need("psd").and_then(|item| psd::read(&item));
+        let psd = read_sizes(fields);
         let place = fields.place().clone();
         return Some(vec![Component {
             place,
@@ -247,7 +247,7 @@ fn read_component(item: &Item<'_>) -> Option<Component> {
         fields.get(key);
     }
     let body = if has_body { read_body(&fields) } else { None };
-    let psd = fields.need("psd").and_then(|item| psd::read(&item));
+    let psd = read_sizes(&fields);
     let share = fields.need("share").and_then(|item| item.non_negative());
     fields.finish();
     Some(Component {
@@ -264,6 +264,15 @@ fn read_body(fields: &Fields<'_>) -> Option<Body> {
     } else {
         fields.need("material")?.material().map(Body::Sphere)
     }
+}
+
+/// The sizes of a component, which only a clump may leave out; none if they are wrong.
+fn read_sizes(fields: &Fields<'_>) -> Option<Option<Located<Psd>>> {
+    if fields.has("clump") && !fields.has("psd") {
+        return Some(None);
+    }
+    let psd = fields.need("psd").and_then(|item| psd::read(&item));
+    psd.map(Some)
 }
 
 fn read_total(item: &Item<'_>) -> Option<Located<Total>> {

@@ -132,6 +132,13 @@ impl SizeDistribution {
             })
     }
 
+    /// One size, a diameter above 0 (m).
+    #[must_use]
+    pub fn single(diameter: f64) -> Option<Self> {
+        let law = CutLaw::new(Law::Monodisperse(diameter), 0, None).ok()?;
+        Some(Self::of(Form::Law(law), Weighting::Number))
+    }
+
     /// A measured distribution; `weighting` is what was measured.
     #[must_use]
     pub fn from_classes(classes: Classes, weighting: Weighting) -> Self {
@@ -299,7 +306,7 @@ impl SizeDistribution {
     /// # psd = { kind = \"uniform\", min_diameter = 1.0, max_diameter = 3.0, weighting = \"number\" }\n";
     /// # let scene = parse_scene(Path::new("box.toml"), text, &[], Files::Unchecked).unwrap();
     /// // psd = { kind = "uniform", min_diameter = 1.0, max_diameter = 3.0, weighting = "number" }
-    /// let sizes = SizeDistribution::from_scene(&scene.insertions[0].mixture[0].psd)?;
+    /// let sizes = SizeDistribution::from_scene(scene.insertions[0].mixture[0].psd.as_ref().unwrap())?;
     /// // The mean of d^3 over [1, 3] is (3^4 - 1^4) / (4 * 2) = 10.
     /// assert!((sizes.mean_volume() - std::f64::consts::PI / 6.0 * 10.0).abs() < 1e-14);
     /// # Ok::<(), mercury_common::sizes::SizeError>(())

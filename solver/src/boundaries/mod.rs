@@ -1,7 +1,7 @@
-//! Boundaries: what adds particles and what takes them out.
+//! Boundaries: what counts particles, what adds them and what takes them out.
 //!
-//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] removes the particles and bodies whose
-//! centre is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
+//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] counts who crossed a flux plane, removes the
+//! particles and bodies whose centre is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
 //! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
 //! ([`Boundaries::listed`]): that misses nobody as long as no particle comes to move, in a single step, more than half a skin
 //! and more than twice as far as any particle did when the list was built.
@@ -15,6 +15,7 @@ mod behind;
 mod crowd;
 mod deletion;
 mod domain_volume;
+mod flux;
 mod insertion;
 mod placement;
 mod plans;
@@ -23,24 +24,28 @@ mod region;
 mod row_map;
 mod schedule;
 mod setting;
+mod solid;
 mod tally;
 #[cfg(test)]
 mod tests;
 mod thinning;
 
 pub use domain_volume::volume_within;
+pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending, Placed};
 pub(crate) use placement::{Space, may_hold};
-pub use plans::{CountedRegion, DeletionPlan, Ingredient, InsertionPlan, Rate};
+pub use plans::{CountedRegion, DeletionPlan, FluxPlan, Ingredient, InsertionPlan, Rate};
 pub(crate) use quota::MOST as MOST_OF_QUOTA;
 pub use region::Region;
 pub use setting::Setting;
+pub use solid::{Solid, SolidError};
 pub use tally::Tally;
 pub use thinning::Credit;
 
 pub use mercury_common::scene::{Quantity, Total};
 
 use deletion::{Deletion, Exit, Leaver};
+use flux::Fluxes;
 use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
@@ -59,18 +64,22 @@ pub struct BoundaryState {
     pub faces: [Tally; 6],
     /// How far a particle may be from where it was listed, m.
     pub margin: f64,
+    /// What crossed the flux planes since that was last asked for: plane by plane, each material by material.
+    pub crossed: Vec<Crossed>,
 }
 
 crate::state::plain!(BoundaryState {
     insertions,
     deletions,
     faces,
-    margin
+    margin,
+    crossed
 });
 
-/// Insertions and deletions of a run, and what they counted.
+/// Insertions, deletions and flux planes of a run, and what they counted.
 #[derive(Debug, Clone)]
 pub struct Boundaries {
+    fluxes: Fluxes,
     insertions: Vec<Insertion>,
     deletion: Deletion,
     deleted: Vec<Tally>,
@@ -88,10 +97,13 @@ impl Boundaries {
     pub fn new(
         insertions: &[InsertionPlan],
         deletions: &[DeletionPlan],
+        fluxes: &[FluxPlan],
         setting: &Setting<'_>,
     ) -> Self {
         let images = Images::new(setting.domain.0, setting.domain.1, setting.periodic);
+        let materials = setting.materials.len();
         Self {
+            fluxes: Fluxes::new(fluxes, materials, setting.dimensions, &images),
             insertions: insertions
                 .iter()
                 .map(|insertion| Insertion::new(insertion, setting))
@@ -106,7 +118,7 @@ impl Boundaries {
         }
     }
 
-    /// Removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
+    /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
     /// `setting` are those of [`Boundaries::new`].
     pub fn exchange(
         &mut self,
@@ -117,6 +129,7 @@ impl Boundaries {
         walls: &[WallNow],
         time: f64,
     ) -> bool {
+        self.fluxes.count(particles, images);
         let mut changed = self.delete(particles, setting.dimensions, images);
         let around = Surroundings {
             setting,
@@ -181,6 +194,7 @@ impl Boundaries {
             .sqrt();
         self.margin = skin.max(0.5 * skin + 2.0 * fastest * self.time_step);
         self.deletion.listed(particles, &self.images, self.margin);
+        self.fluxes.listed(particles, &self.images, self.margin);
         for insertion in &mut self.insertions {
             insertion.forget_crowd();
         }
@@ -194,11 +208,12 @@ impl Boundaries {
             deletions: self.deleted.clone(),
             faces: self.faces,
             margin: self.margin,
+            crossed: self.fluxes.crossed().to_vec(),
         }
     }
 
-    /// Goes on from a state of the same plan that was taken after a step, when there were `rows` rows, all listed.
-    pub fn restore(&mut self, state: &BoundaryState, rows: usize) {
+    /// Goes on from a state of the same plan that was taken after a step, when there were these particles, all listed.
+    pub fn restore(&mut self, state: &BoundaryState, particles: &Particles) {
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
             insertion.restore(state.clone());
         }
@@ -206,9 +221,10 @@ impl Boundaries {
             *tally = *kept;
         }
         self.faces = state.faces;
-        self.rows = RowMap::of_list(rows);
+        self.rows = RowMap::of_list(particles.len());
         self.margin = state.margin;
         self.deletion.forget_near();
+        self.fluxes.restore(&state.crossed, particles, &self.images);
     }
 
     /// What each insertion has done, in the order of the plan.
@@ -220,6 +236,11 @@ impl Boundaries {
     #[must_use]
     pub fn deletions(&self) -> &[Tally] {
         &self.deleted
+    }
+
+    /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.
+    pub fn take_crossed(&mut self) -> Vec<Crossed> {
+        self.fluxes.take()
     }
 
     /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.

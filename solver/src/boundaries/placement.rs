@@ -141,7 +141,8 @@ impl Room {
             let (step, half) = (0.5 * half * axis, half * (1.0 - 0.5 * axis));
             boxes.extend([(centre - step, half), (centre + step, half)]);
         }
-        false
+        // Across the joints of a union there may be room that its distance does not show.
+        radius > 0.0 && self.region.has_union() && self.may_hold(0.0)
     }
 
     /// A centre uniform among those whose spheres, `offset` (m) from it, lie wholly inside the region, wrapped into the domain;
@@ -165,8 +166,10 @@ impl Room {
             let centre = DVec3::new(x, y, z);
             looks.draw();
             let mut holds = |&(offset, radius): &(DVec3, f64)| {
-                looks.add(1);
-                self.region.holds_sphere(centre + offset, radius)
+                let mut asked = 0;
+                let holds = self.region.holds(centre + offset, radius, &mut asked);
+                looks.add(asked);
+                holds
             };
             if spheres.iter().all(&mut holds) {
                 return Some(images.wrap(centre));

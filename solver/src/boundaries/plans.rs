@@ -1,4 +1,4 @@
-//! What a plan says about insertions, deletions and counted regions.
+//! What a plan says about insertions, deletions, counted regions and flux planes.
 
 use glam::DVec3;
 use mercury_common::scene::{Quantity, Total};
@@ -86,4 +86,17 @@ pub struct CountedRegion {
     pub region: Region,
     /// Volume of its part within the domain, m^3; per metre of depth in two dimensions. Above 0.
     pub volume: f64,
+}
+
+/// A plane through which particles are counted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluxPlan {
+    /// Unique among fluxes.
+    pub name: String,
+    /// A point on the plane, m.
+    pub point: DVec3,
+    /// Length 1; who crosses along it counts positive.
+    pub normal: DVec3,
+    /// Only within this distance of the point, m; `None`: everywhere.
+    pub radius: Option<f64>,
 }

@@ -243,6 +243,9 @@ mod tests {
     }
 
     proptest! {
+        // Each sums thousands of quantiles some dozen times.
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
         #[test]
         fn volumes_are_met_within_half_of_the_smallest(law in 0..5_usize, wanted in 1.0_f64..2000.0, flat in 2..=3_u8) {
             let sizes = &all()[law];

@@ -1,7 +1,11 @@
 //! Regions of space.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use mercury_common::random::Stream;
+
+use super::Solid;
 
 /// A region of space. Lengths in m; directions have length 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +53,8 @@ pub enum Region {
         /// Points into the region.
         normal: DVec3,
     },
+    /// The inside of a closed mesh.
+    Mesh(Arc<Solid>),
     /// What lies in any of them.
     Union(Vec<Region>),
     /// What lies in all of them.
@@ -56,6 +62,12 @@ pub enum Region {
     /// What lies in the first and in none of the others.
     Difference(Vec<Region>),
 }
+
+/// Halvings of the cubes about a sphere across a joint: down to half diagonals of 0.06 of its radius.
+const HALVINGS: u32 = 5;
+/// What such a sphere keeps from other faces, of its radius: twice that, so that at a face or edge of which the middles see less than the
+/// corners nothing sticks out.
+const KEPT: f64 = 0.125;
 
 /// Samples by which [`Region::volume`] estimates where it has no closed form.
 const VOLUME_SAMPLES: u32 = 100_000;
@@ -88,6 +100,7 @@ impl Region {
                 radii,
             } => truncated_cone(half_plane(*axis, *origin, point), *along, *radii),
             Self::HalfSpace { point: on, normal } => (*on - point).dot(*normal),
+            Self::Mesh(solid) => solid.signed_distance(point),
             Self::Union(parts) => parts
                 .iter()
                 .map(|part| part.signed_distance(point))
@@ -112,10 +125,86 @@ impl Region {
 
     /// Whether a sphere (m) lies wholly inside.
     ///
-    /// In a union it must lie wholly inside one of the parts: the distance to the surface of a union is not known better.
+    /// In a union it may lie across the joint of parts; it then keeps an eighth of its radius from all other faces, and slits between the
+    /// parts that are narrower than a sixteenth of it are not seen.
     #[must_use]
     pub fn holds_sphere(&self, centre: DVec3, radius: f64) -> bool {
-        self.signed_distance(centre) <= -radius
+        self.holds(centre, radius, &mut 0)
+    }
+
+    /// The same; adds how many distances were asked for.
+    pub(super) fn holds(&self, centre: DVec3, radius: f64, asked: &mut u64) -> bool {
+        match self {
+            Self::Union(parts) => {
+                parts.iter().any(|part| part.holds(centre, radius, asked))
+                    || self.holds_across(centre, radius, asked)
+            }
+            Self::Intersection(parts) => parts.iter().all(|part| part.holds(centre, radius, asked)),
+            Self::Difference(parts) => match parts.split_first() {
+                Some((first, others)) => {
+                    *asked += others.len() as u64;
+                    first.holds(centre, radius, asked)
+                        && (others.iter()).all(|other| other.signed_distance(centre) >= radius)
+                }
+                None => false,
+            },
+            _ => {
+                *asked += 1;
+                self.signed_distance(centre) <= -radius
+            }
+        }
+    }
+
+    /// Whether a sphere that no part holds by itself lies inside all the same: cubes about it are halved until their middle shows
+    /// that they are inside, or outside, or until they are small.
+    fn holds_across(&self, centre: DVec3, radius: f64, asked: &mut u64) -> bool {
+        let is_outside = |place: DVec3, asked: &mut u64| {
+            *asked += 1;
+            self.signed_distance(place) > 0.0
+        };
+        // Most that are not inside stick out far.
+        let mut around = std::iter::once(DVec3::ZERO)
+            .chain(DVec3::AXES)
+            .chain(DVec3::AXES.map(|axis| -axis));
+        if around.any(|towards| is_outside(centre + radius * towards, asked)) {
+            return false;
+        }
+        let reach = radius * (1.0 + KEPT);
+        let mut cubes = vec![(centre, reach, 0)];
+        while let Some((middle, half, halved)) = cubes.pop() {
+            let diagonal = 3f64.sqrt() * half;
+            let off = middle.distance(centre);
+            if off > reach + diagonal {
+                continue;
+            }
+            *asked += 1;
+            let distance = self.signed_distance(middle);
+            if distance <= -diagonal {
+                continue;
+            }
+            if distance > 0.0 && off <= reach {
+                return false;
+            }
+            if halved < HALVINGS {
+                cubes.extend((0..8).map(|corner: u8| {
+                    let side = |axis: u8| if corner >> axis & 1 == 1 { 0.5 } else { -0.5 };
+                    let step = half * DVec3::new(side(0), side(1), side(2));
+                    (middle + step, 0.5 * half, halved + 1)
+                }));
+            }
+        }
+        true
+    }
+
+    /// Whether a part of it is a union.
+    pub(super) fn has_union(&self) -> bool {
+        match self {
+            Self::Union(_) => true,
+            Self::Intersection(parts) | Self::Difference(parts) => {
+                parts.iter().any(Self::has_union)
+            }
+            _ => false,
+        }
     }
 
     /// Lowest and highest corner of a box around it, m; infinite where the region is unbounded.
@@ -157,6 +246,7 @@ impl Region {
                 }
                 (min, max)
             }
+            Self::Mesh(solid) => solid.bounds(),
             Self::Union(parts) => parts.iter().map(Self::bounds).fold(
                 (DVec3::INFINITY, DVec3::NEG_INFINITY),
                 |(min, max), (low, high)| (min.min(low), max.max(high)),
@@ -174,7 +264,7 @@ impl Region {
     /// The region as discs of two-dimensional scenes see it, which lie in the plane z = `plane` (m): shapes along z become
     /// endless along z, with the outline that they have in the plane.
     ///
-    /// Cylinders and cones across or oblique to z stay what they are; there a disc must fit as a sphere would.
+    /// Cylinders and cones across or oblique to z, and meshes, stay what they are; there a disc must fit as a sphere would.
     #[must_use]
     pub fn in_plane(&self, plane: f64) -> Self {
         let upright = |axis: &DVec3| axis.x == 0.0 && axis.y == 0.0;
@@ -244,7 +334,7 @@ impl Region {
                     normal: across,
                 }
             }
-            Self::Cylinder { .. } | Self::Cone { .. } => self.clone(),
+            Self::Cylinder { .. } | Self::Cone { .. } | Self::Mesh(_) => self.clone(),
             Self::Union(parts) => {
                 Self::Union(parts.iter().map(|part| part.in_plane(plane)).collect())
             }
@@ -283,6 +373,7 @@ impl Region {
                 PI / 3.0 * (a * a + a * b + b * b) * (along[1] - along[0])
             }
             Self::HalfSpace { .. } => f64::INFINITY,
+            Self::Mesh(solid) => solid.volume(),
             Self::Union(_) | Self::Intersection(_) | Self::Difference(_) => {
                 let (min, max) = self.bounds();
                 let size = max - min;

@@ -11,6 +11,7 @@ mod data_rows;
 mod ene_file;
 mod energies;
 mod final_picture;
+mod flux_counts;
 pub mod folder;
 mod fstat_file;
 mod memory;

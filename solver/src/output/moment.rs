@@ -3,6 +3,7 @@
 use glam::DQuat;
 
 use super::Due;
+use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::state::{Bodies, Load, Particle};
 use crate::step::Engine;
@@ -37,6 +38,8 @@ pub struct Moment {
     pub dissipated: Option<f64>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
+    /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
+    pub crossed: Vec<Crossed>,
 }
 
 impl Moment {
@@ -44,6 +47,11 @@ impl Moment {
     #[must_use]
     pub fn take(engine: &mut Engine, due: Due) -> Self {
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
+        let crossed = if due.frame {
+            engine.take_crossed()
+        } else {
+            Vec::new()
+        };
         let observation = engine.take_observation();
         let particles = &engine.particles;
         let audit = engine.audit();
@@ -67,6 +75,7 @@ impl Moment {
                 .energy_budget()
                 .then(|| audit.dissipated()),
             load_sums,
+            crossed,
         }
     }
 }

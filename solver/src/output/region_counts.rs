@@ -33,8 +33,8 @@ impl RegionCounts {
     }
 }
 
-/// The materials of particles and bodies of the start and of insertions.
-fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
+/// The materials of particles and bodies of the start and of insertions, ascending.
+pub(super) fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
     let particles = plan
         .physics()
         .particles()

@@ -5,7 +5,7 @@ use crate::plan::OutputPlan;
 /// What is written of one state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Due {
-    /// A frame: particles, bodies, walls, energies, tracks, regions.
+    /// A frame: particles, bodies, walls, energies, tracks, regions, fluxes.
     pub frame: bool,
     /// The contacts.
     pub contacts: bool,

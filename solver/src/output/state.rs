@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::{Due, Moment};
+use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
 use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
@@ -41,6 +42,8 @@ pub struct State {
     pub dissipated: Option<f64>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
+    /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
+    pub crossed: Vec<Crossed>,
 }
 
 impl State {
@@ -86,6 +89,7 @@ impl State {
             observation: moment.observation,
             dissipated: moment.dissipated,
             load_sums: moment.load_sums,
+            crossed: moment.crossed,
         }
     }
 

@@ -12,6 +12,7 @@ use super::body_frames::BodyFrames;
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::ene_file::EneFile;
+use super::flux_counts::FluxCounts;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
@@ -235,6 +236,10 @@ fn streams(
     if !plan.outputs().regions().is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(RegionCounts::begin(folder, plan, at)?));
+    }
+    if !plan.outputs().fluxes().is_empty() {
+        let at = begin(&streams);
+        streams.push(Box::new(FluxCounts::begin(folder, plan, at)?));
     }
     Ok(streams)
 }

@@ -6,6 +6,7 @@ use mercury_common::scene::{
 };
 
 use super::checks;
+use super::fluxes::fluxes;
 use super::insertions::{deletions, insertions};
 use super::meshes;
 use super::pair::PairPlan;
@@ -49,6 +50,8 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
     let regions = regions(scene, &start, &mut errors);
+    let deletions = deletions(scene, &mut errors);
+    let fluxes = fluxes(scene, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(
         &densities(scene),
@@ -159,7 +162,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             clumps,
             bodies: start.bodies,
             insertions,
-            deletions: deletions(scene),
+            deletions,
             smallest_radius: sizes.smallest,
             mean_radius: sizes.mean,
             largest_radius: sizes.largest,
@@ -190,6 +193,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
                 digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
             },
             regions,
+            fluxes,
         },
         notes: Notes {
             counted,

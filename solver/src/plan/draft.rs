@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::sizes::Sizes;
 use super::{Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::{Clump, NewBody};
-use crate::boundaries::{CountedRegion, DeletionPlan, InsertionPlan};
+use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
@@ -91,6 +91,8 @@ pub struct Draft {
     pub deletions: Vec<DeletionPlan>,
     /// Regions whose content is counted.
     pub regions: Vec<CountedRegion>,
+    /// Planes that count what crosses them.
+    pub fluxes: Vec<FluxPlan>,
     /// Whether rotations are integrated.
     pub orientations: bool,
     /// Whether the energy is audited in every step.
@@ -134,6 +136,7 @@ impl Draft {
             insertions: Vec::new(),
             deletions: Vec::new(),
             regions: Vec::new(),
+            fluxes: Vec::new(),
             orientations: false,
             energy_budget: false,
             output: OutputPlan::default(),
@@ -201,6 +204,7 @@ impl Draft {
                 prefix: self.prefix,
                 files: self.output,
                 regions: self.regions,
+                fluxes: self.fluxes,
             },
             notes: Notes::default(),
         })
@@ -298,6 +302,7 @@ impl Plan {
             insertions: physics.insertions,
             deletions: physics.deletions,
             regions: outputs.regions,
+            fluxes: outputs.fluxes,
             orientations: physics.orientations,
             energy_budget: physics.energy_budget,
             output: outputs.files,

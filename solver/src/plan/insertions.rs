@@ -1,17 +1,18 @@
 //! `[[insertions]]` and `[[deletions]]` as the engine's plans.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use mercury_common::error::FormatError;
 use mercury_common::formats::number::parse_number;
 use mercury_common::scene::{
-    Body, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate, Region as SceneRegion,
-    Scene, SceneError, SizeLaw, Total,
+    Body, Component, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate,
+    Region as SceneRegion, Scene, SceneError, SizeLaw, Total,
 };
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
-use super::Plan;
+use super::{Plan, meshes};
 use crate::bodies::Clump;
 use crate::boundaries::{
     DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, Rate, Region, Space, may_hold,
@@ -35,14 +36,14 @@ pub(super) fn insertions(
 }
 
 /// All deletions, in the order of the file.
-pub(super) fn deletions(scene: &Scene) -> Vec<DeletionPlan> {
+pub(super) fn deletions(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<DeletionPlan> {
     scene
         .deletions
         .iter()
         .filter_map(|deletion| {
             Some(DeletionPlan {
                 name: deletion.name.value.clone(),
-                region: region(&deletion.region)?,
+                region: region(&deletion.region, errors)?,
             })
         })
         .collect()
@@ -67,18 +68,11 @@ fn plan_one(
                 (template.material.value, Some(clump.value.0 as u32))
             }
         };
-        let sizes = match SizeDistribution::from_scene(&component.psd) {
+        let own = clump.and_then(|index| clumps?.get(index as usize));
+        let sizes = match sizes(component, own) {
             Ok(sizes) => sizes,
-            Err(SizeError::Improper(error)) => {
+            Err(error) => {
                 errors.push(error);
-                continue;
-            }
-            Err(SizeError::File(error)) => {
-                errors.push(of_file(&component.psd, error));
-                continue;
-            }
-            Err(error @ SizeError::Law(_)) => {
-                errors.push(component.psd.error(error.to_string()));
                 continue;
             }
         };
@@ -129,15 +123,28 @@ fn plan_one(
             },
         }
     });
-    let region = region(&insertion.region)?;
+    let region = region(&insertion.region, errors)?;
     if errors.len() == before {
         let space = Space {
             domain: (*scene.domain.min, *scene.domain.max),
             periodic: scene.domain.periodic,
             dimensions,
         };
-        let smallest = smallest_sphere(&mixture, clumps.unwrap_or_default());
-        if let Err((message, help)) = check_room(&insertion.name.value, &region, smallest, space) {
+        let clumps = clumps.unwrap_or_default();
+        let name = &insertion.name.value;
+        let smallest = spheres(&mixture, clumps, SizeDistribution::smallest).fold(
+            (f64::INFINITY, false),
+            |least, next| {
+                if next.0 < least.0 { next } else { least }
+            },
+        );
+        let large = spheres(&mixture, clumps, |sizes| sizes.sample_diameter(ALMOST_ALL)).fold(
+            (0.0, false),
+            |most, next| if next.0 > most.0 { next } else { most },
+        );
+        let room = check_room(name, &region, smallest, space)
+            .and_then(|()| check_large(name, &region, large, space));
+        if let Err((message, help)) = room {
             errors.push(insertion.region.error(message).with_help(help));
         }
     }
@@ -160,21 +167,49 @@ fn plan_one(
     })
 }
 
-/// Radius (m) of the sphere without whose place nothing of the mixture can come: the smallest one, of clumps the largest pebble of the
-/// smallest body; and whether it is a pebble.
-fn smallest_sphere(mixture: &[Ingredient], clumps: &[Clump]) -> (f64, bool) {
+/// The share of the particles, by number, that must have a place: the rest is too rare to wait for at the start.
+const ALMOST_ALL: f64 = 0.999;
+
+/// Of each ingredient the radius (m) of the sphere of a `diameter` (m) of its sizes, of clumps of the largest pebble of a body of that size;
+/// and whether it is a pebble.
+fn spheres<'a>(
+    mixture: &'a [Ingredient],
+    clumps: &'a [Clump],
+    diameter: impl Fn(&SizeDistribution) -> f64 + 'a,
+) -> impl Iterator<Item = (f64, bool)> + 'a {
     let used = mixture.iter().filter(|part| part.share > 0.0);
-    let radii = used.map(|part| {
-        let radius = 0.5 * part.sizes.smallest();
+    used.map(move |part| {
+        let radius = 0.5 * diameter(&part.sizes);
         let clump = part.clump.and_then(|index| clumps.get(index as usize));
         clump.map_or((radius, false), |clump| {
             let scale = 2.0 * radius / clump.equal_volume_diameter();
             (scale * clump.pebble_radii().1, true)
         })
-    });
-    radii.fold((f64::INFINITY, false), |least, next| {
-        if next.0 < least.0 { next } else { least }
     })
+}
+
+/// Refuses a region in which large particles have no place: the first of them would be waited for until the end of the run.
+fn check_large(
+    name: &str,
+    region: &Region,
+    (radius, is_pebble): (f64, bool),
+    space: Space,
+) -> Result<(), (String, &'static str)> {
+    if may_hold(region, radius, space) {
+        return Ok(());
+    }
+    let what = match (is_pebble, space.dimensions) {
+        (true, _) => "a pebble of its largest bodies",
+        (false, 2) => "its largest discs",
+        (false, _) => "its largest spheres",
+    };
+    Err((
+        format!(
+            "the region of \"{name}\" has no place for {what}, {} m in diameter: as no particle is exchanged for a smaller one, all would wait for the first of them",
+            short(2.0 * radius)
+        ),
+        "what is inserted lies wholly inside: widen the region, or cut the sizes (cut = [0, 0.99]); are the units of the diameters right?",
+    ))
 }
 
 /// Refuses a region in which nothing can ever be inserted: what is wrong, and what to do.
@@ -248,6 +283,19 @@ fn wrong_quota(
         );
         let error = insertion.method.place.error(message);
         error.with_help("are the units of the diameters right? Else use method = \"random\"")
+    })
+}
+
+/// The sizes of a component; a clump without a distribution comes in its own size.
+fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistribution, SceneError> {
+    let Some(psd) = &component.psd else {
+        let own = clump.and_then(|clump| SizeDistribution::single(clump.equal_volume_diameter()));
+        return own.ok_or_else(|| component.place.error("the size of the clump is not known"));
+    };
+    SizeDistribution::from_scene(psd).map_err(|error| match error {
+        SizeError::Improper(error) => error,
+        SizeError::File(error) => of_file(psd, error),
+        error @ SizeError::Law(_) => psd.error(error.to_string()),
     })
 }
 
@@ -355,9 +403,13 @@ pub fn expected_number(
     }
 }
 
-/// The engine's form of a region; none where a mesh is in it, which `unsupported` reports.
-pub(super) fn region(region: &SceneRegion) -> Option<Region> {
-    let all = |parts: &[SceneRegion]| parts.iter().map(self::region).collect::<Option<Vec<_>>>();
+/// The engine's form of a region; none where a mesh in it is wrong.
+pub(super) fn region(region: &SceneRegion, errors: &mut Vec<SceneError>) -> Option<Region> {
+    let mut all = |parts: &[SceneRegion]| -> Option<Vec<Region>> {
+        let parts = parts.iter().map(|part| self::region(part, errors));
+        // All of them, so that every problem is told.
+        parts.collect::<Vec<_>>().into_iter().collect()
+    };
     Some(match region {
         SceneRegion::Box { min, max } => Region::Box {
             min: **min,
@@ -399,7 +451,13 @@ pub(super) fn region(region: &SceneRegion) -> Option<Region> {
         SceneRegion::Union(parts) => Region::Union(all(parts)?),
         SceneRegion::Intersection(parts) => Region::Intersection(all(parts)?),
         SceneRegion::Difference(parts) => Region::Difference(all(parts)?),
-        SceneRegion::Mesh(_) => return None,
+        SceneRegion::Mesh(source) => match meshes::solid(source) {
+            Ok(solid) => Region::Mesh(Arc::new(solid)),
+            Err(error) => {
+                errors.push(error);
+                return None;
+            }
+        },
     })
 }
 

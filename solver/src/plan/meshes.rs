@@ -3,27 +3,19 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use mercury_common::formats::mesh::read_mesh;
+use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
     Domain, MeshSide, MeshSource, Output, Scene, SceneError, Shape as SceneShape,
 };
 
+use crate::boundaries::Solid;
 use crate::contact::parameter::short;
 use crate::walls::{Mesh, Shape, Wall};
 
-/// Reads the triangles: scaled, then turned about the origin, then moved.
+/// Reads the triangles of a wall.
 pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneError> {
-    let triangles =
-        read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))?;
-    let turn = source
-        .rotate
-        .as_ref()
-        .map(|turn| DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians()));
-    let place = |x: DVec3| {
-        let scaled = x * *source.scale;
-        // Without a turn coordinates stay exactly what they are.
-        turn.map_or(scaled, |turn| turn * scaled) + *source.offset
-    };
+    let triangles = triangles(source)?;
+    let place = placement(source);
     Mesh::new(&triangles, place, side == MeshSide::Front)
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
         .map_err(|error| {
@@ -33,6 +25,36 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
             let file = source.file.value.display();
             source.file.error(format!("{file}: {message}"))
         })
+}
+
+/// Reads the closed mesh of a region.
+pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
+    let triangles = triangles(source)?;
+    let place = placement(source);
+    let corners: Vec<DVec3> = triangles.vertices.iter().map(|&x| place(x)).collect();
+    Solid::new(&corners, &triangles.triangles).map_err(|error| {
+        let file = source.file.value.display();
+        let error = source.file.error(format!("{file}: {error}"));
+        error.with_help("a region is what lies inside a closed surface: close it, or describe the region by other shapes")
+    })
+}
+
+fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
+    read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
+}
+
+/// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
+fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
+    let turn = source
+        .rotate
+        .as_ref()
+        .map(|turn| DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians()));
+    let (scale, offset) = (*source.scale, *source.offset);
+    move |x: DVec3| {
+        let scaled = x * scale;
+        // Without a turn coordinates stay exactly what they are.
+        turn.map_or(scaled, |turn| turn * scaled) + offset
+    }
 }
 
 /// How far beyond its faces a mesh that goes on for ever is asked, in largest radii: one radius and the skin, which is at most another

@@ -6,6 +6,7 @@ mod clumps;
 mod document;
 mod draft;
 mod expected;
+mod fluxes;
 mod insertions;
 mod memory;
 mod meshes;

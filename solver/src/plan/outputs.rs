@@ -3,7 +3,7 @@
 use mercury_common::formats::number::NumberStyle;
 
 use super::getters;
-use crate::boundaries::CountedRegion;
+use crate::boundaries::{CountedRegion, FluxPlan};
 
 /// What a run writes, and under which names.
 #[derive(Debug, Clone)]
@@ -12,6 +12,7 @@ pub struct Outputs {
     pub(super) prefix: String,
     pub(super) files: OutputPlan,
     pub(super) regions: Vec<CountedRegion>,
+    pub(super) fluxes: Vec<FluxPlan>,
 }
 
 impl Outputs {
@@ -24,6 +25,8 @@ impl Outputs {
         borrow files: OutputPlan;
         /// Regions whose content is counted.
         borrow regions: [CountedRegion];
+        /// Planes that count what crosses them.
+        borrow fluxes: [FluxPlan];
     }
 }
 

@@ -180,6 +180,13 @@ pub(super) fn starting_particles(
                         None => error,
                     });
                 }
+                Ok(rows) if rows.is_empty() => {
+                    let message = format!("{} has a header and no particle", file.display());
+                    let error = file.error(message);
+                    errors.push(error.with_help(
+                        "is it the right file? A scene without particles names no table",
+                    ));
+                }
                 Ok(rows) => {
                     start.note_table(&file.value, rows.len());
                     for row in rows {

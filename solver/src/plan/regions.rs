@@ -30,8 +30,7 @@ pub(super) fn regions(
     });
     let mut planned = Vec::new();
     for counted in &scene.regions {
-        // The reasons are given where mesh regions are refused.
-        let Some(region) = region(&counted.region) else {
+        let Some(region) = region(&counted.region, errors) else {
             continue;
         };
         let region = plane.map_or_else(|| region.clone(), |plane| region.in_plane(plane));

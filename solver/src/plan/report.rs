@@ -244,6 +244,18 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
         );
         line(text, "counted region", &words)?;
     }
+    for flux in plan.outputs().fluxes() {
+        let mut words = format!(
+            "`{}`, across {} at {} m",
+            flux.name,
+            vector(flux.normal),
+            vector(flux.point)
+        );
+        if let Some(radius) = flux.radius {
+            words += &format!(", within {} m", short(radius));
+        }
+        line(text, "flux plane", &words)?;
+    }
     clumps(text, plan)?;
     if plan.physics().largest_radius() > 0.0 {
         let radii = format!(

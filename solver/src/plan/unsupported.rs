@@ -1,6 +1,6 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs.
 
-use mercury_common::scene::{Insertion, ParticleSource, Place, Region, Scene, SceneError, Start};
+use mercury_common::scene::{ParticleSource, Place, Scene, SceneError, Start};
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
 #[must_use]
@@ -33,18 +33,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
             ParticleSource::Table { .. } => {}
         }
     }
-    for insertion in &scene.insertions {
-        found.insertion(insertion);
-    }
-    for region in &scene.regions {
-        found.region(&region.region.value);
-    }
-    for deletion in &scene.deletions {
-        found.region(&deletion.region.value);
-    }
-    for flux in &scene.fluxes {
-        found.add(&flux.name.place, "flux planes are");
-    }
     for membrane in &scene.membranes {
         found.add(&membrane.name.place, "membranes are");
     }
@@ -70,22 +58,6 @@ impl Found {
         let film = &start.film_volume;
         if **film > 0.0 {
             self.add(&film.place, "liquid films are");
-        }
-    }
-
-    fn insertion(&mut self, insertion: &Insertion) {
-        self.region(&insertion.region.value);
-    }
-
-    fn region(&mut self, region: &Region) {
-        match region {
-            Region::Mesh(mesh) => self.add(&mesh.file.place, "mesh regions are"),
-            Region::Union(parts) | Region::Intersection(parts) | Region::Difference(parts) => {
-                for part in parts {
-                    self.region(part);
-                }
-            }
-            _ => {}
         }
     }
 }

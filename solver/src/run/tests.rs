@@ -16,7 +16,7 @@ use mercury_common::surfaces::{Placement, Surface};
 
 use super::*;
 use crate::bodies::Clump;
-use crate::boundaries::{CountedRegion, Region};
+use crate::boundaries::{CountedRegion, FluxPlan, Region};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
@@ -548,6 +548,40 @@ fn files_for_paraview_have_their_own_interval_and_lists_with_times() {
     }
     // 3 kinds of 3 frames and a list each, the script, and the stranger.
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 3 * 4 + 2);
+}
+
+#[test]
+fn fluxes_are_written_at_every_output_time() {
+    let place = tempfile::tempdir().unwrap();
+    // One of the two that come together, seen before they meet.
+    let mut plan = collision(30, 1e-3);
+    let (from, velocity) = (plan.particles[0].position, plan.particles[0].velocity);
+    plan.fluxes = vec![FluxPlan {
+        name: "gate".to_owned(),
+        point: from + 1.5e-4 * velocity,
+        normal: velocity.normalize(),
+        radius: Some(RADIUS),
+    }];
+    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let report = go(plan, place.path());
+    assert!(report.files.contains(&"test.flux.csv".to_owned()));
+    let text = fs::read_to_string(place.path().join("test.flux.csv")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(
+        lines[0],
+        "time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43"
+    );
+    assert_eq!(lines.len(), 1 + 4);
+    assert_eq!(lines[1], "0,gate,material,0,0,0,0,0,0,0,0,0,0");
+    let cells: Vec<&str> = lines[2].split(',').collect();
+    assert_eq!(cells[1..5], ["gate", "material", "1", "0"]);
+    let number = |k: usize| cells[k].parse::<f64>().unwrap();
+    // No force acts before they meet.
+    let momentum = DVec3::new(number(7), number(8), number(9)) - mass * velocity;
+    assert!((number(5) - mass).abs() < 1e-15 * mass);
+    assert!(momentum.length() < 1e-12 * mass);
+    assert!((10..13).all(|k| (number(k) - 2.0 * RADIUS).abs() < 1e-15));
+    assert_eq!(lines[3].split(',').nth(3), Some("0"));
 }
 
 #[test]

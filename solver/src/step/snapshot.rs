@@ -185,6 +185,11 @@ impl Engine {
                 snapshot.boundaries.deletions.len(),
                 plan.physics().deletions().len(),
             ),
+            (
+                "flux planes times materials",
+                snapshot.boundaries.crossed.len(),
+                plan.outputs().fluxes().len() * plan.physics().materials().len(),
+            ),
         ];
         let unlike = counts.iter().find(|(_, found, planned)| found != planned);
         if let Some((what, found, planned)) = unlike {
@@ -237,7 +242,9 @@ impl Engine {
             .map_err(RunError::Forces)?;
         engine.lists = snapshot.lists;
         engine.kick_due = snapshot.kick_due;
-        engine.boundaries.restore(&snapshot.boundaries, rows);
+        engine
+            .boundaries
+            .restore(&snapshot.boundaries, &engine.particles);
         engine.audit = snapshot.audit;
         let (time, dt) = (engine.time(), engine.plan.physics().time_step());
         let walls = engine.plan.physics().walls().iter().zip(&mut engine.walls);

@@ -130,6 +130,7 @@ impl Engine {
             boundaries: Boundaries::new(
                 plan.physics().insertions(),
                 plan.physics().deletions(),
+                plan.outputs().fluxes(),
                 &plan.physics().setting(),
             ),
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),

@@ -215,7 +215,7 @@ fn requested(psd: &str) -> Result<SizeDistribution, SizeError> {
     );
     let path = std::path::Path::new("feed.toml");
     let scene = parse_scene(path, &text, &[], Files::Unchecked).expect("a scene");
-    SizeDistribution::from_scene(&scene.insertions[0].mixture[0].psd)
+    SizeDistribution::from_scene(scene.insertions[0].mixture[0].psd.as_ref().unwrap())
 }
 
 #[test]

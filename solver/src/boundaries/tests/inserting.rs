@@ -37,7 +37,7 @@ impl Still {
         Self {
             walls: WallNow::all(physics.walls(), physics.time_step(), &images),
             images,
-            boundaries: Boundaries::new(insertions, deletions, &physics.setting()),
+            boundaries: Boundaries::new(insertions, deletions, &[], &physics.setting()),
             particles,
             plan,
         }
@@ -399,8 +399,8 @@ fn goes_on_from_its_state_with_the_same_numbers() {
             let state = stopped.boundaries.state();
             let physics = stopped.plan.physics();
             let (insertions, deletions) = (physics.insertions(), physics.deletions());
-            stopped.boundaries = Boundaries::new(insertions, deletions, &physics.setting());
-            stopped.boundaries.restore(&state, stopped.particles.len());
+            stopped.boundaries = Boundaries::new(insertions, deletions, &[], &physics.setting());
+            stopped.boundaries.restore(&state, &stopped.particles);
             assert_eq!(stopped.boundaries.state(), state);
         }
     }
@@ -597,7 +597,7 @@ fn a_quota_goes_on_from_its_state() {
     second.particles = first.particles.clone();
     second
         .boundaries
-        .restore(&first.boundaries.state(), first.particles.len());
+        .restore(&first.boundaries.state(), &first.particles);
     for step in 4..10 {
         second.exchange(f64::from(step) * 1e-3);
     }

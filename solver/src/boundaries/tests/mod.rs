@@ -3,6 +3,7 @@
 mod behind;
 mod clumps;
 mod exits;
+mod fluxes;
 mod inserting;
 mod regions;
 mod speed;
@@ -37,7 +38,7 @@ fn sizes(psd: &str) -> SizeDistribution {
         "#
     );
     let scene = parse_scene(Path::new("test.toml"), &text, &[], Files::Unchecked).unwrap();
-    SizeDistribution::from_scene(&scene.insertions[0].mixture[0].psd).unwrap()
+    SizeDistribution::from_scene(scene.insertions[0].mixture[0].psd.as_ref().unwrap()).unwrap()
 }
 
 /// Spheres of one diameter, m.

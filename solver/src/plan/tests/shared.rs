@@ -35,6 +35,7 @@ fn scenes_of_this_version_have_a_plan() {
         "scenes/hertz-wall.toml",
         "scenes/chute.toml",
         "scenes/drum-soft.toml",
+        "scenes/hopper-psd.toml",
         "scenes/penetration-25k.toml",
         "data/bench/dense-2k.toml",
         "data/bench/dense-20k.toml",
@@ -52,15 +53,11 @@ fn scenes_of_this_version_have_a_plan() {
 fn other_scenes_name_what_is_missing() {
     let Some(folder) = shared() else { return };
     for (name, keys) in [
-        (
-            "scenes/keys.toml",
-            &["liquid bridges", "wear", "flux planes"][..],
-        ),
+        ("scenes/keys.toml", &["liquid bridges", "wear"][..]),
         ("scenes/wet-pair.toml", &["liquid bridges"]),
         ("scenes/membrane.toml", &["membranes"]),
         ("scenes/spray-drum.toml", &["sprays"]),
         ("scenes/wear-plate.toml", &["wear"]),
-        ("scenes/hopper-psd.toml", &["flux planes"]),
     ] {
         let errors = plan_of(&folder, name).expect_err(name);
         for key in keys {

@@ -1,0 +1,281 @@
+//! Planes that count what crosses them.
+//!
+//! Whoever stands near a plane when the list is built is watched in every step until the next one: on which side is it now? A change
+//! is a crossing. Sides are remembered, not computed backwards from velocities, so that nobody is counted twice or missed by
+//! round-off. A crossing happens at the end of the drift, before anything is deleted: what leaves through a plane at the edge of a
+//! deletion region is counted.
+//!
+//! Across periodic axes a plane has images, one a period: a particle that goes on for ever passes it once in each lap. Wrapping is no
+//! crossing, as nobody is wrapped but when the list is built.
+
+use glam::DVec3;
+
+use super::FluxPlan;
+use crate::neighbours::{Images, NO_SHIFT};
+use crate::state::{FIXED, MaterialIndex, PEBBLE, Particles, volume};
+
+/// What crossed a plane, of one material, since it was last asked for. Sums over those that crossed along the normal less those that
+/// crossed against it, but for sizes, which are those along it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Crossed {
+    /// Particles and bodies along the normal.
+    pub forward: u64,
+    /// Against it.
+    pub backward: u64,
+    /// kg (per metre in 2D).
+    pub mass: f64,
+    /// m^3 (m^2 in 2D).
+    pub volume: f64,
+    /// Momentum that was carried across, kg m/s.
+    pub momentum: DVec3,
+    /// Sums of d, d^2, d^3, d^4 of those that crossed along the normal, m ... m^4; a body has the diameter of a sphere of its volume.
+    pub diameters: [f64; 4],
+}
+
+impl Crossed {
+    /// Particles and bodies along the normal less those against it.
+    #[must_use]
+    pub fn number(&self) -> i64 {
+        self.forward as i64 - self.backward as i64
+    }
+
+    /// Mean diameter D\[p,p-1\] (m), the ratio of the sums of d^p and d^(p-1), p from 1 to 4, of what crossed along the normal; 0 if
+    /// nothing did.
+    #[must_use]
+    pub fn mean_diameter(&self, p: usize) -> f64 {
+        let below = match p {
+            1 => self.forward as f64,
+            _ => self.diameters[p - 2],
+        };
+        if below > 0.0 {
+            self.diameters[p - 1] / below
+        } else {
+            0.0
+        }
+    }
+
+    fn count(&mut self, what: &Crosser, ahead: bool) {
+        let sign = if ahead { 1.0 } else { -1.0 };
+        self.mass += sign * what.mass;
+        self.volume += sign * what.volume;
+        self.momentum += sign * what.mass * what.velocity;
+        if ahead {
+            self.forward += 1;
+            let mut power = 1.0;
+            for sum in &mut self.diameters {
+                power *= what.diameter;
+                *sum += power;
+            }
+        } else {
+            self.backward += 1;
+        }
+    }
+}
+
+crate::state::plain!(Crossed {
+    forward,
+    backward,
+    mass,
+    volume,
+    momentum,
+    diameters
+});
+
+/// What may cross.
+struct Crosser {
+    velocity: DVec3,
+    material: MaterialIndex,
+    mass: f64,
+    volume: f64,
+    diameter: f64,
+}
+
+/// Somebody near a plane.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    who: Who,
+    plane: u32,
+    /// Code of the image that is near it.
+    image: u32,
+    /// Whether it is on the side to which the normal points.
+    ahead: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Who {
+    Row(u32),
+    Body(u32),
+}
+
+/// The planes of a run, who is near them, and what crossed.
+#[derive(Debug, Clone)]
+pub(super) struct Fluxes {
+    planes: Vec<FluxPlan>,
+    dimensions: u8,
+    /// Of each plane the codes of the images that may cross it, the original first: shifted along periodic axes that it is across.
+    codes: Vec<Vec<u32>>,
+    watched: Vec<Watched>,
+    /// Plane by plane, each material by material.
+    crossed: Vec<Crossed>,
+    materials: usize,
+}
+
+impl Fluxes {
+    pub(super) fn new(
+        planes: &[FluxPlan],
+        materials: usize,
+        dimensions: u8,
+        images: &Images,
+    ) -> Self {
+        let codes = planes.iter().map(|plane| {
+            let is_across = |code: &u32| {
+                (0..3).all(|axis| images.shift(*code)[axis] == 0.0 || plane.normal[axis] != 0.0)
+            };
+            std::iter::once(NO_SHIFT)
+                .chain(images.neighbours().filter(is_across))
+                .collect()
+        });
+        Self {
+            codes: codes.collect(),
+            planes: planes.to_vec(),
+            dimensions,
+            watched: Vec::new(),
+            crossed: vec![Crossed::default(); planes.len() * materials],
+            materials,
+        }
+    }
+
+    /// Finds who may cross before the next list: whoever is within `margin` (m) of a plane, and all bodies.
+    pub(super) fn listed(&mut self, particles: &Particles, images: &Images, margin: f64) {
+        self.watched.clear();
+        for (index, plane) in self.planes.iter().enumerate() {
+            let mut watch = |who: Who, position: DVec3, margin: f64| {
+                for &image in &self.codes[index] {
+                    let distance = plane.ahead(position + images.shift(image));
+                    if distance.abs() <= margin {
+                        self.watched.push(Watched {
+                            who,
+                            plane: index as u32,
+                            image,
+                            ahead: distance >= 0.0,
+                        });
+                    }
+                }
+            };
+            for (row, record) in particles.records.iter().enumerate() {
+                if record.flags & (FIXED | PEBBLE) == 0 {
+                    watch(Who::Row(row as u32), record.position, margin);
+                }
+            }
+            for (body, state) in particles.bodies().iter().enumerate() {
+                if !state.is_fixed() {
+                    watch(Who::Body(body as u32), state.position, f64::INFINITY);
+                }
+            }
+        }
+    }
+
+    /// Counts who crossed since the last step. Rows must be those of the last list.
+    pub(super) fn count(&mut self, particles: &Particles, images: &Images) {
+        for watched in &mut self.watched {
+            let plane = &self.planes[watched.plane as usize];
+            let position = match watched.who {
+                Who::Row(row) => particles.records[row as usize].position,
+                Who::Body(body) => particles.bodies()[body as usize].position,
+            } + images.shift(watched.image);
+            let ahead = plane.ahead(position) >= 0.0;
+            if ahead == watched.ahead {
+                continue;
+            }
+            watched.ahead = ahead;
+            let what = crosser(particles, watched.who, self.dimensions);
+            if plane.is_crossed_at(position, what.velocity, images) {
+                let place = watched.plane as usize * self.materials + what.material.index();
+                self.crossed[place].count(&what, ahead);
+            }
+        }
+    }
+
+    /// Plane by plane, each material by material.
+    pub(super) fn crossed(&self) -> &[Crossed] {
+        &self.crossed
+    }
+
+    /// The same, and begins anew.
+    pub(super) fn take(&mut self) -> Vec<Crossed> {
+        let nothing = vec![Crossed::default(); self.crossed.len()];
+        std::mem::replace(&mut self.crossed, nothing)
+    }
+
+    /// Goes on from what had crossed, with particles as they are.
+    pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, images: &Images) {
+        self.crossed = crossed.to_vec();
+        if !self.planes.is_empty() {
+            self.listed(particles, images, f64::INFINITY);
+        }
+    }
+}
+
+fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
+    match who {
+        Who::Row(row) => {
+            let record = &particles.records[row as usize];
+            Crosser {
+                velocity: record.velocity,
+                material: record.material,
+                mass: particles.masses[row as usize],
+                volume: volume(record.radius, dimensions),
+                diameter: 2.0 * record.radius,
+            }
+        }
+        Who::Body(index) => {
+            let body = &particles.bodies()[index as usize];
+            Crosser {
+                velocity: body.velocity,
+                material: body.material,
+                mass: body.mass,
+                volume: body.volume,
+                diameter: libm::cbrt(6.0 * body.volume / std::f64::consts::PI),
+            }
+        }
+    }
+}
+
+impl FluxPlan {
+    /// How far a place (m) is in front of the plane, m; negative behind.
+    fn ahead(&self, place: DVec3) -> f64 {
+        (place - self.point).dot(self.normal)
+    }
+
+    /// Whether somebody who has just come to `position` (m) with this velocity (m/s) has passed through the part that counts.
+    fn is_crossed_at(&self, position: DVec3, velocity: DVec3, images: &Images) -> bool {
+        let Some(place) = self.crossing(position, velocity) else {
+            return self.radius.is_none();
+        };
+        let is_across = |axis: usize| images.periodic[axis] && self.normal[axis] != 0.0;
+        // An oblique plane is not the same in the next period: it ends at the faces.
+        let is_oblique = self.normal.abs().max_element() < 1.0;
+        let beyond = |axis: usize| {
+            let along = place[axis] - images.min[axis];
+            is_oblique && is_across(axis) && !(0.0..images.size[axis]).contains(&along)
+        };
+        if (0..3).any(beyond) {
+            return false;
+        }
+        let Some(radius) = self.radius else {
+            return true;
+        };
+        // The nearest image along the plane.
+        std::iter::once(NO_SHIFT)
+            .chain(images.neighbours())
+            .map(|code| images.shift(code))
+            .filter(|shift| shift.dot(self.normal) == 0.0)
+            .any(|shift| (place + shift - self.point).length_squared() <= radius * radius)
+    }
+
+    /// Where it came through the plane, m.
+    fn crossing(&self, position: DVec3, velocity: DVec3) -> Option<DVec3> {
+        let speed = velocity.dot(self.normal);
+        (speed != 0.0).then(|| position - velocity * (self.ahead(position) / speed))
+    }
+}

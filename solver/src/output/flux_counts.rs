@@ -1,0 +1,83 @@
+//! `<prefix>.flux.csv`: what crossed each flux plane since the last row, material by material.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+
+use super::region_counts::materials;
+use super::stream::{Begin, Stream, TextFile, push_csv_name};
+use super::{OutputError, State};
+use crate::plan::Plan;
+use crate::state::MaterialIndex;
+
+pub(super) struct FluxCounts {
+    file: TextFile,
+    planes: Vec<String>,
+    /// Index and name of every material that particles have or come with, ascending.
+    materials: Vec<(MaterialIndex, String)>,
+    /// Materials of the plan.
+    columns: usize,
+}
+
+impl FluxCounts {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.flux.csv", plan.outputs().prefix());
+        let head = b"time,name,material,forward,backward,mass,volume,px,py,pz,d10,d32,d43\n";
+        let file = TextFile::begin(folder, &name, head, begin)?;
+        let planes = plan.outputs().fluxes().iter();
+        Ok(Self {
+            file,
+            planes: planes.map(|plane| plane.name.clone()).collect(),
+            materials: materials(plan),
+            columns: plan.physics().materials().len(),
+        })
+    }
+}
+
+impl Stream for FluxCounts {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if !state.due.frame {
+            return Ok(());
+        }
+        let out = &mut self.file.buffer;
+        let by_plane = state.crossed.chunks_exact(self.columns.max(1));
+        for (plane, crossed) in self.planes.iter().zip(by_plane) {
+            for (material, name) in &self.materials {
+                let crossed = &crossed[material.index()];
+                push_number(out, state.time, NumberStyle::Shortest);
+                out.push(b',');
+                push_csv_name(out, plane);
+                out.push(b',');
+                push_csv_name(out, name);
+                for number in [crossed.forward, crossed.backward] {
+                    out.push(b',');
+                    push_integer(out, number as i64);
+                }
+                let p = crossed.momentum;
+                for value in [
+                    crossed.mass,
+                    crossed.volume,
+                    p.x,
+                    p.y,
+                    p.z,
+                    crossed.mean_diameter(1),
+                    crossed.mean_diameter(3),
+                    crossed.mean_diameter(4),
+                ] {
+                    out.push(b',');
+                    push_number(out, value, NumberStyle::Shortest);
+                }
+                out.push(b'\n');
+            }
+        }
+        self.file.flush()
+    }
+
+    fn position(&self) -> u64 {
+        self.file.position()
+    }
+
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.sync()
+    }
+}
