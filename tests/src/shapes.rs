@@ -12,7 +12,8 @@ use mercury_common::formats::clump::ClumpFile;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewBody};
 use mercury_solver::state::MaterialIndex;
@@ -80,6 +81,7 @@ impl Table {
                 friction: self.friction,
                 static_friction: self.friction,
                 rotation: SpringRotation::Project,
+                limits: CoulombLimits::Bounded,
             }),
             rolling: AnyRolling::None,
             adhesion: AnyAdhesion::None,

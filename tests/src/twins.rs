@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
-use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
+use mercury_solver::contact::{self, AnyNormal, AnyRolling, AnyTangential, Luding, SpringRotation};
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::step::Engine;
 use mercury_solver::walls as fast;
@@ -59,10 +59,13 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
             }
         }
     };
-    let mut mindlin = |law: mercury_solver::contact::Mindlin, load_history| {
-        if law.cap_total {
-            conventions.coulomb_limits = CoulombLimits::Total;
-        }
+    let limits = |limits| match limits {
+        contact::CoulombLimits::Bounded => CoulombLimits::Bounded,
+        contact::CoulombLimits::Elastic => CoulombLimits::Elastic,
+        contact::CoulombLimits::Total => CoulombLimits::Total,
+    };
+    let mut mindlin = |law: contact::Mindlin, load_history| {
+        conventions.coulomb_limits = limits(law.limits);
         Tangential::Mindlin {
             effective_shear_modulus: law.effective_shear_modulus,
             damping: law.damping,
@@ -75,6 +78,7 @@ pub fn reference_law(law: &AnyPairLaw) -> (ContactLaw, Conventions) {
     let tangential = match law.tangential {
         AnyTangential::None => Tangential::None,
         AnyTangential::Linear(law) => {
+            conventions.coulomb_limits = limits(law.limits);
             conventions.tangential_history = match law.rotation {
                 SpringRotation::Project => TangentialHistory::Project,
                 SpringRotation::Incremental => TangentialHistory::Incremental,

@@ -8,8 +8,8 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, History,
-    HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling, NormalForce, PairLaw,
+    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits,
+    History, HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling, NormalForce, PairLaw,
     SpringRotation, TangentialLaw,
 };
 use mercury_solver::forces::{ContactForces, ContactLoop, SlotState, Watch};
@@ -352,6 +352,7 @@ fn crowd(seed: u64, cells: [u32; 3]) -> (Arc<Plan>, Linear, LinearFriction) {
         friction: 0.3,
         static_friction: 0.3,
         rotation: SpringRotation::Project,
+        limits: CoulombLimits::Bounded,
     };
     let size = 2.4e-3 * DVec3::from_array(cells.map(f64::from));
     let mut plan = Draft::new(

@@ -3,8 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, LinearFriction, Luding, PairLaw, Plastic,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, LinearFriction, Luding,
+    PairLaw, Plastic, SpringRotation,
 };
 use mercury_solver::plan::NewParticle;
 use mercury_solver::state::MaterialIndex;
@@ -34,6 +34,7 @@ fn cluster() -> Engine {
             friction: 0.4,
             static_friction: 0.5,
             rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
         }),
         rolling: AnyRolling::Luding(Luding {
             rolling: spring(0.1),

@@ -3,8 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, PairLaw, SpringRotation,
 };
 use mercury_solver::state::volume;
 use mercury_tests::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
@@ -99,6 +99,7 @@ fn sticking(normal: Linear) -> AnyPairLaw {
             friction: 1e3,
             static_friction: 1e3,
             rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
         }),
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,

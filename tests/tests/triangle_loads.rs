@@ -13,8 +13,8 @@ use mercury_solver::bodies::Clump;
 use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin,
-    PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
 use mercury_solver::forces::{LoadSums, Watch, block_size};
 use mercury_solver::plan::{Draft, NewBody, NewParticle};
@@ -76,6 +76,7 @@ fn linear(dissipation: f64) -> AnyPairLaw {
             friction: FRICTION,
             static_friction: FRICTION,
             rotation: SpringRotation::default(),
+            limits: CoulombLimits::Bounded,
         }),
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,
@@ -415,8 +416,11 @@ fn threads_change_no_byte() {
         let first = bytes(&runs[0], file);
         assert!(runs.iter().all(|run| bytes(run, file) == first), "{file}");
     }
-    let last = frames(runs[0].path()).pop().unwrap();
-    assert!(last.triangle.len() > 100 && last.slip_power.iter().sum::<f64>() > 0.0);
+    // While they press: in the end dashpots pull, which makes no friction.
+    let rubs = |frame: &TriangleLoadFrame| {
+        frame.triangle.len() > 100 && frame.slip_power.iter().sum::<f64>() > 0.0
+    };
+    assert!(frames(runs[0].path()).iter().any(rubs));
 }
 
 /// A run that goes on from a snapshot between two frames tells the same means.

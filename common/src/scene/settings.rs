@@ -112,7 +112,7 @@ pub struct Conventions {
     pub rolling_lever: RollingLever,
     /// Whether tensile visco-elastic forces are cut off; default false.
     pub clamp_tension: bool,
-    /// What the Coulomb limit of the Mindlin law acts on; default elastic.
+    /// How friction is kept within Coulomb's limit; default bounded.
     pub coulomb_limits: CoulombLimits,
     /// Whether R* includes the curvature of walls; default false.
     pub wall_curvature: bool,
@@ -153,12 +153,16 @@ pub enum RollingLever {
     TwiceReducedRadius,
 }
 
-/// What the Coulomb limit of the Mindlin law acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// How friction is kept within Coulomb's limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum CoulombLimits {
-    /// The elastic part; damping is added when sticking.
+    /// The elastic part decides whether the contact slides, which leaves no viscous part; else the sum of both is cut. The limit
+    /// is mu max(F_n, 0).
+    #[default]
+    Bounded,
+    /// Mindlin: the elastic part is cut, damping is added when sticking, beyond the limit mu |F_n|. Linear: as `Total`.
     Elastic,
-    /// The sum of elastic part and damping.
+    /// The sum of elastic part and damping is cut at mu |F_n|, and the spring set back by what is left of it.
     Total,
 }
 
@@ -296,12 +300,13 @@ pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
                 item.word(
                     "Coulomb limit",
                     &[
+                        ("bounded", CoulombLimits::Bounded),
                         ("elastic", CoulombLimits::Elastic),
                         ("total", CoulombLimits::Total),
                     ],
                 )
             })
-            .unwrap_or(CoulombLimits::Elastic),
+            .unwrap_or_default(),
         wall_curvature: flag(fields, "wall_curvature", false),
         overlap_error: overlap_error?,
         overlap_warning: overlap_warning?,

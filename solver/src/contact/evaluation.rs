@@ -42,8 +42,8 @@ pub struct Action<L = f64> {
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T, R, A> {
     /// Force and couple of two that touch, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
     ///
-    /// Order: the normal force gives N = |F_n| (absolute value: also a tensile viscous force limits
-    /// friction), then friction and rolling, which do nothing if N = 0, then adhesion, which does not enter N.
+    /// Order: the whole normal force F_n, which limits friction and, by its absolute value, rolling; these two; then adhesion,
+    /// which limits neither.
     #[inline(always)]
     pub fn act<L: Real>(
         &self,
@@ -53,12 +53,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
     ) -> Action<L> {
         let normal = self.normal.force(contact, &mut history.0);
         let normal_total = normal.total();
-        let limit = normal_total.abs();
-        let tangential = self.tangential.force(contact, limit, dt, &mut history.1);
+        let tangential = self
+            .tangential
+            .force(contact, normal_total, dt, &mut history.1);
         let couple = if R::ACTIVE {
             let stiffness = self.tangential.stiffness(contact);
             self.rolling
-                .couple(contact, limit, stiffness, dt, &mut history.2)
+                .couple(contact, normal_total.abs(), stiffness, dt, &mut history.2)
         } else {
             Vector::ZERO
         };

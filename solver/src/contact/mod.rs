@@ -39,6 +39,7 @@ pub use tangential::{
     AnyTangential, LinearFriction, Mindlin, MindlinRescaled, NoFriction, TangentialLaw,
 };
 
+pub use mercury_common::scene::CoulombLimits;
 use mercury_common::scene::LawKeys;
 
 use crate::lanes::{Mask, Real, Vector};

@@ -5,10 +5,10 @@ use proptest::strategy::ValueTree;
 
 use super::rolling::FrictionSpring;
 use super::{
-    Action, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact, Hertz, Histories, History,
-    HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, NoAdhesion,
-    NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw, Plastic, RollingLaw, SpringRotation,
-    TangentialLaw,
+    Action, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits, Hertz,
+    Histories, History, HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled,
+    NoAdhesion, NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw, Plastic, RollingLaw,
+    SpringRotation, TangentialLaw,
 };
 use crate::lanes::{Lanes, Mask, Real, Vector};
 
@@ -323,30 +323,38 @@ fn tangential_laws() -> Vec<AnyTangential> {
         friction: 0.4,
         static_friction: 0.6,
         rotation: SpringRotation::Project,
+        limits: CoulombLimits::Bounded,
     };
     let mindlin = Mindlin::new(1.1e6, 2.0 / 3.0, 0.3, 0.4, 0.5);
-    let mut total = mindlin;
-    total.cap_total = true;
-    vec![
+    let mut laws = vec![
         AnyTangential::None,
-        AnyTangential::Linear(linear),
         AnyTangential::Linear(LinearFriction {
             rotation: SpringRotation::Incremental,
-            ..linear
-        }),
-        AnyTangential::Linear(LinearFriction {
-            stiffness: 0.0,
             ..linear
         }),
         AnyTangential::Linear(LinearFriction {
             friction: 0.0,
             ..linear
         }),
-        AnyTangential::Mindlin(mindlin),
-        AnyTangential::Mindlin(total),
-        AnyTangential::MindlinRescaled(MindlinRescaled { plain: mindlin }),
-        AnyTangential::MindlinRescaled(MindlinRescaled { plain: total }),
-    ]
+    ];
+    for limits in [
+        CoulombLimits::Bounded,
+        CoulombLimits::Elastic,
+        CoulombLimits::Total,
+    ] {
+        let linear = LinearFriction { limits, ..linear };
+        let plain = mindlin.with_limits(limits);
+        laws.extend([
+            AnyTangential::Linear(linear),
+            AnyTangential::Linear(LinearFriction {
+                stiffness: 0.0,
+                ..linear
+            }),
+            AnyTangential::Mindlin(plain),
+            AnyTangential::MindlinRescaled(MindlinRescaled { plain }),
+        ]);
+    }
+    laws
 }
 
 fn rolling_laws() -> Vec<AnyRolling> {

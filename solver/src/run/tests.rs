@@ -19,7 +19,8 @@ use crate::bodies::Clump;
 use crate::boundaries::{CountedRegion, FluxPlan, Region};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    SpringRotation,
 };
 use crate::plan::{Draft, NewBody, NewParticle};
 use crate::state::MaterialIndex;
@@ -39,6 +40,7 @@ fn law(friction: f64) -> AnyPairLaw {
                 friction,
                 static_friction: friction,
                 rotation: SpringRotation::default(),
+                limits: CoulombLimits::Bounded,
             })
         } else {
             AnyTangential::None

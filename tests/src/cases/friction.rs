@@ -6,8 +6,8 @@ use glam::{DVec3, dvec3};
 use mercury_solver::contact::normal::damping_ratio_clamped;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Mindlin,
-    MindlinRescaled, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, Mindlin, MindlinRescaled, PairLaw, SpringRotation,
 };
 use mercury_solver::forces::ContactRecord;
 use mercury_solver::state::{Particle, volume};
@@ -35,7 +35,9 @@ fn gross_sliding_of_hertz() -> Vec<Case> {
     let begin = move || {
         let law = PairLaw {
             normal: AnyNormal::Hertz(Hertz::new(1e5, 0.0)),
-            tangential: AnyTangential::Mindlin(Mindlin::new(65000.0, 2.0 / 3.0, 0.0, 0.1, 0.1)),
+            tangential: AnyTangential::Mindlin(
+                Mindlin::new(65000.0, 2.0 / 3.0, 0.0, 0.1, 0.1).with_limits(CoulombLimits::Elastic),
+            ),
             rolling: AnyRolling::None,
             adhesion: AnyAdhesion::None,
         };
@@ -161,6 +163,7 @@ fn linear_rebound() -> Vec<Case> {
                     friction: 1e6,
                     static_friction: 1e6,
                     rotation: SpringRotation::Project,
+                    limits: CoulombLimits::Bounded,
                 }),
                 rolling: AnyRolling::None,
                 adhesion: AnyAdhesion::None,
@@ -195,6 +198,7 @@ fn linear_rebound() -> Vec<Case> {
                     friction: 0.1,
                     static_friction: 0.1,
                     rotation: SpringRotation::Project,
+                    limits: CoulombLimits::Bounded,
                 }),
                 rolling: AnyRolling::None,
                 adhesion: AnyAdhesion::None,

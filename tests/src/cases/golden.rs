@@ -1,4 +1,4 @@
-//! T8 to T10: trajectories that independent codes have printed to all digits.
+//! T8 to T10: trajectories that independent codes have printed to all digits, with Coulomb's limits as those codes have them.
 
 use std::f64::consts::PI;
 
@@ -6,8 +6,8 @@ use glam::{DVec3, dvec3};
 use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
-    Mindlin, PairLaw, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, Luding, Mindlin, PairLaw, SpringRotation,
 };
 use mercury_solver::step::Engine;
 
@@ -64,6 +64,7 @@ fn linear_and_sliding() -> Vec<Case> {
                 friction: 0.5,
                 static_friction: 0.5,
                 rotation,
+                limits: CoulombLimits::Total,
             }),
             rolling: AnyRolling::None,
             adhesion: AnyAdhesion::None,
@@ -147,13 +148,16 @@ fn mindlin_on_wall() -> Vec<Case> {
         let damping = hertz_damping(0.8);
         let law = PairLaw {
             normal: AnyNormal::Hertz(Hertz::new(5494505.494505494, damping)),
-            tangential: AnyTangential::Mindlin(Mindlin::new(
-                1131221.719457014,
-                2.0 / 3.0,
-                (2.0f64 / 3.0).sqrt() * damping,
-                0.3,
-                0.3,
-            )),
+            tangential: AnyTangential::Mindlin(
+                Mindlin::new(
+                    1131221.719457014,
+                    2.0 / 3.0,
+                    (2.0f64 / 3.0).sqrt() * damping,
+                    0.3,
+                    0.3,
+                )
+                .with_limits(CoulombLimits::Elastic),
+            ),
             rolling: AnyRolling::None,
             adhesion: AnyAdhesion::None,
         };
@@ -236,6 +240,7 @@ fn all_kinds_of_friction() -> Vec<Case> {
                 friction: 0.5,
                 static_friction: 0.5,
                 rotation,
+                limits: CoulombLimits::Total,
             }),
             rolling: AnyRolling::Luding(Luding {
                 rolling: spring(3e3, 0.2, 0.1),

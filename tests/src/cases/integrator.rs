@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    PairLaw, SpringRotation,
 };
 use mercury_solver::step::Engine;
 
@@ -123,6 +123,7 @@ fn momentum() -> Vec<Case> {
                 friction: 0.5,
                 static_friction: 0.5,
                 rotation: SpringRotation::Project,
+                limits: CoulombLimits::Bounded,
             }),
             rolling: AnyRolling::None,
             adhesion: AnyAdhesion::None,

@@ -3,8 +3,8 @@
 use glam::{DVec3, dvec3};
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    Luding, PairLaw, SpringRotation,
 };
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
@@ -78,6 +78,7 @@ impl OnPlane {
                 friction: FRICTION,
                 static_friction: FRICTION,
                 rotation: SpringRotation::Project,
+                limits: CoulombLimits::Bounded,
             }),
             rolling: AnyRolling::Luding(Luding {
                 rolling: spring(self.rolling),

@@ -60,13 +60,17 @@ pub enum RollingLever {
     EffectiveDiameter,
 }
 
-/// What Coulomb's limit applies to in the Mindlin law (the linear law always limits the sum).
+/// How friction is kept within Coulomb's limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum CoulombLimits {
-    /// The elastic force; damping comes on top while the contact sticks, and vanishes in sliding.
+    /// The elastic force decides whether it slides; then there is no viscous one. While it sticks the
+    /// sum of both is bounded. Only a force that presses, F_n > 0, makes friction.
     #[default]
+    Bounded,
+    /// Mindlin: the elastic force; damping comes on top while the contact sticks, and vanishes in
+    /// sliding. The linear law limits the sum. |F_n| makes friction.
     Elastic,
-    /// Elastic plus viscous force, as in the linear law.
+    /// Elastic plus viscous force, in both laws. |F_n| makes friction.
     Total,
 }
 
@@ -174,18 +178,18 @@ pub fn contact_force(
         elastic_energy: normal_energy,
         ..ContactForce::default()
     };
-    // Friction takes the magnitude of the normal force, also where damping makes it pull.
+    let (tangential_force, energy) =
+        law.tangential
+            .evaluate(kinematics, conventions, normal_force, history, spring_time);
+    response.tangential_force = tangential_force;
+    response.force += tangential_force;
+    response.elastic_energy += energy;
+
+    // Rolling takes the magnitude of the normal force, also where damping makes it pull.
     let pressure = normal_force.abs();
     if pressure == 0.0 {
         return response;
     }
-
-    let (tangential_force, energy) =
-        law.tangential
-            .evaluate(kinematics, conventions, pressure, history, spring_time);
-    response.tangential_force = tangential_force;
-    response.force += tangential_force;
-    response.elastic_energy += energy;
 
     let lever = match conventions.rolling_lever {
         RollingLever::EffectiveRadius => kinematics.effective_radius,

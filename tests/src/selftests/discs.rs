@@ -5,8 +5,8 @@ use glam::DVec3;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::orientation::euler_from_quaternion;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    PairLaw, SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::MaterialIndex;
@@ -54,6 +54,7 @@ pub(super) fn extreme_overlap(data: &Data) -> Result<Comparison> {
             friction: 1.0,
             static_friction: 1.0,
             rotation: SpringRotation::Incremental,
+            limits: CoulombLimits::Total,
         }),
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Mindlin, PairLaw,
 };
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::MaterialIndex;
@@ -21,7 +21,9 @@ const MODULI: (f64, f64) = (1e5, 65_000.0);
 fn law(normal_damping: f64) -> mercury_solver::contact::registry::AnyPairLaw {
     PairLaw {
         normal: AnyNormal::Hertz(Hertz::new(MODULI.0, normal_damping)),
-        tangential: AnyTangential::Mindlin(Mindlin::new(MODULI.1, 2.0 / 3.0, 0.0, 0.1, 0.1)),
+        tangential: AnyTangential::Mindlin(
+            Mindlin::new(MODULI.1, 2.0 / 3.0, 0.0, 0.1, 0.1).with_limits(CoulombLimits::Elastic),
+        ),
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,
     }

@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, Luding, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    Luding, PairLaw, SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::MaterialIndex;
@@ -63,6 +63,7 @@ fn run(
             friction: 0.0,
             static_friction: 0.0,
             rotation: SpringRotation::Incremental,
+            limits: CoulombLimits::Total,
         }),
         rolling: AnyRolling::Luding(Luding {
             rolling: spring(resistance == Resistance::Rolling),

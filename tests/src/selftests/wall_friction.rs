@@ -5,8 +5,8 @@ use glam::DVec3;
 use mercury_common::formats::data::DataReader;
 use mercury_common::formats::ene::EnergyReader;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, LinearFriction, PairLaw,
-    SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
+    PairLaw, SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::MaterialIndex;
@@ -73,6 +73,7 @@ pub(super) fn run(data: &Data, index: usize) -> Result<Comparison> {
             friction,
             static_friction: friction,
             rotation: SpringRotation::Incremental,
+            limits: CoulombLimits::Total,
         }),
         rolling: AnyRolling::None,
         adhesion: AnyAdhesion::None,

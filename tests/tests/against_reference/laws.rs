@@ -4,8 +4,8 @@ use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, LinearFriction, Luding,
-    Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
 };
 
 fn normals() -> Vec<AnyNormal> {
@@ -44,10 +44,10 @@ fn tangentials() -> Vec<AnyTangential> {
         friction: 0.4,
         static_friction: 0.5,
         rotation: SpringRotation::Project,
+        limits: CoulombLimits::Bounded,
     };
     let mindlin = Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4);
-    let mut total = Mindlin::new(6e5, 1.0, 0.1, 0.3, 0.4);
-    total.cap_total = true;
+    let total = Mindlin::new(6e5, 1.0, 0.1, 0.3, 0.4).with_limits(CoulombLimits::Total);
     vec![
         AnyTangential::None,
         AnyTangential::Linear(linear),
@@ -64,6 +64,23 @@ fn tangentials() -> Vec<AnyTangential> {
         AnyTangential::Mindlin(total),
         AnyTangential::MindlinRescaled(MindlinRescaled { plain: mindlin }),
         AnyTangential::MindlinRescaled(MindlinRescaled { plain: total }),
+    ]
+}
+
+/// With Coulomb's limit as other codes have it.
+fn tangentials_of_other_codes() -> Vec<AnyTangential> {
+    let elastic = Mindlin::new(6e5, 2.0 / 3.0, 0.1, 0.4, 0.4).with_limits(CoulombLimits::Elastic);
+    vec![
+        AnyTangential::Linear(LinearFriction {
+            stiffness: 3e4,
+            dissipation: 2.0,
+            friction: 0.4,
+            static_friction: 0.5,
+            rotation: SpringRotation::Project,
+            limits: CoulombLimits::Total,
+        }),
+        AnyTangential::Mindlin(elastic),
+        AnyTangential::MindlinRescaled(MindlinRescaled { plain: elastic }),
     ]
 }
 
@@ -87,9 +104,15 @@ fn rollings(rotation: SpringRotation) -> Vec<AnyRolling> {
 
 /// Every combination of the three parts.
 pub(crate) fn laws() -> Vec<AnyPairLaw> {
+    let mut laws = combinations(tangentials());
+    laws.extend(combinations(tangentials_of_other_codes()));
+    laws
+}
+
+fn combinations(tangentials: Vec<AnyTangential>) -> Vec<AnyPairLaw> {
     let mut laws = Vec::new();
     for normal in normals() {
-        for tangential in tangentials() {
+        for &tangential in &tangentials {
             // The rolling spring follows the contact as the sliding one does.
             let rotation = match tangential {
                 AnyTangential::Linear(law) => law.rotation,

@@ -12,7 +12,9 @@ mod surroundings;
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
-use mercury_solver::contact::{AnyNormal, AnyRolling, AnyTangential, SpringRotation};
+use mercury_solver::contact::{
+    AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
+};
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
@@ -218,14 +220,17 @@ fn trajectories_of_mixed_laws() {
                 AnyNormal::Hertz(law) => law.clamp_tension,
                 AnyNormal::Plastic(law) => law.clamp_tension,
             };
-            let total = match law.tangential {
-                AnyTangential::Mindlin(law) => law.cap_total,
-                AnyTangential::MindlinRescaled(law) => law.plain.cap_total,
-                AnyTangential::Linear(law) => law.rotation == SpringRotation::Incremental,
+            let unusual = match law.tangential {
+                AnyTangential::Mindlin(law) => law.limits != CoulombLimits::Bounded,
+                AnyTangential::MindlinRescaled(law) => law.plain.limits != CoulombLimits::Bounded,
+                AnyTangential::Linear(law) => {
+                    law.rotation == SpringRotation::Incremental
+                        || law.limits != CoulombLimits::Bounded
+                }
                 AnyTangential::None => false,
             };
             let lever = matches!(law.rolling, AnyRolling::Luding(luding) if luding.lever != 1.0);
-            !(clamped || total || lever)
+            !(clamped || unusual || lever)
         })
         .collect();
     for (k, around) in surroundings().iter().enumerate() {

@@ -7,7 +7,7 @@ use mercury_common::random::Stream;
 
 use super::super::{DeletionPlan, InsertionPlan, Quantity, Rate, Region, Total};
 use super::{insertion, monodisperse, plan};
-use crate::contact::{AnyTangential, LinearFriction, SpringRotation};
+use crate::contact::{AnyTangential, CoulombLimits, LinearFriction, SpringRotation};
 use crate::plan::{Draft, NewParticle};
 use crate::state::Id;
 use crate::state::MaterialIndex;
@@ -216,6 +216,7 @@ fn contacts_keep_their_history_when_others_go_and_come() {
                 friction: 0.8,
                 static_friction: 0.8,
                 rotation: SpringRotation::default(),
+                limits: CoulombLimits::Bounded,
             });
         }
         // Two spheres pressed together that shear one another.

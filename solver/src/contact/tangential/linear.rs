@@ -1,20 +1,22 @@
 //! The linear tangential spring and dashpot with Coulomb's limit.
 
-use mercury_common::scene::{Key, LawKeys, Part, Range};
+use mercury_common::scene::{CoulombLimits, Key, LawKeys, Part, Range};
 
 use super::super::history::TangentialSpring;
 use super::super::{Contact, SpringRotation, follow};
-use super::{AnyTangential, FRICTION, STATIC_FRICTION, TangentialLaw, coulomb};
+use super::coulomb::{STRONGEST_DASHPOT, Slider};
+use super::{AnyTangential, FRICTION, STATIC_FRICTION, TangentialLaw};
 use crate::contact::mixing::{Friction, Pair};
 use crate::contact::{
     AnyNormal, PlannedNormal, PlannedTangential, SpringAndDashpot, StiffestTangential,
 };
 use crate::lanes::{Mask, Real, Vector};
 
-/// f = -k_t xi - gamma_t u_t, the whole of it cut at mu N (Cundall & Strack 1979; Luding 2008, eqs. 22-24).
+/// f = -k_t xi - gamma_t u_t within Coulomb's limit (Cundall & Strack 1979; Luding 2008, eqs. 22-24).
 ///
 /// The spring xi follows the contact as it turns and is stretched by u_t dt; when it slides it is set back to what
-/// the force it may carry needs. A static friction above the dynamic one gives stick-slip.
+/// the force it may carry needs. A static friction above the dynamic one gives stick-slip. A dashpot without a spring whose force
+/// is always beyond the limit is Coulomb's friction itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearFriction {
     /// k_t, N/m; 0 leaves only the dashpot.
@@ -27,6 +29,8 @@ pub struct LinearFriction {
     pub static_friction: f64,
     /// How the spring turns with the contact.
     pub rotation: SpringRotation,
+    /// How the force is kept within Coulomb's limit; `Elastic` is Mindlin's alone and counts as `Total` in a scene.
+    pub limits: CoulombLimits,
 }
 
 impl TangentialLaw for LinearFriction {
@@ -45,28 +49,29 @@ impl TangentialLaw for LinearFriction {
         dt: f64,
         history: &mut TangentialSpring<L>,
     ) -> Vector<L> {
-        let idle = normal_force.equals(L::ZERO);
+        let idle = Slider::idle(self.limits, normal_force);
         if idle.all() || self.friction == 0.0 {
             return Vector::ZERO;
         }
         let damping = contact.tangential_velocity * L::splat(self.dissipation);
-        let (static_limit, dynamic_limit) = (
-            normal_force * self.static_friction,
-            normal_force * self.friction,
+        let slider = Slider::new(
+            self.limits,
+            normal_force,
+            self.friction,
+            self.static_friction,
         );
         let (mut force, mut spring);
         if self.stiffness == 0.0 {
-            (force, _) = coulomb(-damping, static_limit, dynamic_limit);
+            (force, _) = slider.cut(-damping);
             spring = history.0;
         } else {
-            let slides;
             let stiffness = L::splat(self.stiffness);
             spring = follow(self.rotation, history.0, contact, dt)
                 + contact.tangential_velocity * L::splat(dt);
-            let trial = -(spring * stiffness) - damping;
-            (force, slides) = coulomb(trial, static_limit, dynamic_limit);
-            if slides.any() {
-                spring = Vector::select(slides, -(force + damping) / stiffness, spring);
+            let limited = slider.limit(-(spring * stiffness), damping);
+            force = limited.force;
+            if limited.slides.any() {
+                spring = Vector::select(limited.slides, -limited.carried / stiffness, spring);
             }
         }
         if idle.any() {
@@ -148,10 +153,14 @@ impl PlannedTangential for LinearFriction {
         let dissipation = pair.number("dissipation")?;
         Some(AnyTangential::Linear(Self {
             stiffness,
-            dissipation,
+            dissipation: dissipation.min(STRONGEST_DASHPOT),
             friction: friction.dynamic,
             static_friction: friction.holding,
             rotation: pair.rotation(),
+            limits: match pair.conventions().coulomb_limits {
+                CoulombLimits::Bounded => CoulombLimits::Bounded,
+                CoulombLimits::Elastic | CoulombLimits::Total => CoulombLimits::Total,
+            },
         }))
     }
 }

@@ -4,7 +4,8 @@ use mercury_common::scene::{CoulombLimits, Key, LawKeys, Mixing, Part, Range};
 
 use super::super::history::TangentialSpring;
 use super::super::{Contact, project};
-use super::{AnyTangential, FRICTION, MindlinRescaled, STATIC_FRICTION, TangentialLaw, coulomb};
+use super::coulomb::{STRONGEST_DASHPOT, Slider};
+use super::{AnyTangential, FRICTION, MindlinRescaled, STATIC_FRICTION, TangentialLaw};
 use crate::contact::mixing::{Friction, Pair};
 use crate::contact::normal::{effective_shear_modulus, elastic_pair};
 use crate::contact::parameter::Origin;
@@ -13,8 +14,8 @@ use crate::contact::{
 };
 use crate::lanes::{Mask, Real, Vector};
 
-/// f = -s k_t xi with k_t = 8 G* a, a = sqrt(R* overlap), taken at the present overlap, cut at mu N; while it sticks a
-/// dashpot beta_t sqrt(m* k_t) u_t is added (Mindlin 1949; Di Renzo & Di Maio 2005, eq. 17 for s = 2/3;
+/// f = -s k_t xi with k_t = 8 G* a, a = sqrt(R* overlap), taken at the present overlap, and while it sticks a dashpot
+/// beta_t sqrt(m* k_t) u_t; both within Coulomb's limit (Mindlin 1949; Di Renzo & Di Maio 2005, eq. 17 for s = 2/3;
 /// Thornton et al. 2023, eqs. 4.5-4.8).
 ///
 /// s = 1 is Mindlin's no-slip stiffness at constant load; s = 2/3, the default, is exact where xi grows in proportion to
@@ -32,8 +33,8 @@ pub struct Mindlin {
     pub friction: f64,
     /// mu while sticking.
     pub static_friction: f64,
-    /// Cut elastic and viscous part together at mu N, instead of the elastic part alone.
-    pub cap_total: bool,
+    /// How the force is kept within Coulomb's limit.
+    pub limits: CoulombLimits,
     /// 8 G*, Pa.
     stiffness_per_radius: f64,
     /// beta_t sqrt(8 G*), so that the dashpot is `dashpot` sqrt(m* a).
@@ -57,10 +58,16 @@ impl Mindlin {
             damping,
             friction,
             static_friction,
-            cap_total: false,
+            limits: CoulombLimits::Bounded,
             stiffness_per_radius,
             dashpot: damping * stiffness_per_radius.sqrt(),
         }
+    }
+
+    /// The same, kept within Coulomb's limit in another way.
+    #[must_use]
+    pub fn with_limits(self, limits: CoulombLimits) -> Self {
+        Self { limits, ..self }
     }
 }
 
@@ -80,7 +87,7 @@ impl TangentialLaw for Mindlin {
         dt: f64,
         history: &mut TangentialSpring<L>,
     ) -> Vector<L> {
-        let idle = normal_force.equals(L::ZERO);
+        let idle = Slider::idle(self.limits, normal_force);
         if idle.all() || self.friction == 0.0 {
             return Vector::ZERO;
         }
@@ -90,24 +97,16 @@ impl TangentialLaw for Mindlin {
         let mut spring = project(history.0, contact) + contact.tangential_velocity * L::splat(dt);
         let elastic = -(spring * stiffness);
         let damping = contact.tangential_velocity * dashpot;
-        let (static_limit, dynamic_limit) = (
-            normal_force * self.static_friction,
-            normal_force * self.friction,
+        let slider = Slider::new(
+            self.limits,
+            normal_force,
+            self.friction,
+            self.static_friction,
         );
-        let (mut force, slides);
-        if self.cap_total {
-            (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
-            if slides.any() {
-                spring = Vector::select(slides, -(force + damping) / stiffness, spring);
-            }
-        } else {
-            (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
-            if slides.any() {
-                spring = Vector::select(slides, -force / stiffness, spring);
-            }
-            if !slides.all() {
-                force = Vector::select(slides, force, force - damping);
-            }
+        let limited = slider.limit(elastic, damping);
+        let mut force = limited.force;
+        if limited.slides.any() {
+            spring = Vector::select(limited.slides, -limited.carried / stiffness, spring);
         }
         if idle.any() {
             force = Vector::select(idle, Vector::ZERO, force);
@@ -193,8 +192,14 @@ impl PlannedTangential for Mindlin {
         pair.record("stiffness_factor", factor, factor_origin);
         pair.record("damping", damping, damping_origin);
         pair.record_word("load_history", load_history, history_origin);
-        let mut law = Self::new(shear, factor, damping, friction.dynamic, friction.holding);
-        law.cap_total = pair.conventions().coulomb_limits == CoulombLimits::Total;
+        let mut law = Self::new(
+            shear,
+            factor,
+            damping.min(STRONGEST_DASHPOT),
+            friction.dynamic,
+            friction.holding,
+        );
+        law.limits = pair.conventions().coulomb_limits;
         Some(match load_history {
             "rescale" => AnyTangential::MindlinRescaled(MindlinRescaled { plain: law }),
             _ => AnyTangential::Mindlin(law),

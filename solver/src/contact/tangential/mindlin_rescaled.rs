@@ -1,7 +1,8 @@
 //! Mindlin's stiffness with a stored force that shrinks with the contact area.
 
 use super::super::{Contact, History, HistoryNumber, project};
-use super::{TangentialLaw, coulomb};
+use super::TangentialLaw;
+use super::coulomb::Slider;
 use crate::contact::StiffestTangential;
 use crate::lanes::{Mask, Real, Vector};
 
@@ -74,7 +75,7 @@ impl TangentialLaw for MindlinRescaled {
         history: &mut StoredForce<L>,
     ) -> Vector<L> {
         let law = &self.plain;
-        let idle = normal_force.equals(L::ZERO);
+        let idle = Slider::idle(law.limits, normal_force);
         if idle.all() || law.friction == 0.0 {
             return Vector::ZERO;
         }
@@ -92,23 +93,11 @@ impl TangentialLaw for MindlinRescaled {
         }
         elastic -= contact.tangential_velocity * (stiffness * dt);
         let damping = contact.tangential_velocity * dashpot;
-        let (static_limit, dynamic_limit) = (
-            normal_force * law.static_friction,
-            normal_force * law.friction,
-        );
-        let (mut force, slides);
-        let mut stored = elastic;
-        if law.cap_total {
-            (force, slides) = coulomb(elastic - damping, static_limit, dynamic_limit);
-            if slides.any() {
-                stored = Vector::select(slides, force + damping, elastic);
-            }
-        } else {
-            (force, slides) = coulomb(elastic, static_limit, dynamic_limit);
-            stored = force;
-            if !slides.all() {
-                force = Vector::select(slides, force, force - damping);
-            }
+        let slider = Slider::new(law.limits, normal_force, law.friction, law.static_friction);
+        let limited = slider.limit(elastic, damping);
+        let (mut force, mut stored) = (limited.force, elastic);
+        if limited.slides.any() {
+            stored = Vector::select(limited.slides, limited.carried, elastic);
         }
         *history = StoredForce {
             force: stored,

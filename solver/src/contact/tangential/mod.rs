@@ -1,6 +1,7 @@
 //! Tangential force laws: sliding friction.
 
 mod any;
+mod coulomb;
 mod linear;
 mod mindlin;
 mod mindlin_rescaled;
@@ -13,7 +14,7 @@ pub use mindlin_rescaled::{MindlinRescaled, StoredForce};
 use mercury_common::scene::{Key, Mixing, Range};
 
 use super::{Contact, History, HistoryNumber};
-use crate::lanes::{Mask, Real, Vector};
+use crate::lanes::{Real, Vector};
 
 /// The coefficient that every law of sliding, rolling and torsion has.
 pub(crate) const FRICTION: Key = Key::new("friction", "", Range::NonNegative, "mu while it slides");
@@ -51,8 +52,8 @@ pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         <Self::History<f64> as History>::columns()
     }
 
-    /// Force on A in the tangent plane, N, for the normal force N >= 0 (absolute value, N); the history
-    /// goes on by `dt` (s).
+    /// Force on A in the tangent plane, N, for the whole normal force, N (positive where it presses); the history goes on by
+    /// `dt` (s).
     fn force<L: Real>(
         &self,
         contact: &Contact<L>,
@@ -100,17 +101,4 @@ impl TangentialLaw for NoFriction {
     fn energy<L: Real>(&self, _: &Contact<L>, (): &()) -> L {
         L::ZERO
     }
-}
-
-/// Cuts a trial force to the Coulomb limits: at most `static_friction` N, and `friction` N once it slides.
-/// Returns the force and where it slides.
-#[inline(always)]
-fn coulomb<L: Real>(trial: Vector<L>, static_limit: L, dynamic_limit: L) -> (Vector<L>, L::Mask) {
-    let squared = trial.length_squared();
-    let slides = !squared.at_most(static_limit * static_limit);
-    let mut force = trial;
-    if slides.any() {
-        force = Vector::select(slides, trial * (dynamic_limit / squared.sqrt()), trial);
-    }
-    (force, slides)
 }

@@ -76,8 +76,8 @@ mod tests {
     use crate::contact::rolling::AnyRollingHistory;
     use crate::contact::tangential::{AnyTangentialHistory, StoredForce};
     use crate::contact::{
-        AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, LinearFriction, Mindlin,
-        MindlinRescaled, Plastic, SpringRotation, TangentialSpring,
+        AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, LinearFriction,
+        Mindlin, MindlinRescaled, Plastic, SpringRotation, TangentialSpring,
     };
     use crate::lanes::Vector;
 
@@ -107,6 +107,7 @@ mod tests {
             friction: 0.5,
             static_friction: 0.5,
             rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
         });
         let plain = Mindlin::new(3e6, 1.0, 0.1, 0.5, 0.5);
         let mindlin = AnyTangential::Mindlin(plain);

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::contact::mixing::harmonic_mean;
-use crate::contact::{AnyNormal, AnyRolling, AnyTangential, SpringRotation};
+use crate::contact::{AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation};
 use proptest::prelude::*;
 
 const PLANE: &str =
@@ -326,7 +326,7 @@ fn mindlin_conventions_arrive_and_always_project() {
     let AnyTangential::MindlinRescaled(mindlin) = law.tangential else {
         panic!()
     };
-    assert!(mindlin.plain.cap_total);
+    assert_eq!(mindlin.plain.limits, CoulombLimits::Total);
     assert_eq!(mindlin.plain.damping, 0.0);
     assert_eq!(mindlin.plain.stiffness_factor, 2.0 / 3.0);
     let AnyRolling::Luding(luding) = law.rolling else {

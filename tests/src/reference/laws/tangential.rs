@@ -71,17 +71,27 @@ impl Tangential {
         }
     }
 
-    /// Friction force on A \[N\] and stored energy \[J\] under the normal force `pressure` \[N\].
+    /// Friction force on A \[N\] and stored energy \[J\] under the normal force \[N\].
     pub(super) fn evaluate(
         &self,
         kinematics: &Kinematics,
         conventions: &Conventions,
-        pressure: f64,
+        normal_force: f64,
         history: &mut History,
         spring_time: f64,
     ) -> (DVec3, f64) {
         let velocity = kinematics.tangential_velocity();
         let follows = self.history_of_springs(conventions);
+        let limits = conventions.coulomb_limits;
+        let pressure = match limits {
+            CoulombLimits::Bounded => normal_force.max(0.0),
+            CoulombLimits::Elastic | CoulombLimits::Total => {
+                if normal_force == 0.0 {
+                    return (DVec3::ZERO, 0.0); // nothing happens to the spring
+                }
+                normal_force.abs()
+            }
+        };
         match *self {
             Tangential::None => (DVec3::ZERO, 0.0),
             Tangential::Linear { friction, .. } | Tangential::Mindlin { friction, .. }
@@ -98,7 +108,12 @@ impl Tangential {
                 let slider = Slider::new(pressure, friction, static_friction);
                 let spring =
                     grown_spring(history.sliding, velocity, kinematics, follows, spring_time);
-                let (force, spring) = slider.limit_total(spring, stiffness, dissipation, velocity);
+                let (force, spring) = match limits {
+                    CoulombLimits::Bounded if stiffness > 0.0 => {
+                        slider.limit_bounded(spring, stiffness, dissipation, velocity)
+                    }
+                    _ => slider.limit_total(spring, stiffness, dissipation, velocity),
+                };
                 history.sliding = spring;
                 (force, 0.5 * stiffness * spring.length_squared())
             }
@@ -125,7 +140,10 @@ impl Tangential {
                         -stored / stiffness + velocity * spring_time
                     }
                 };
-                let (force, spring) = match conventions.coulomb_limits {
+                let (force, spring) = match limits {
+                    CoulombLimits::Bounded => {
+                        slider.limit_bounded(spring, stiffness, dissipation, velocity)
+                    }
                     CoulombLimits::Elastic => {
                         slider.limit_elastic(spring, stiffness, dissipation, velocity)
                     }
@@ -188,6 +206,23 @@ impl Slider {
             return (force, spring); // a dashpot alone has nothing to reset
         }
         (force, -(force + dissipation * velocity) / stiffness)
+    }
+
+    /// The spring limited; while it sticks spring and dashpot together, which leaves the spring as it is.
+    fn limit_bounded(
+        &self,
+        spring: DVec3,
+        stiffness: f64,
+        dissipation: f64,
+        velocity: DVec3,
+    ) -> (DVec3, DVec3) {
+        let elastic = -stiffness * spring;
+        if elastic.length() > self.static_limit {
+            let force = elastic * (self.dynamic_limit / elastic.length());
+            return (force, -force / stiffness);
+        }
+        let sum = elastic - dissipation * velocity;
+        (sum.clamp_length_max(self.static_limit), spring)
     }
 
     /// The spring limited, the dashpot acting only while it sticks.

@@ -235,17 +235,23 @@ fn coulomb_limits() {
         }
         let mut simulation = implosion(law);
         simulation.conventions.coulomb_limits = coulomb_limits;
-        let mut largest: f64 = 0.0;
+        let (mut largest, mut tensile) = (0.0f64, 0.0f64);
         for _ in 0..2_000 {
             simulation.advance();
             for contact in simulation.contacts.values() {
                 let response = contact.response;
                 let ratio = response.tangential_force.length() / response.normal_force.abs();
+                if response.normal_force < 0.0 {
+                    tensile = tensile.max(response.tangential_force.length());
+                }
                 largest = largest.max(ratio);
             }
         }
-        largest
+        (largest, tensile)
     };
-    assert!(largest_ratio(CoulombLimits::Total) <= 0.4 * (1.0 + 1e-12));
-    assert!(largest_ratio(CoulombLimits::Elastic) > 0.4 * 1.01); // damping comes on top
+    let (ratio, tensile) = largest_ratio(CoulombLimits::Bounded);
+    assert!(ratio <= 0.4 * (1.0 + 1e-12) && tensile == 0.0);
+    let (ratio, tensile) = largest_ratio(CoulombLimits::Total);
+    assert!(ratio <= 0.4 * (1.0 + 1e-12) && tensile > 0.0);
+    assert!(largest_ratio(CoulombLimits::Elastic).0 > 0.4 * 1.01); // damping comes on top
 }

@@ -1,4 +1,5 @@
-//! T8, T9, T10: trajectories that independent codes have printed to all digits.
+//! T8, T9, T10: trajectories that independent codes have printed to all digits, with Coulomb's limits
+//! as those codes have them.
 
 use std::f64::consts::PI;
 
@@ -32,6 +33,7 @@ fn linear_and_sliding(history: TangentialHistory) -> Simulation {
     };
     let mut simulation = Simulation::new(4e-4, law);
     simulation.conventions.tangential_history = history;
+    simulation.conventions.coulomb_limits = CoulombLimits::Total;
     for (side, spin) in [(-1.0, 5.0), (1.0, -2.0)] {
         simulation
             .particles
@@ -96,6 +98,7 @@ fn t9_hertz_mindlin_sphere_on_wall() {
         torsion: None,
     };
     let mut simulation = Simulation::new(1e-5, law);
+    simulation.conventions.coulomb_limits = CoulombLimits::Elastic;
     simulation.gravity = dvec3(0.0, 0.0, -9.81);
     let floor = Shape::Plane {
         point: DVec3::ZERO,
@@ -146,7 +149,10 @@ fn check_t10(conventions: Conventions, expected: [(DVec3, DVec3); 2]) {
         torsion: Some(resistance(2e3, 0.1, 0.05)),
     };
     let mut simulation = Simulation::new(1e-4, law);
-    simulation.conventions = conventions;
+    simulation.conventions = Conventions {
+        coulomb_limits: CoulombLimits::Total,
+        ..conventions
+    };
     simulation
         .particles
         .push(Particle::sphere(0.05, 2000.0).placed(
