@@ -166,12 +166,12 @@ impl PlannedTangential for LinearFriction {
 }
 
 impl LinearFriction {
-    /// Where it is stiffest: everywhere.
+    /// Where it is stiffest: everywhere. Coulomb's limit bounds the dashpot, which has no part in what the step must bear.
     pub(super) fn stiffest(&self, _: f64, _: f64) -> StiffestTangential {
         StiffestTangential {
             spring: SpringAndDashpot {
                 stiffness: self.stiffness,
-                dissipation: self.dissipation,
+                dissipation: 0.0,
             },
             full: self.stiffness,
             is_bounded: false,

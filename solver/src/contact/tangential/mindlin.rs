@@ -265,12 +265,16 @@ fn shear_modulus(pair: &mut Pair<'_>) -> Option<(f64, Origin)> {
 impl Mindlin {
     /// Spring and dashpot at the contact radius `radius` (m), for m* (kg). Their force stays below the friction that an
     /// estimated overlap allows, so beyond its critical step it rattles between the two directions of sliding and does not grow.
+    /// Where Coulomb's limit holds for the dashpot too, that has no part in what the step must bear.
     pub(super) fn stiffest(&self, effective_mass: f64, radius: f64) -> StiffestTangential {
         let full = 8.0 * self.effective_shear_modulus * radius;
         StiffestTangential {
             spring: SpringAndDashpot {
                 stiffness: self.stiffness_factor * full,
-                dissipation: self.damping * (effective_mass * full).sqrt(),
+                dissipation: match self.limits {
+                    CoulombLimits::Elastic => self.damping * (effective_mass * full).sqrt(),
+                    CoulombLimits::Bounded | CoulombLimits::Total => 0.0,
+                },
             },
             full,
             is_bounded: true,

@@ -171,6 +171,43 @@ fn stiff_dashpots_shorten_the_automatic_step() {
     );
 }
 
+/// Coulomb's limit bounds a tangential dashpot of any strength: it means friction without a spring. The rest of the pair, and the step,
+/// are as without it.
+#[test]
+fn tangential_dashpots_do_not_count() {
+    let hertz = "normal = { law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 0.8 }\n";
+    let linear = "normal = { law = \"linear\", stiffness = 1e4, restitution = 0.8 }\n";
+    for (normal, tangential, key) in [
+        (linear, "law = \"linear\", stiffness = 0.0", "dissipation"),
+        (linear, "law = \"linear\", stiffness = 2e3", "dissipation"),
+        (hertz, "law = \"mindlin\"", "damping"),
+        (
+            hertz,
+            "law = \"mindlin\", load_history = \"rescale\"",
+            "damping",
+        ),
+    ] {
+        let step = |damping: &str, limits: &str| {
+            let text = format!(
+                "{HEAD}[materials.ball]\ndensity = 1.909859317102744\n{normal}tangential = {{ {tangential}, friction = 0.5, {key} = {damping} }}\n{}",
+                two("ball", 0.5)
+            );
+            let limits = format!("contact.coulomb_limits={limits}");
+            planned_with(&text, &[&limits])
+                .unwrap_or_else(|errors| panic!("{errors}"))
+                .notes()
+                .step()
+                .clone()
+        };
+        for limits in ["bounded", "total"] {
+            let without = step("0.0", limits);
+            for strong in ["1e3", "1e20", "1e300"] {
+                assert_eq!(step(strong, limits), without, "{tangential}");
+            }
+        }
+    }
+}
+
 #[test]
 fn reference_speeds_are_explained() {
     let text = format!("gravity = [0, 0, -8]\n{HEAD}{HERTZ}{}", two("soft", 5e-3));
