@@ -200,6 +200,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             block_size: self.block_size,
             ids,
             bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
+            movers: bodies.as_ref(),
             context,
         };
         match pool {
@@ -390,6 +391,8 @@ struct Pass<'a, N, T, R, A> {
     ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     bodies: Option<&'a Bodies>,
+    /// The bodies, in scenes that have some.
+    movers: Option<&'a Bodies>,
     context: &'a StepContext<'a>,
 }
 

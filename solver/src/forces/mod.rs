@@ -30,6 +30,8 @@ use crate::walls::WallNow;
 pub struct StepContext<'a> {
     /// By how much springs are stretched: the time step, or 0 in the evaluation before the first step, s.
     pub spring_time: f64,
+    /// How much earlier than the positions the velocities are: half a step, 0 in the evaluation before the first step, s.
+    pub velocity_lag: f64,
     /// Periodic images.
     pub images: &'a Images,
     /// Walls as they are now.

@@ -95,6 +95,11 @@ impl Engine {
     ) -> MotionBound {
         let context = StepContext {
             spring_time,
+            velocity_lag: if self.step > 0 {
+                0.5 * self.plan.physics().time_step()
+            } else {
+                0.0
+            },
             images: &self.images,
             walls: &self.walls,
             wall_curvature: self.plan.physics().wall_curvature(),

@@ -364,19 +364,29 @@ impl Simulation {
 
     /// The same for every place where a particle touches a wall. A wall has no end to its mass and
     /// no curvature in the contact laws. The wall stands where it is at t_k, like the particles;
-    /// its motion is constant, so its velocity is that of the half step as well.
+    /// its motion is constant, so its velocity is that of the half step as well, at the place where
+    /// the particle, or the centre of its body, was then.
     fn wall_kinematics(&self, particle: usize, wall: usize) -> Vec<(usize, Kinematics)> {
         let row = particle;
         let (a, wall) = (&self.particles[particle], &self.walls[wall]);
         if a.fixed {
             return Vec::new();
         }
+        let carrier = match a.body {
+            Some((body, _)) => self.bodies[body].velocity,
+            None => a.velocity,
+        };
+        let lag = if self.step > 0 {
+            0.5 * self.time_step
+        } else {
+            0.0
+        };
         let touches = wall.contacts(a.position, a.radius, self.time());
         let kinematics = touches.into_iter().map(|touch| {
             let overlap = a.radius - touch.distance;
             let arm_a = -(a.radius - 0.5 * overlap) * touch.normal;
             let velocity_a = a.velocity + a.angular_velocity.cross(arm_a);
-            let velocity_b = wall.motion.velocity_at(a.position + arm_a);
+            let velocity_b = wall.motion.velocity_at(a.position + arm_a - carrier * lag);
             let kinematics = Kinematics {
                 normal: touch.normal,
                 overlap,

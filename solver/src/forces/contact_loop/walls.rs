@@ -152,6 +152,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         sides::side(before, [touch.distance, last])
     }
 
+    /// The velocity that carries a particle along, m/s: of a pebble that of its body, about which it turns.
+    #[inline(always)]
+    fn carrier_velocity(&self, a: &Particle, row: usize) -> DVec3 {
+        match self.movers {
+            None => a.velocity,
+            Some(bodies) => match bodies.body_of_row(row) {
+                Some(body) => bodies.all[body.index()].velocity,
+                None => a.velocity,
+            },
+        }
+    }
+
     /// From how far (m) the centre of a particle may feel a wall: its radius, and the range of adhesion.
     #[inline(always)]
     fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
@@ -192,7 +204,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut velocity = a.velocity + a.angular_velocity.cross(arm);
         let mut spin = a.angular_velocity;
         if state.moves {
-            velocity -= state.velocity.at(side.centre + arm);
+            // Where the point was at the time of these velocities: on a wall that turns they differ from place to place.
+            let row = side.near.row as usize;
+            let way = self.carrier_velocity(a, row) * context.velocity_lag;
+            velocity -= state.velocity.at(side.centre + arm - way);
             spin -= state.velocity.angular_velocity;
         }
         let normal_velocity = velocity.dot(normal);
