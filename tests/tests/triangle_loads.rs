@@ -282,7 +282,7 @@ fn turning() -> Component {
     }
 }
 
-/// The mean over any number of steps is the mean of what the wall feels, and sliding is what the audit of the energy counts.
+/// The mean over any number of steps is the mean of what the wall feels, and sliding is what the audit of the energy counts, to the order of the step.
 #[test]
 fn means_are_those_of_the_whole_wall() {
     let mut plan = thrown(true, vec![shaking()]);
@@ -313,7 +313,10 @@ fn means_are_those_of_the_whole_wall() {
     // Balls far apart touch the floor only.
     assert_eq!(engine.observation().particle_contacts, 0);
     assert!(force.cmpgt(DVec3::ZERO).all() && slip > 0.0);
-    assert!((slip_of_parts / slip - 1.0).abs() < 1e-12);
+    // The audit counts velocities, and what springs store, at the time of the forces, triangles half a step before: friction stops the slip here
+    // within a tenth of the contact, ten steps.
+    let apart = slip_of_parts / slip - 1.0;
+    assert!(apart.abs() < 0.1, "{apart}");
 }
 
 fn run_in(folder: &Path, mut plan: Draft, steps: u64, interval: f64, threads: usize) {

@@ -146,26 +146,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
     }
 
-    /// What adhesion has dissipated in a step of `dt` (s), J: its work, by the trapezoidal rule for the elastic part, less what the
-    /// energy of the bond has gained. A bond that forms on contact sets its energy free at once.
+    /// What adhesion has dissipated since the geometry was `last`, J: its elastic work, by the trapezoidal rule over the overlaps, which is
+    /// exact for straight branches, less what the energy of the bond has gained. Histories: before and after the step. A bond that forms on contact sets its energy free at once.
     pub fn adhesion_loss(
         &self,
         contact: &Contact,
+        last: &Contact,
         action: &Action,
         before: &Histories<N, T, R, A>,
         after: &Histories<N, T, R, A>,
-        dt: f64,
     ) -> f64 {
-        let mut last = *contact;
-        last.overlap = contact.overlap + contact.normal_velocity * dt;
         let mut gain = self.adhesion.energy(contact, &after.3);
         let mut elastic = action.adhesion.elastic;
         if -last.overlap < self.adhesion.range() {
             let mut bond = before.3;
-            elastic += self.adhesion.force(&last, 0.0, &mut bond).elastic;
-            gain -= self.adhesion.energy(&last, &before.3);
+            elastic += self.adhesion.force(last, 0.0, &mut bond).elastic;
+            gain -= self.adhesion.energy(last, &before.3);
         }
-        let work = 0.5 * elastic * (contact.overlap - last.overlap);
-        work - gain - action.adhesion.viscous * contact.normal_velocity * dt
+        0.5 * elastic * (contact.overlap - last.overlap) - gain
     }
 }

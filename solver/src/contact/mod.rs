@@ -83,6 +83,24 @@ impl<L: Real> Contact<L> {
     }
 }
 
+impl Contact {
+    /// The geometry `dt` (s) before, as the velocities, which are those of half a step before, say: of two particles to round-off.
+    #[must_use]
+    pub fn one_step_before(&self, dt: f64) -> Self {
+        let way = self.centre_velocity * dt;
+        let distance = if way.length_squared() > 0.0 {
+            (self.normal * self.distance - way).length()
+        } else {
+            self.distance - self.normal_velocity * dt
+        };
+        Self {
+            distance,
+            overlap: self.overlap + (self.distance - distance),
+            ..*self
+        }
+    }
+}
+
 /// How a spring that was stretched in the tangent plane follows the contact as it turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SpringRotation {

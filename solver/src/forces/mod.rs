@@ -18,7 +18,7 @@ pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
-pub use observation::{ContactRecord, Observation, Partner, Watch};
+pub use observation::{ContactRecord, Exchange, Observation, Partner, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
 
 use crate::contact::HistoryNumber;

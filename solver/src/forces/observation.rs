@@ -10,7 +10,7 @@ use crate::walls::WallStiffness;
 pub struct Watch {
     /// Keep a record of every contact.
     pub records: bool,
-    /// Add up what each mechanism dissipates in this step of `dt` (s).
+    /// Note what each contact does, for the audit of a step of `dt` (s; 0 in the evaluation before the first step).
     pub audit: Option<f64>,
 }
 
@@ -31,6 +31,27 @@ pub enum Partner {
         /// Image code of the particle.
         image: u32,
     },
+}
+
+/// What a contact does to its two sides, for the audit of the energy, which needs velocities that are known only when all forces are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exchange {
+    /// Row of A.
+    pub row: u32,
+    /// B.
+    pub partner: Partner,
+    /// From the centres of A and B to the contact point, m.
+    pub arms: [DVec3; 2],
+    /// Contact point beside A, at its image where it meets a wall by one, m.
+    pub point: DVec3,
+    /// Whole force on A, N.
+    pub force: DVec3,
+    /// The part of it along the normal that takes energy, N: viscous, and of laws that are not elastic all of it.
+    pub lossy: DVec3,
+    /// Its tangential part, N.
+    pub tangential: DVec3,
+    /// Couple on A beyond the lever arm of the force, N m.
+    pub couple: DVec3,
 }
 
 /// One contact as the force evaluation saw it.
@@ -85,20 +106,22 @@ pub struct Observation {
     pub wall_contacts: u64,
     /// Energy stored in the contacts, J; bonds by adhesion count negative.
     pub elastic_energy: f64,
-    /// Dissipated in this step by the viscous and plastic normal force and by adhesion, J.
-    pub dissipated_normal: f64,
-    /// Dissipated in this step by sliding friction and the tangential dashpot, J.
-    pub dissipated_tangential: f64,
-    /// Dissipated in this step by rolling and torsion resistance, J.
-    pub dissipated_rolling: f64,
-    /// Work done by the walls on the particles in this step, J.
-    pub wall_work: f64,
+    /// Audited steps: dissipated in this step as bonds form and break, J; nothing of it is viscous.
+    pub dissipated_by_bonds: f64,
+    /// Audited steps: the part of the elastic energy that normal forces store which are not elastic, J.
+    pub plastic_energy: f64,
+    /// Audited steps: the part of the elastic energy that is stored in tangential springs, J.
+    pub tangential_energy: f64,
+    /// Audited steps: the part of it in rolling and torsion springs, J.
+    pub rolling_energy: f64,
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
     pub walls: Vec<(Load, f64)>,
     /// How the contacts of each wall answer to its motion, for servos.
     pub wall_stiffness: Vec<WallStiffness>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
+    /// Audited steps: what each contact does.
+    pub exchanges: Vec<Exchange>,
     /// Records, if asked for.
     pub records: Vec<ContactRecord>,
 }
@@ -125,10 +148,11 @@ impl Observation {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;
         self.elastic_energy += other.elastic_energy;
-        self.dissipated_normal += other.dissipated_normal;
-        self.dissipated_tangential += other.dissipated_tangential;
-        self.dissipated_rolling += other.dissipated_rolling;
-        self.wall_work += other.wall_work;
+        self.dissipated_by_bonds += other.dissipated_by_bonds;
+        self.plastic_energy += other.plastic_energy;
+        self.tangential_energy += other.tangential_energy;
+        self.rolling_energy += other.rolling_energy;
+        self.exchanges.extend_from_slice(&other.exchanges);
         self.largest_overlap = self.largest_overlap.max(other.largest_overlap);
         for (mine, theirs) in self.walls.iter_mut().zip(&other.walls) {
             mine.0.add(theirs.0.force, theirs.0.torque);

@@ -297,10 +297,9 @@ fn energy_budget_closes() {
     let dissipated = energy.dissipated.unwrap();
     assert!(dissipated.normal > 0.0 && dissipated.tangential > 0.0);
     assert_eq!(dissipated.rolling, 0.0);
-    // Work is summed with velocities half a step from the forces: an error of the order of the step over the time
-    // scale of the contact, 1e-4 s / 3 ms.
+    // Of second order: 10 (dt/t_c)^2 with contacts of 9 ms, for each of a few bounces.
     let error = energy.closure_error.unwrap();
-    assert!(error.abs() < 0.035, "{error}");
+    assert!(error.abs() < 5e-3, "{error}");
     assert!(energy.rotational > 0.0);
 }
 
@@ -338,7 +337,7 @@ fn energy_budget_of_a_clump_closes() {
     assert!(dissipated.normal > 0.0 && dissipated.tangential > 0.0);
     // As for the sphere above.
     let error = energy.closure_error.unwrap();
-    assert!(error.abs() < 0.035, "{error}");
+    assert!(error.abs() < 5e-3, "{error}");
     assert!(energy.rotational > 0.0);
     assert_eq!(report.summary.particles, 1, "one grain of three pebbles");
     assert!((report.budget.initial_mass / mass - 1.0).abs() < 1e-15);

@@ -1,6 +1,16 @@
 //! The energy audit: running sums over the steps.
+//!
+//! The second half kick of one step and the first of the next are made with the same force F, so that it does the work
+//! F . (v(t - dt/2) + v(t + dt/2))/2 dt, to round-off. The mean of the two velocities is that of the time of the force. It is known only when all forces
+//! on a particle are, after which each contact's share is formed.
 
-use crate::forces::Observation;
+use glam::DVec3;
+
+use super::Engine;
+use crate::bodies::angular_velocity;
+use crate::forces::{Exchange, Observation, Partner};
+use crate::state::{Body, FIXED, Load, Row};
+use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -13,6 +23,31 @@ pub struct Audit {
     pub dissipated_rolling: f64,
     /// Done by the walls on the particles.
     pub wall_work: f64,
+    /// Power of each at the time of the last forces.
+    last: Powers,
+    /// What is stored then of the energy that each takes, J.
+    stored: Stored,
+}
+
+/// What springs store whose work counts as a whole, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Stored {
+    plastic: f64,
+    tangential: f64,
+    rolling: f64,
+}
+
+/// What contacts do at one time, W.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Powers {
+    /// Taken by viscous normal forces, and by those that are not elastic.
+    normal: f64,
+    /// Taken by tangential forces, springs included.
+    tangential: f64,
+    /// Taken by rolling and torsion couples, springs included.
+    rolling: f64,
+    /// Given by walls.
+    walls: f64,
 }
 
 impl Audit {
@@ -22,18 +57,171 @@ impl Audit {
         self.dissipated_normal + self.dissipated_tangential + self.dissipated_rolling
     }
 
-    /// Takes in what one audited step saw.
-    pub(super) fn take_in(&mut self, observation: &Observation) {
-        self.dissipated_normal += observation.dissipated_normal;
-        self.dissipated_tangential += observation.dissipated_tangential;
-        self.dissipated_rolling += observation.dissipated_rolling;
-        self.wall_work += observation.wall_work;
+    /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
+    /// more than then is not lost.
+    fn take_in(&mut self, observation: &Observation, now: Powers, dt: f64) {
+        let half = 0.5 * dt;
+        let last = self.last;
+        let stored = Stored {
+            plastic: observation.plastic_energy,
+            tangential: observation.tangential_energy,
+            rolling: observation.rolling_energy,
+        };
+        if dt > 0.0 {
+            self.dissipated_normal += half * (last.normal + now.normal)
+                - (stored.plastic - self.stored.plastic)
+                + observation.dissipated_by_bonds;
+            self.dissipated_tangential += half * (last.tangential + now.tangential)
+                - (stored.tangential - self.stored.tangential);
+            self.dissipated_rolling +=
+                half * (last.rolling + now.rolling) - (stored.rolling - self.stored.rolling);
+            self.wall_work += half * (last.walls + now.walls);
+        }
+        (self.last, self.stored) = (now, stored);
     }
 }
+
+/// How a body or a wall moves at the time of the forces.
+#[derive(Debug, Clone, Copy)]
+struct Moving {
+    /// Of the particle's centre, or of a wall at the contact point, m/s.
+    velocity: DVec3,
+    /// rad/s
+    spin: DVec3,
+}
+
+impl Engine {
+    /// Takes the contacts of the force evaluation just made into the sums.
+    pub(super) fn audit_step(&mut self, observation: &Observation) {
+        let dt = self.since_last();
+        let fields: Vec<_> = (0..self.walls.len())
+            .map(|wall| self.wall_fields(wall, dt))
+            .collect();
+        let mut powers = Powers::default();
+        for exchange in &observation.exchanges {
+            let Exchange {
+                force,
+                lossy,
+                tangential,
+                couple,
+                ..
+            } = *exchange;
+            let a = self.moving(Row::new(exchange.row as usize), 0.5 * dt);
+            let mut velocity = a.velocity + a.spin.cross(exchange.arms[0]);
+            let mut spin = a.spin;
+            let b = match exchange.partner {
+                Partner::Particle { row, .. } => {
+                    let b = self.moving(Row::new(row as usize), 0.5 * dt);
+                    Moving {
+                        velocity: b.velocity + b.spin.cross(exchange.arms[1]),
+                        ..b
+                    }
+                }
+                Partner::Wall { wall, .. } => {
+                    let [before, after] = &fields[wall.index()];
+                    let b = Moving {
+                        velocity: 0.5 * (before.at(exchange.point) + after.at(exchange.point)),
+                        spin: 0.5 * (before.angular_velocity + after.angular_velocity),
+                    };
+                    powers.walls += force.dot(b.velocity) + couple.dot(b.spin);
+                    b
+                }
+            };
+            velocity -= b.velocity;
+            spin -= b.spin;
+            powers.normal -= lossy.dot(velocity);
+            powers.tangential -= tangential.dot(velocity);
+            powers.rolling -= couple.dot(spin);
+        }
+        self.audit.take_in(observation, powers, dt);
+    }
+
+    /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
+    fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
+        let planned = &self.plan.physics().walls()[wall];
+        let WallNow { state, servo, .. } = &self.walls[wall];
+        if !state.moves || dt == 0.0 {
+            return [state.velocity; 2];
+        }
+        let next = ServoState {
+            velocity: servo.next_velocity,
+            ..*servo
+        };
+        let after = planned
+            .motion
+            .driven_velocity(self.time() + 0.5 * dt, &next);
+        [state.velocity, after]
+    }
+
+    /// How a particle moves at the time of the present forces, `half` (s) after the velocities that are kept.
+    fn moving(&self, row: Row, half: f64) -> Moving {
+        let particles = &self.particles;
+        let record = &particles.records[row.index()];
+        let mut moving = Moving {
+            velocity: record.velocity,
+            spin: record.angular_velocity,
+        };
+        if record.flags & FIXED != 0 {
+            return moving;
+        }
+        if let Some(bodies) = &particles.bodies
+            && let Some(pebble) = bodies.of_row[row.index()]
+        {
+            let pebble = &bodies.pebbles[pebble.index()];
+            let body = &bodies.all[pebble.body.index()];
+            return self.moving_body(body, body.orientation * pebble.offset, half);
+        }
+        let Load { force, torque, .. } = particles.loads[row.index()];
+        let acceleration = force * record.inverse_mass + self.plan.physics().gravity();
+        moving.velocity += acceleration * half;
+        if self.turns {
+            let per_torque =
+                self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
+            moving.spin += torque * (per_torque * half);
+        }
+        if let Some(prescribed) = particles.prescribed.iter().find(|it| it.row == row) {
+            for axis in 0..3 {
+                if let Some(velocity) = prescribed.velocity[axis] {
+                    moving.velocity[axis] = velocity;
+                }
+                if let Some(spin) = prescribed.angular_velocity[axis] {
+                    moving.spin[axis] = spin;
+                }
+            }
+        }
+        moving
+    }
+
+    /// The same of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
+    fn moving_body(&self, body: &Body, lever: DVec3, half: f64) -> Moving {
+        let acceleration = body.load.force / body.mass + self.plan.physics().gravity();
+        let momentum = body.angular_momentum + body.load.torque * half;
+        let spin = angular_velocity(body.orientation, momentum, body.moments);
+        Moving {
+            velocity: body.velocity + acceleration * half + spin.cross(lever),
+            spin,
+        }
+    }
+}
+
+crate::state::plain!(Powers {
+    normal,
+    tangential,
+    rolling,
+    walls
+});
+
+crate::state::plain!(Stored {
+    plastic,
+    tangential,
+    rolling
+});
 
 crate::state::plain!(Audit {
     dissipated_normal,
     dissipated_tangential,
     dissipated_rolling,
-    wall_work
+    wall_work,
+    last,
+    stored
 });

@@ -21,12 +21,17 @@ impl Engine {
             None => None,
         };
         let watch = watch.map(|watch| Watch {
-            audit: (self.plan.physics().energy_budget() && self.step > 0)
-                .then_some(self.plan.physics().time_step()),
+            audit: self
+                .plan
+                .physics()
+                .energy_budget()
+                .then(|| self.since_last()),
             ..watch
         });
         // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces
         // come after the contacts, the loads are not complete yet.
+        // The audit asks for velocities as they are when all forces are known.
+        let fuse = fuse && !self.plan.physics().energy_budget();
         if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
             self.forces_and_drift(spring_time, watch);
         } else {
@@ -44,11 +49,20 @@ impl Engine {
             return;
         }
         let sums = self.forces.sums(self.plan.physics().walls().len());
-        if is_audited {
-            self.audit.take_in(&sums);
-        }
         if self.has_servos {
             self.answer_loads(&sums);
+        }
+        if is_audited {
+            self.audit_step(&sums);
+        }
+    }
+
+    /// Time since the last force evaluation, s: 0 in the first.
+    pub(super) fn since_last(&self) -> f64 {
+        if self.step > 0 {
+            self.plan.physics().time_step()
+        } else {
+            0.0
         }
     }
 
@@ -95,11 +109,7 @@ impl Engine {
     ) -> MotionBound {
         let context = StepContext {
             spring_time,
-            velocity_lag: if self.step > 0 {
-                0.5 * self.plan.physics().time_step()
-            } else {
-                0.0
-            },
+            velocity_lag: 0.5 * self.since_last(),
             images: &self.images,
             walls: &self.walls,
             wall_curvature: self.plan.physics().wall_curvature(),

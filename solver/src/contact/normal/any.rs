@@ -44,6 +44,12 @@ macro_rules! normal_laws {
                 }
             }
 
+            fn is_elastic(&self) -> bool {
+                match self {
+                    $(Self::$variant(law) => law.is_elastic(),)*
+                }
+            }
+
             fn energy<L: Real>(&self, contact: &Contact<L>, history: &AnyNormalHistory<L>) -> L {
                 match self {
                     $(Self::$variant(law) => law.energy(contact, &Holds::<$law, L>::own(history)),)*

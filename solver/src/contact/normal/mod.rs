@@ -68,6 +68,11 @@ pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         history: &mut Self::History<L>,
     ) -> NormalForce<L>;
 
+    /// Whether its elastic part follows one curve there and back, so that it takes no energy.
+    fn is_elastic(&self) -> bool {
+        true
+    }
+
     /// Energy that unloading would give back, J.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 }

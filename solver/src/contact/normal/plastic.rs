@@ -120,6 +120,10 @@ impl NormalLaw for Plastic {
         }
     }
 
+    fn is_elastic(&self) -> bool {
+        false
+    }
+
     /// k2 (overlap - delta_0)^2 / 2 where that is compressed, else 0.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &MaxOverlap<L>) -> L {
         let (k2, rest) = self.unloading(history.0, self.limit(contact.effective_radius));

@@ -9,7 +9,7 @@ use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner, Watch};
+use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner};
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
@@ -286,21 +286,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let (wall_load, power) = &mut observation.walls[side.near.wall.index()];
             let about = point - state.reference;
             wall_load.add(-force, -about.cross(force) - couple);
-            let watts =
+            *power +=
                 force.dot(state.velocity.at(point)) + couple.dot(state.velocity.angular_velocity);
-            *power += watts;
             if touches {
                 observation.wall_stiffness[side.near.wall.index()].add_contact(
                     contact.effective_mass,
                     (action.normal.elastic, overlap),
                     (action.normal.viscous, normal_velocity),
                 );
-            }
-            if let Some(Watch {
-                audit: Some(dt), ..
-            }) = context.watch
-            {
-                observation.wall_work += watts * dt;
             }
         }
     }

@@ -6,7 +6,7 @@ use super::{ContactSite, Pass};
 use crate::contact::{
     Action, AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{ContactRecord, Observation, Partner};
+use crate::forces::{ContactRecord, Exchange, Observation, Partner};
 use crate::neighbours::opposite;
 use crate::state::Particle;
 
@@ -32,46 +32,71 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let Some(watch) = self.context.watch else {
             return;
         };
-        if let Some(dt) = watch.audit
-            && A::ACTIVE
-        {
-            observation.dissipated_normal +=
-                law.adhesion_loss(contact, action, &before, &after, dt);
-        }
-        if let Some(dt) = watch.audit
-            && site.touches
-        {
-            // The elastic work by the trapezoidal rule over this step's overlaps: exact for straight branches.
-            let mut last = *contact;
-            last.overlap = contact.overlap + contact.normal_velocity * dt;
-            let (mut work, mut gained) = (0.0, law.normal.energy(contact, &after.0));
-            if last.overlap > 0.0 {
-                let mut history = before.0;
-                let elastic = law.normal.force(&last, &mut history).elastic;
-                work = 0.5 * (elastic + action.normal.elastic);
-                gained -= law.normal.energy(&last, &before.0);
-            } else {
-                last.overlap = 0.0;
-                work += 0.5 * action.normal.elastic;
-            }
-            let elastic_loss = work * (contact.overlap - last.overlap) - gained;
-            observation.dissipated_normal +=
-                elastic_loss - action.normal.viscous * contact.normal_velocity * dt;
-            // As in the sliding loss, springs count at the stiffness of their own time.
-            let stiffness = law.tangential.stiffness(contact);
-            observation.dissipated_tangential +=
-                law.sliding_loss(contact, action, &before, &after, dt);
-            if R::ACTIVE {
-                let gain = law.rolling.energy(stiffness, &after.2)
-                    - law
-                        .rolling
-                        .energy(law.tangential.stiffness(&last), &before.2);
-                observation.dissipated_rolling -= action.couple.dot(contact.spin) * dt + gain;
-            }
+        if let Some(dt) = watch.audit {
+            self.audit(
+                observation,
+                a,
+                &site,
+                contact,
+                action,
+                [&before, &after],
+                dt,
+            );
         }
         if watch.records {
             let record = self.record(a, site, contact, action, after);
             observation.records.push(record);
+        }
+    }
+
+    /// Notes what a contact does, what its springs store, and what its bond loses.
+    fn audit(
+        &self,
+        observation: &mut Observation,
+        a: &Particle,
+        site: &ContactSite<'_>,
+        contact: &Contact,
+        action: &Action,
+        [before, after]: [&Histories<N, T, R, A>; 2],
+        dt: f64,
+    ) {
+        let law = &self.laws[site.pair];
+        let normal = DVec3::from(contact.normal);
+        let image = match site.partner {
+            Partner::Particle { .. } => 0,
+            Partner::Wall { image, .. } => image,
+        };
+        let arm = -normal * site.lever;
+        let mut lossy = action.normal.viscous + action.adhesion.viscous;
+        if site.touches && !law.normal.is_elastic() {
+            lossy += action.normal.elastic;
+            observation.plastic_energy += law.normal.energy(contact, &after.0);
+        }
+        observation.exchanges.push(Exchange {
+            row: site.row as u32,
+            partner: site.partner,
+            arms: [
+                arm,
+                site.b
+                    .map_or(DVec3::ZERO, |b| normal * (b.radius - 0.5 * contact.overlap)),
+            ],
+            point: a.position + self.context.images.shift(image) + arm,
+            force: action.force.into(),
+            lossy: normal * lossy,
+            tangential: action.tangential.into(),
+            couple: action.couple.into(),
+        });
+        if A::ACTIVE && dt > 0.0 {
+            let last = contact.one_step_before(dt);
+            observation.dissipated_by_bonds +=
+                law.adhesion_loss(contact, &last, action, before, after);
+        }
+        if site.touches {
+            let stiffness = law.tangential.stiffness(contact);
+            observation.tangential_energy += law.tangential.energy(contact, &after.1);
+            if R::ACTIVE {
+                observation.rolling_energy += law.rolling.energy(stiffness, &after.2);
+            }
         }
     }
 
