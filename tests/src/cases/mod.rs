@@ -1,6 +1,6 @@
 //! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
 //!
-//! A row names its case (T1 to T19, by the physics it tests), what is measured, the expected value, how near the solver must
+//! A row names its case (T1 to T20, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
 
@@ -13,6 +13,7 @@ mod mesh;
 mod mindlin_paths;
 mod mixing;
 mod normal;
+mod oblique;
 mod slope;
 mod squeezed;
 
@@ -115,5 +116,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(mindlin_paths::cases());
     cases.extend(mixing::cases());
     cases.extend(mesh::cases());
+    cases.extend(oblique::cases());
     cases
 }

@@ -7,7 +7,7 @@ use crate::cases::Outcome;
 use crate::selftests::Comparison;
 
 /// What the contact cases are about, in their order.
-const TITLES: [(&str, &str); 19] = [
+const TITLES: [(&str, &str); 20] = [
     ("T1", "Linear law: parameters and collisions of two spheres"),
     ("T2", "Linear law with tension cut off"),
     ("T3", "Elasto-plastic law"),
@@ -30,6 +30,7 @@ const TITLES: [(&str, &str); 19] = [
     ("T17", "Energy of a shear and release cycle"),
     ("T18", "Mixing of parameters"),
     ("T19", "Mesh walls beside the walls that they tessellate"),
+    ("T20", "Oblique impacts of Chung & Ooi (2011), tests 4 to 8"),
 ];
 
 /// Text of a table cell.
