@@ -64,6 +64,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
 
     let found = errors.len();
     checks::inside_the_domain(scene, &start, &mut errors);
+    checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {
         checks::periodic_axes(scene, sizes.largest, sizes.largest_body, &mut errors);
     }

@@ -16,6 +16,10 @@ use crate::walls::{Scratch, Touches, Wall, WallNow};
 const PERIODIC_ROOM: f64 = 1.05;
 /// The tolerance of "the same z" and "in the plane", as a part of the radius or of a direction's length.
 const FLAT: f64 = 1e-9;
+/// Numbers that lie further apart than this part of a radius are no places: overlaps are a thousandth of it and less.
+const COARSE: f64 = 1e-5;
+/// Above this part of a radius forces have less than five digits of an overlap of a thousandth.
+const COARSER_THAN_USUAL: f64 = 1e-8;
 
 /// What a particle or body is called in messages: its id, or its number among the bodies, and where it was typed.
 fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
@@ -76,6 +80,37 @@ pub(super) fn inside_the_domain(
                 .error(message)
                 .with_help("move it, or enlarge the domain"),
         );
+    }
+}
+
+/// Places are fine enough for contacts: numbers have 16 digits, so that far from the origin they lie apart by more than an overlap.
+/// One error, and one warning, for the grain that fares worst.
+pub(super) fn far_from_the_origin(
+    scene: &Scene,
+    start: &StartingParticles,
+    smallest: f64,
+    errors: &mut Vec<SceneError>,
+    warnings: &mut Vec<String>,
+) {
+    let distance = |grain: usize| start.centre(grain).abs().max_element();
+    let Some(farthest) = (0..start.grains()).max_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    else {
+        return;
+    };
+    let spacing = distance(farthest) * f64::EPSILON;
+    let message = format!(
+        "{} is at {}, where neighbouring numbers lie {} m apart: {} of the smallest radius, {} m; overlaps would be lost in round-off",
+        name(scene, start, farthest),
+        point(start.centre(farthest)),
+        short(spacing),
+        short(spacing / smallest),
+        short(smallest),
+    );
+    let help = "move the scene to the origin";
+    if spacing > COARSE * smallest {
+        errors.push(place(scene, start, farthest).error(message).with_help(help));
+    } else if spacing > COARSER_THAN_USUAL * smallest {
+        warnings.push(format!("{message}: {help}"));
     }
 }
 

@@ -24,6 +24,32 @@ fn particles_outside_the_domain_are_named() {
     assert_eq!(plan.physics().particles()[1].position.z, -0.5);
 }
 
+/// A sphere of 1 mm at 1e12 m: neighbouring numbers lie 0.1 mm apart there, and the energy of a contact came out 190 times too large.
+#[test]
+fn far_from_the_origin_numbers_are_too_coarse_for_overlaps() {
+    let at = |x: f64| {
+        let scene = BALL.to_owned() + &particle("ball", 1e-3, [x, 0.0, 0.0], "");
+        let room = format!("domain.max=[{:?}, 1, 1]", 2.0 * x);
+        planned_with(&format!("{HEAD}{scene}"), &[&room, "time.step=1e-6"])
+    };
+    let refused = at(1e12).expect_err("too coarse");
+    assert_eq!(refused.0.len(), 1);
+    let expected = "where neighbouring numbers lie 0.000222045 m apart: 0.222045 of the smallest radius, 0.001 m; \
+                    overlaps would be lost in round-off";
+    let message = &refused.0[0].message;
+    assert!(message.contains(expected), "{message}");
+    // 1e-3 * 1e-8 / 2.2e-16 = 45 km
+    let warned = |x: f64| {
+        let plan = at(x).expect("plans");
+        let warnings = plan.notes().warnings();
+        warnings
+            .iter()
+            .any(|text| text.contains("lost in round-off"))
+    };
+    assert!(!warned(4.4e4) && warned(4.6e4));
+    assert!(at(4.4e7).is_ok() && at(4.6e7).is_err());
+}
+
 #[test]
 fn rows_of_tables_are_named_by_their_lines() {
     let folder = tempfile::tempdir().expect("a folder");
