@@ -15,6 +15,7 @@ mod clump_file;
 mod contacts;
 mod cursor;
 mod error;
+mod guard;
 mod insertions;
 mod item;
 mod key_path;
@@ -47,6 +48,7 @@ pub use clump_file::{parse_clump, read_clump};
 pub use contacts::ContactOverride;
 pub use cursor::Files;
 pub use error::{SceneError, SceneErrors};
+pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use materials::Material;
@@ -102,6 +104,8 @@ pub struct Scene {
     pub domain: Domain,
     /// `[contact]`
     pub contact: Conventions,
+    /// `[guard]`
+    pub guard: Guard,
     /// `[materials.NAME]`
     pub materials: Vec<Material>,
     /// `[[contacts]]`
@@ -313,6 +317,18 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         }
     };
 
+    let overlap_error = (contact.as_ref()).map_or(0.0, |contact| *contact.overlap_error);
+    let guard = match root.get("guard") {
+        Some(item) => item
+            .table()
+            .and_then(|fields| guard::read(&fields, overlap_error)),
+        None => {
+            let nothing = tree::Table::default();
+            let fields = Fields::new(context, &nothing, root.absent("guard"));
+            guard::read(&fields, overlap_error)
+        }
+    };
+
     let materials = read_named(&root, "materials", materials::read);
     let clumps = read_named(&root, "clumps", particles::read_clump);
     let contacts = list(&root, "contacts");
@@ -348,6 +364,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         time: time?,
         domain: domain?,
         contact: contact?,
+        guard: guard?,
         materials,
         contacts,
         walls,

@@ -1,5 +1,6 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod alarming;
 mod carrying;
 mod contact_point;
 mod memory;
@@ -16,8 +17,8 @@ use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
 use super::{
-    ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall, Needs,
-    Observation, Partner, SavedLoads, SavedSlot, SlotState, StepContext, block_size,
+    Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
+    Needs, Observation, Partner, SavedLoads, SavedSlot, SlotState, StepContext, block_size,
 };
 use crate::contact::{
     AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
@@ -46,6 +47,8 @@ struct Block<H> {
     /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
     work: usize,
     observation: Observation,
+    /// Contacts beyond a limit.
+    alarms: Alarms,
     /// On features of mesh walls since the block was cut or they were taken.
     feature_loads: FeatureLoads,
 }
@@ -127,6 +130,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     targets: Vec::new(),
                     work: 0,
                     observation: Observation::default(),
+                    alarms: Alarms::default(),
                     feature_loads: FeatureLoads::default(),
                 }
             })
@@ -214,6 +218,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             ),
             _ => pass.in_turn(&mut self.blocks, &self.sources, records, loads, finish),
         }
+    }
+
+    fn take_alarms(&mut self) -> Alarms {
+        let mut all = Alarms::default();
+        for block in &mut self.blocks {
+            all.take_from(&mut block.alarms);
+        }
+        all
     }
 
     fn observation(&self, walls: usize) -> Observation {

@@ -5,6 +5,7 @@
 //! which parks the partner's share in an outbox; a second pass adds what was parked, in fixed order. So the sum on every
 //! particle has one order, whatever the number of threads.
 
+mod alarms;
 mod blocks;
 mod compiled;
 mod contact_loop;
@@ -13,6 +14,7 @@ mod near_walls;
 mod observation;
 mod passes;
 
+pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
@@ -42,6 +44,8 @@ pub struct StepContext<'a> {
     pub contact_point_mass: bool,
     /// Whether the loads on features of mesh walls are summed up.
     pub feature_loads: bool,
+    /// Overlap over the smaller radius beyond which contacts are named; infinite where none is.
+    pub overlap_limit: f64,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
 }
@@ -130,6 +134,9 @@ pub trait ContactForces: Send {
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
     ) -> MotionBound;
+
+    /// The contacts of the last evaluation that are beyond a limit, taken out of here.
+    fn take_alarms(&mut self) -> Alarms;
 
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;

@@ -17,7 +17,7 @@ use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, l
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
-use super::{Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
@@ -158,6 +158,11 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             wall_curvature: scene.contact.wall_curvature,
             startup_increment: scene.contact.startup_increment,
             contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,
+            guard: Guard {
+                policy: scene.guard.policy,
+                overlap: *scene.guard.overlap,
+                way: *scene.guard.way,
+            },
             walls,
             particles: start.particles,
             clumps,

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::sizes::Sizes;
-use super::{Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Guard, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -77,6 +77,8 @@ pub struct Draft {
     pub startup_increment: bool,
     /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
     pub contact_point_mass: bool,
+    /// What a run may not do in silence; off.
+    pub guard: Guard,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
@@ -129,6 +131,7 @@ impl Draft {
             wall_curvature: false,
             startup_increment: false,
             contact_point_mass: false,
+            guard: Guard::OFF,
             walls: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
@@ -187,6 +190,7 @@ impl Draft {
                 wall_curvature: self.wall_curvature,
                 startup_increment: self.startup_increment,
                 contact_point_mass: self.contact_point_mass,
+                guard: self.guard,
                 walls: self.walls,
                 particles: self.particles,
                 clumps: self.clumps,
@@ -295,6 +299,7 @@ impl Plan {
             wall_curvature: physics.wall_curvature,
             startup_increment: physics.startup_increment,
             contact_point_mass: physics.contact_point_mass,
+            guard: physics.guard,
             walls: physics.walls,
             particles: physics.particles,
             clumps: physics.clumps,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::getters;
+use super::guard::Guard;
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
 use crate::contact::registry::LawTable;
@@ -27,6 +28,7 @@ pub struct Physics {
     pub(super) wall_curvature: bool,
     pub(super) startup_increment: bool,
     pub(super) contact_point_mass: bool,
+    pub(super) guard: Guard,
     pub(super) walls: Vec<Wall>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
@@ -70,6 +72,8 @@ impl Physics {
         copy startup_increment: bool;
         /// Contacts of clumps are damped by the mass at the contact point instead of that of the whole body.
         copy contact_point_mass: bool;
+        /// What a run may not do in silence.
+        copy guard: Guard;
         /// Walls.
         borrow walls: [Wall];
         /// Particles of the start, in the order of their ids.

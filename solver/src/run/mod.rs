@@ -7,6 +7,7 @@ mod memory;
 mod report;
 mod rest;
 mod shortfall;
+mod showing;
 #[cfg(test)]
 mod tests;
 
@@ -417,7 +418,10 @@ impl Run {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });
-        engine.steps_at_once(count, watch)?;
+        if let Err(error) = engine.steps_at_once(count, watch) {
+            self.show(&error);
+            return Err(error.into());
+        }
         self.particle_steps += count * engine.particles.grains() as u64;
         let at_rest = self.rest.as_mut().is_some_and(|rest| {
             rest.is_reached(&engine.particles, engine.boundaries().expects_more())
@@ -574,6 +578,7 @@ fn report(
     let created = engine.particles.grains_created();
     let mut warnings = plan.notes().warnings().to_vec();
     let boundaries = engine.boundaries().state();
+    warnings.extend(engine.guard_warnings());
     warnings.extend(shortfalls(plan, &boundaries, engine.time()));
     if written.deep_frames > 0 {
         warnings.push(format!(

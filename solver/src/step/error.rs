@@ -27,6 +27,21 @@ pub enum RunError {
         /// Velocity, m/s.
         velocity: DVec3,
     },
+    /// Something is beyond a limit of the guard.
+    #[error(
+        "step {step} (t = {time} s): {what}\n\
+         help: {help}"
+    )]
+    Guarded {
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Who, where, with whom, how much.
+        what: String,
+        /// The likely cause, and what to do.
+        help: String,
+    },
     /// The forces beside the contacts are not those that the state came from.
     #[error("the state does not fit the forces of this run: {0}")]
     Forces(String),

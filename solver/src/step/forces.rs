@@ -115,6 +115,7 @@ impl Engine {
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: self.plan.outputs().files().triangle_loads,
+            overlap_limit: self.overlap_limit(),
             watch,
         };
         let pool = self.pool.as_deref();

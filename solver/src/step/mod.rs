@@ -7,12 +7,14 @@
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
+//! | what is beyond a limit is named | `guard` |
 
 mod audit;
 mod awake;
 mod error;
 mod exchange;
 mod forces;
+mod guard;
 mod kick;
 mod lists;
 mod load_series;
@@ -33,6 +35,7 @@ pub use start::StartOptions;
 use std::sync::Arc;
 
 use awake::awake;
+use guard::Guard;
 
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
@@ -53,6 +56,7 @@ pub struct Engine {
     /// One for each wall of the plan.
     walls: Vec<WallNow>,
     lists: Lists,
+    guard: Guard,
     step: u64,
     /// The second half kick of the last step is still to be made; it is made together with the next one.
     kick_due: bool,
@@ -79,7 +83,7 @@ impl Engine {
     /// `watch` says what to see of the contacts; the [`Engine::observation`] then belongs to the end of the step.
     ///
     /// # Errors
-    /// If a particle's motion is no longer a number.
+    /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn step(&mut self, watch: Option<Watch>) -> Result<(), RunError> {
         self.steps_at_once(1, watch)
     }
@@ -88,7 +92,7 @@ impl Engine {
     /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
     ///
     /// # Errors
-    /// If a particle's motion is no longer a number.
+    /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
         let pool = self.pool.clone();
         let mut run = || {
@@ -114,12 +118,15 @@ impl Engine {
             return Err(self.not_finite());
         }
         self.step += 1;
+        let fastest = fastest.squared_speed.sqrt();
+        self.guard_ways(fastest);
         self.move_walls();
         self.reshape_walls()?;
         self.exchange_particles();
-        self.keep_lists_valid(fastest.squared_speed.sqrt())?;
+        self.keep_lists_valid(fastest)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
-        Ok(())
+        self.guard_contacts();
+        self.guarded()
     }
 
     /// Time of the present state, s: step number times step, never a running sum.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::guard::Guard;
 use super::{Audit, Engine, Lists, LoadSeries, RunError, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot};
@@ -35,6 +36,8 @@ pub struct Snapshot {
     pub boundaries: BoundaryState,
     /// Running sums of the energy audit.
     pub audit: Audit,
+    /// What the guard has counted.
+    pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
@@ -59,6 +62,7 @@ impl Snapshot {
         encoder.section("walls", &self.walls);
         encoder.section("boundaries", &self.boundaries);
         encoder.section("audit", &self.audit);
+        encoder.section("guard", &self.guard);
         encoder.section("feature loads", &self.feature_loads);
     }
 
@@ -90,6 +94,7 @@ impl Snapshot {
             kick_due,
             boundaries: decoder.section("boundaries")?,
             audit: decoder.section("audit")?,
+            guard: decoder.section("guard")?,
             feature_loads: decoder.section("feature loads")?,
         };
         snapshot.check()?;
@@ -142,6 +147,7 @@ impl Engine {
             kick_due: self.kick_due,
             boundaries: self.boundaries.state(),
             audit: self.audit,
+            guard: self.guard.save(),
             feature_loads: (
                 self.forces.contacts.save_feature_loads(),
                 self.load_series.clone(),
@@ -246,6 +252,7 @@ impl Engine {
             .boundaries
             .restore(&snapshot.boundaries, &engine.particles);
         engine.audit = snapshot.audit;
+        engine.guard = Guard::restored(&snapshot.guard);
         let (time, dt) = (engine.time(), engine.plan.physics().time_step());
         let walls = engine.plan.physics().walls().iter().zip(&mut engine.walls);
         for ((wall, now), saved) in walls.zip(&snapshot.walls) {

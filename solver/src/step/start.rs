@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::guard::Guard;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
@@ -142,6 +143,7 @@ impl Engine {
             images,
             walls,
             lists: Lists::new(skin),
+            guard: Guard::default(),
             has_servos,
             step: 0,
             kick_due: false,

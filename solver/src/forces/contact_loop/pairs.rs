@@ -42,7 +42,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     slot.history = Default::default();
                 }
             }
-            found.evaluate(count);
+            if found.evaluate(count, self.context.overlap_limit) {
+                let contacts =
+                    (0..count).map(|k| (found.slot[k], found.distance[k], found.reach[k]));
+                self.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
+            }
             if let Some(bodies) = self.bodies {
                 self.masses_at_contacts(bodies, slots, first_row, rows, &mut found, count);
             }
@@ -170,7 +174,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 
     /// x_A - x_B, of the image of B that is listed, m.
     #[inline(always)]
-    fn offset<const PERIODIC: bool, H>(&self, a: &Particle, b: &Particle, slot: &Slot<H>) -> DVec3 {
+    pub(super) fn offset<const PERIODIC: bool, H>(
+        &self,
+        a: &Particle,
+        b: &Particle,
+        slot: &Slot<H>,
+    ) -> DVec3 {
         let offset = a.position - b.position;
         if PERIODIC {
             offset - self.context.images.shift(slot.state & IMAGE)
@@ -207,17 +216,21 @@ impl Found {
         mass: [0.0; CHUNK],
     };
 
-    /// Takes the second step for the first `count` contacts.
+    /// Takes the second step for the first `count` contacts. Says whether one of them may overlap by more than `limit` of the smaller radius, which is
+    /// at least R*.
     #[inline(always)]
-    fn evaluate(&mut self, count: usize) {
+    fn evaluate(&mut self, count: usize, limit: f64) -> bool {
         let count = count.min(CHUNK);
+        let mut is_deep = false;
         for k in 0..count {
             let distance = self.distance[k].sqrt();
             self.distance[k] = distance;
             self.inverse_distance[k] = 1.0 / distance;
             self.radius[k] /= self.reach[k];
             self.mass[k] = 1.0 / self.mass[k];
+            is_deep |= self.reach[k] - distance > limit * self.radius[k];
         }
+        is_deep
     }
 }
 

@@ -8,6 +8,9 @@
 use super::slots::{BEHIND, THROUGH};
 use crate::walls::Touch;
 
+/// Either bit.
+pub(super) const THROUGH_OR_BEHIND: u32 = THROUGH | BEHIND;
+
 /// The side of a contact, as bits of its slot: 0 in front, [`BEHIND`] or [`THROUGH`]. `before`: the bits of the slot; `distance`: of the centre from the surface,
 /// m, now and, by its velocity, a step before.
 #[inline]

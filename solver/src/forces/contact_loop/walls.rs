@@ -9,7 +9,7 @@ use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{FeatureLoad, FeatureLoads, NearWall, Observation, Partner};
+use crate::forces::{Alarms, FeatureLoad, FeatureLoads, NearWall, Observation, Partner};
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
@@ -48,6 +48,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     load,
                     &mut block.observation,
                     &mut block.feature_loads,
+                    &mut block.alarms,
                 );
                 first += near.features as usize;
                 continue;
@@ -63,6 +64,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             match touch {
                 Some(touch) => {
                     slot.feature = touch.feature;
+                    if self.is_alarming(a, &touch, 0) {
+                        self.alarm_wall(&mut block.alarms, a, &side, &touch, 0);
+                    }
                     let observation = &mut block.observation;
                     self.touch_wall(a, &side, &touch, slot, load, observation, None);
                 }
@@ -85,6 +89,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         load: &mut Load,
         observation: &mut Observation,
         feature_loads: &mut FeatureLoads,
+        alarms: &mut Alarms,
     ) -> u32 {
         let (near, state) = (&side.near, side.state);
         let place = state.into_wall(side.centre);
@@ -125,6 +130,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 Some(touch) => {
                     let sums = sums.as_deref_mut();
                     let at = self.side_of(a, side, touch, slot.state);
+                    if self.is_alarming(a, touch, at) {
+                        self.alarm_wall(alarms, a, side, touch, at);
+                    }
                     if at == BEHIND {
                         let touch = from_behind(touch);
                         self.touch_wall(a, side, &touch, slot, load, observation, sums);
@@ -300,12 +308,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 }
 
 /// The wall's side of a contact.
-struct WallSide<'a> {
-    near: NearWall,
+pub(super) struct WallSide<'a> {
+    pub(super) near: NearWall,
     wall: &'a WallNow,
-    state: &'a WallState,
+    pub(super) state: &'a WallState,
     /// Centre of the particle's image that is near, m.
-    centre: DVec3,
+    pub(super) centre: DVec3,
 }
 
 /// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the

@@ -1,0 +1,83 @@
+//! What of the contacts is beyond a limit: the worst of each kind, named.
+
+use glam::DVec3;
+
+use crate::state::{Id, WallIndex};
+
+/// What a contact does that it should not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AlarmKind {
+    /// It overlaps too much.
+    Overlap,
+    /// The centre of the particle has gone through the wall.
+    Through,
+    /// A wall that acts on one side is touched from behind.
+    Behind,
+}
+
+/// The partner of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Other {
+    /// A particle.
+    Particle(Id),
+    /// A wall.
+    Wall(WallIndex),
+}
+
+/// A contact beyond a limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Alarm {
+    /// The particle.
+    pub id: Id,
+    /// What it touches.
+    pub other: Other,
+    /// Its centre, m.
+    pub position: DVec3,
+    /// The smaller radius, m.
+    pub radius: f64,
+    /// Overlap, m.
+    pub overlap: f64,
+    /// How fast the two approach each other, m/s.
+    pub speed: f64,
+}
+
+impl Alarm {
+    /// Overlap over the smaller radius.
+    #[must_use]
+    pub fn part(&self) -> f64 {
+        self.overlap / self.radius
+    }
+}
+
+/// The worst of each kind in one evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Alarms([Option<Alarm>; 3]);
+
+impl Alarms {
+    /// All kinds.
+    pub const KINDS: [AlarmKind; 3] = [AlarmKind::Overlap, AlarmKind::Through, AlarmKind::Behind];
+
+    /// Takes in a contact; of equal ones the first stays.
+    #[cold]
+    pub fn note(&mut self, kind: AlarmKind, alarm: Alarm) {
+        let worst = &mut self.0[kind as usize];
+        if worst.is_none_or(|worst| alarm.part() > worst.part()) {
+            *worst = Some(alarm);
+        }
+    }
+
+    /// The worst contact of a kind.
+    #[must_use]
+    pub fn worst(&self, kind: AlarmKind) -> Option<Alarm> {
+        self.0[kind as usize]
+    }
+
+    /// Takes those of another part in and empties it.
+    pub fn take_from(&mut self, other: &mut Self) {
+        for kind in Self::KINDS {
+            if let Some(alarm) = other.0[kind as usize].take() {
+                self.note(kind, alarm);
+            }
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Contacts beyond a limit: found by a comparison in the loop, named here, apart from it.
+
+use super::sides::THROUGH_OR_BEHIND;
+use super::slots::{BEHIND, Slot, THROUGH};
+use super::walls::WallSide;
+use super::{Pass, Rows};
+use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::{Alarm, AlarmKind, Alarms, Other};
+use crate::state::Particle;
+use crate::walls::Touch;
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
+    /// Names what overlaps too much among the contacts found in a chunk of slots, which may be nobody. `contacts`: slot, distance and sum of the radii
+    /// (m) of each.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn alarm_pairs(
+        &self,
+        alarms: &mut Alarms,
+        slots: &[Slot<Histories<N, T, R, A>>],
+        (first_row, rows): (usize, &Rows<'_>),
+        contacts: impl Iterator<Item = (u32, f64, f64)>,
+    ) {
+        for (slot, distance, reach) in contacts {
+            let slot = &slots[slot as usize];
+            let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
+            let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
+            let (radius, overlap) = (a.radius.min(b.radius), reach - distance);
+            if overlap > self.context.overlap_limit * radius {
+                let offset = self.offset::<true, _>(a, b, slot);
+                let alarm = Alarm {
+                    id: self.ids[row],
+                    other: Other::Particle(self.ids[partner]),
+                    position: a.position,
+                    radius,
+                    overlap,
+                    speed: (b.velocity - a.velocity).dot(offset.normalize_or_zero()),
+                };
+                alarms.note(AlarmKind::Overlap, alarm);
+            }
+        }
+    }
+
+    /// Whether there is something to say of a touch of a wall; `at`: the bits of its side.
+    #[inline(always)]
+    pub(super) fn is_alarming(&self, a: &Particle, touch: &Touch, at: u32) -> bool {
+        at & THROUGH_OR_BEHIND != 0
+            || a.radius - touch.distance > self.context.overlap_limit * a.radius
+    }
+
+    /// Names a touch of a wall.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn alarm_wall(
+        &self,
+        alarms: &mut Alarms,
+        a: &Particle,
+        side: &WallSide<'_>,
+        touch: &Touch,
+        at: u32,
+    ) {
+        if self.context.overlap_limit.is_infinite() {
+            return;
+        }
+        let kind = if at == BEHIND {
+            AlarmKind::Behind
+        } else if at == THROUGH || touch.distance < 0.0 {
+            AlarmKind::Through
+        } else {
+            AlarmKind::Overlap
+        };
+        let normal = side.state.out_of_wall(touch.normal);
+        let velocity = a.velocity - side.state.velocity.at(side.centre);
+        let alarm = Alarm {
+            id: self.ids[side.near.row as usize],
+            other: Other::Wall(side.near.wall),
+            position: a.position,
+            radius: a.radius,
+            overlap: a.radius - touch.distance,
+            speed: -velocity.dot(normal),
+        };
+        alarms.note(kind, alarm);
+    }
+}

@@ -1,0 +1,352 @@
+//! The guard: what is not to be trusted stops the run, or is counted, and is named in either case.
+//!
+//! A contact may overlap by part of the smaller radius, and a particle may move by part of its radius in a step. Together the two limits keep every
+//! particle in front of every wall at rest: one that overlaps by half its radius and moves by half its radius has its centre at the wall, and no
+//! farther. The limits cost a comparison for each contact; of the ways in a step only the longest is looked at, unless it is too long for somebody.
+
+use glam::DVec3;
+
+use super::{Engine, RunError};
+use crate::contact::parameter::short;
+use crate::forces::{Alarm, AlarmKind, Alarms, Other, Watch};
+use crate::plan::GuardPolicy;
+use crate::state::{Id, WallIndex};
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    Contact(AlarmKind, Alarm),
+    Way {
+        id: Id,
+        position: DVec3,
+        /// Way in a step over the radius.
+        part: f64,
+        /// m/s
+        speed: f64,
+    },
+}
+
+/// When and what.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Event {
+    step: u64,
+    time: f64,
+    what: What,
+}
+
+/// How often something happened, and the worst of it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    steps: u64,
+    worst: Option<Event>,
+}
+
+/// What the guard of a run has seen.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Guard {
+    /// By kind of contact, then long ways.
+    counts: [Count; 4],
+    /// Why the run stops.
+    stop: Option<Event>,
+    /// Nothing stops it any more: the last step is made to be looked at.
+    off: bool,
+}
+
+impl Event {
+    /// How bad it is.
+    fn part(&self) -> f64 {
+        match self.what {
+            What::Contact(_, alarm) => alarm.part(),
+            What::Way { part, .. } => part,
+        }
+    }
+
+    fn index(&self) -> usize {
+        match self.what {
+            What::Contact(kind, _) => kind as usize,
+            What::Way { .. } => 3,
+        }
+    }
+}
+
+impl Guard {
+    /// How often each kind happened, and the worst of it in numbers: what must be kept to go on later.
+    pub(super) fn save(&self) -> Vec<(u64, Vec<f64>)> {
+        let counts = self.counts.iter();
+        counts
+            .map(|count| {
+                let numbers = count.worst.map(|worst| worst.numbers());
+                (count.steps, numbers.unwrap_or_default())
+            })
+            .collect()
+    }
+
+    /// From what [`Guard::save`] gave; what is no event of ours is forgotten.
+    pub(super) fn restored(saved: &[(u64, Vec<f64>)]) -> Self {
+        let mut guard = Self::default();
+        for (kind, (steps, numbers)) in saved.iter().enumerate() {
+            if let Some(count) = guard.counts.get_mut(kind) {
+                count.steps = *steps;
+                count.worst = Event::from_numbers(kind, numbers);
+            }
+        }
+        guard
+    }
+}
+
+impl Event {
+    /// All of it but the kind; whole numbers are exact.
+    fn numbers(&self) -> Vec<f64> {
+        let (id, position, others) = match self.what {
+            What::Contact(_, alarm) => {
+                let other = match alarm.other {
+                    Other::Particle(id) => [0.0, f64::from(id.number())],
+                    Other::Wall(wall) => [1.0, f64::from(wall.number())],
+                };
+                let [is_wall, index] = other;
+                let others = [is_wall, index, alarm.radius, alarm.overlap, alarm.speed];
+                (alarm.id, alarm.position, others)
+            }
+            What::Way {
+                id,
+                position,
+                part,
+                speed,
+            } => (id, position, [0.0, 0.0, 1.0, part, speed]),
+        };
+        let mut numbers = vec![self.step as f64, self.time, f64::from(id.number())];
+        numbers.extend(position.to_array());
+        numbers.extend(others);
+        numbers
+    }
+
+    fn from_numbers(kind: usize, numbers: &[f64]) -> Option<Self> {
+        let &[
+            step,
+            time,
+            id,
+            x,
+            y,
+            z,
+            is_wall,
+            index,
+            radius,
+            overlap,
+            speed,
+        ] = numbers
+        else {
+            return None;
+        };
+        let (id, position) = (Id::new(id as u32), DVec3::new(x, y, z));
+        let other = if is_wall == 1.0 {
+            Other::Wall(WallIndex::new(index as u16))
+        } else {
+            Other::Particle(Id::new(index as u32))
+        };
+        let what = match Alarms::KINDS.get(kind) {
+            Some(&kind) => {
+                let alarm = Alarm {
+                    id,
+                    other,
+                    position,
+                    radius,
+                    overlap,
+                    speed,
+                };
+                What::Contact(kind, alarm)
+            }
+            None => What::Way {
+                id,
+                position,
+                part: overlap,
+                speed,
+            },
+        };
+        Some(Self {
+            step: step as u64,
+            time,
+            what,
+        })
+    }
+}
+
+impl Engine {
+    /// Overlap over the smaller radius beyond which a contact is named; infinite if the guard is off.
+    pub(super) fn overlap_limit(&self) -> f64 {
+        let guard = self.plan.physics().guard();
+        match guard.policy {
+            GuardPolicy::Off => f64::INFINITY,
+            _ => guard.overlap,
+        }
+    }
+
+    /// Looks at the ways of a step in which nobody was faster than `fastest` (m/s).
+    pub(super) fn guard_ways(&mut self, fastest: f64) {
+        let guard = self.plan.physics().guard();
+        let dt = self.plan.physics().time_step();
+        let is_short = fastest * dt <= guard.way * self.plan.physics().smallest_radius();
+        if is_short || guard.policy == GuardPolicy::Off {
+            return;
+        }
+        let mut worst: Option<(usize, f64)> = None;
+        for (row, record) in self.particles.records.iter().enumerate() {
+            let part = record.velocity.length() * dt / record.radius;
+            if part > guard.way && worst.is_none_or(|(_, most)| part > most) {
+                worst = Some((row, part));
+            }
+        }
+        if let Some((row, part)) = worst {
+            let record = &self.particles.records[row];
+            self.note(What::Way {
+                id: self.particles.ids[row],
+                position: record.position,
+                part,
+                speed: record.velocity.length(),
+            });
+        }
+    }
+
+    /// Looks at the contacts of the evaluation just made.
+    pub(super) fn guard_contacts(&mut self) {
+        let alarms = self.forces.contacts.take_alarms();
+        if alarms != Alarms::default() {
+            for kind in Alarms::KINDS {
+                if let Some(alarm) = alarms.worst(kind) {
+                    self.note(What::Contact(kind, alarm));
+                }
+            }
+        }
+    }
+
+    fn note(&mut self, what: What) {
+        let (step, time) = (self.step, self.time());
+        let event = Event { step, time, what };
+        let count = &mut self.guard.counts[event.index()];
+        count.steps += 1;
+        if (count.worst).is_none_or(|worst| event.part() > worst.part()) {
+            count.worst = Some(event);
+        }
+        // What touches a wall from behind is where it should not be, but nothing is wrong with its motion.
+        let stops = !matches!(what, What::Contact(AlarmKind::Behind, _));
+        let is_strict = self.plan.physics().guard().policy == GuardPolicy::Strict;
+        if stops && is_strict && !self.guard.off && self.guard.stop.is_none() {
+            self.guard.stop = Some(event);
+        }
+    }
+
+    /// Whether the run may go on.
+    pub(super) fn guarded(&mut self) -> Result<(), RunError> {
+        let Some(event) = self.guard.stop.take() else {
+            return Ok(());
+        };
+        Err(RunError::Guarded {
+            step: event.step,
+            time: event.time,
+            what: self.told(&event),
+            help: self.help(&event),
+        })
+    }
+
+    /// After an error: makes one more step whose contacts are seen, so that the state can be looked at.
+    ///
+    /// # Errors
+    /// If a particle's motion is no longer a number.
+    pub fn step_to_look_at(&mut self, watch: Watch) -> Result<(), RunError> {
+        self.guard.off = true;
+        self.step(Some(watch))?;
+        self.complete_step()
+    }
+
+    /// What was beyond a limit since the start, counted: a line for each kind.
+    #[must_use]
+    pub fn guard_warnings(&self) -> Vec<String> {
+        let counts = self.guard.counts.iter();
+        counts
+            .filter_map(|count| {
+                let worst = count.worst?;
+                let steps = match count.steps {
+                    1 => "in 1 step".to_owned(),
+                    steps => format!("in {steps} steps, the worst of them"),
+                };
+                let time = short(worst.time);
+                Some(format!(
+                    "guard: {steps} at step {} (t = {time} s): {}",
+                    worst.step,
+                    self.told(&worst)
+                ))
+            })
+            .collect()
+    }
+
+    fn told(&self, event: &Event) -> String {
+        let limits = self.plan.physics().guard();
+        let place = |x: DVec3| format!("({}, {}, {}) m", short(x.x), short(x.y), short(x.z));
+        let (kind, alarm) = match event.what {
+            What::Way {
+                id,
+                position,
+                part,
+                speed,
+            } => {
+                return format!(
+                    "particle {id} moves by {} of its radius in one step, to {}, at {} m/s (guard.way = {})",
+                    short(part),
+                    place(position),
+                    short(speed),
+                    short(limits.way)
+                );
+            }
+            What::Contact(kind, alarm) => (kind, alarm),
+        };
+        let (other, radius) = match alarm.other {
+            Other::Particle(id) => (format!("particle {id}"), "the smaller radius"),
+            Other::Wall(index) => {
+                let wall = self.plan.physics().walls().get(index.index());
+                let name = wall.map_or(index.to_string(), |wall| wall.name.clone());
+                (format!("wall `{name}`"), "its radius")
+            }
+        };
+        let (id, at, speed) = (alarm.id, place(alarm.position), short(alarm.speed.abs()));
+        let way = if alarm.speed >= 0.0 {
+            "approaching"
+        } else {
+            "leaving"
+        };
+        match kind {
+            AlarmKind::Overlap => format!(
+                "particle {id} at {at} overlaps {other} by {} of {radius}, {way} at {speed} m/s (guard.overlap = {})",
+                short(alarm.part()),
+                short(limits.overlap)
+            ),
+            AlarmKind::Through => format!(
+                "particle {id} at {at} has gone through {other}: its centre is {} m behind it, {way} at {speed} m/s",
+                short(alarm.overlap - alarm.radius)
+            ),
+            AlarmKind::Behind => format!(
+                "particle {id} at {at} touches {other}, which acts on its other side, from behind; it is pushed back from there"
+            ),
+        }
+    }
+
+    /// The likely cause, and what to do.
+    fn help(&self, event: &Event) -> String {
+        let dt = self.plan.physics().time_step();
+        let go_on = "guard.policy = \"warn\" goes on and counts";
+        match event.what {
+            What::Way { part, .. } => {
+                let limit = self.plan.physics().guard().way;
+                format!(
+                    "the time step is too large for this speed (below {} s it is not), or the particle was thrown by a contact that was too deep; {go_on}",
+                    short(dt * limit / part)
+                )
+            }
+            // In a few steps it came as far as it is.
+            What::Contact(_, alarm) if 4.0 * alarm.speed * dt > alarm.overlap => format!(
+                "it came so far in less than 4 steps: the time step is too large for this speed; {go_on}"
+            ),
+            What::Contact(..) => format!(
+                "the contact is too soft for what presses on it (a larger stiffness or Young's modulus, with the smaller time step that it needs), or something was placed, or a wall has come, inside of it; {go_on}"
+            ),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! What may not happen in silence: it stops the run, or is counted, and is named.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A ball of 1 mm that flies at the wall of a closed box; `law`, its speed (m/s) and the time step (s) decide what happens.
+fn box_with_ball(law: &str, speed: f64, step: f64) -> String {
+    format!(
+        r#"
+        time = {{ end = {end}, step = {step} }}
+        domain = {{ min = [0, 0, 0], max = [0.02, 0.02, 0.02] }}
+        materials.m = {{ density = 2500.0, normal = {{ {law}, restitution = 0.9 }} }}
+        output = {{ interval = {end}, pictures = false }}
+        [[walls]]
+        name = "box"
+        shape = "box"
+        material = "m"
+        [[particles]]
+        name = "ball"
+        material = "m"
+        radius = 1e-3
+        position = [0.01, 0.011, 0.01]
+        velocity = [{speed}, 0.3, 0]
+        "#,
+        end = 400.0 * step,
+    )
+}
+
+const HERTZ: &str = r#"law = "hertz", youngs_modulus = 1e7, poissons_ratio = 0.3"#;
+const LINEAR: &str = r#"law = "linear", stiffness = 100"#;
+
+fn solve(folder: &Path, text: &str, arguments: &[&str]) -> Output {
+    fs::write(folder.join("a.toml"), text).unwrap();
+    Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder)
+        .args(["a.toml", "--quiet", "--force", "--output", "out"])
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// Times of the frames, s: the first column of the energies, which are written with each.
+fn times(folder: &Path) -> Vec<f64> {
+    let text = fs::read_to_string(folder.join("out/a.ene")).unwrap();
+    let first = |line: &str| line.split_whitespace().next()?.parse().ok();
+    text.lines().filter_map(first).collect()
+}
+
+/// The cases of the report: the ball was gone from a closed box, with exit code 0 and no warning.
+#[test]
+fn nobody_leaves_a_closed_box_in_silence() {
+    for (law, speed, step, what) in [
+        (HERTZ, 60.0, 1e-6, "overlaps wall `box.+x` by 0.5"),
+        (LINEAR, 30.0, 5e-6, "overlaps wall `box.+x` by 0.5"),
+        // Three radii in a step.
+        (LINEAR, 60.0, 5e-5, "moves by 3.0"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let text = box_with_ball(law, speed, step);
+        let output = solve(folder.path(), &text, &[]);
+        let said = errors(&output);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(what), "{what}: {said}");
+        for part in ["particle 0", "step ", "t = ", " m/s", "help: "] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+        // The step of the message, or the one after, is there to be looked at.
+        let step_of = said.split("step ").nth(1).unwrap();
+        let number: f64 = step_of.split_whitespace().next().unwrap().parse().unwrap();
+        let last = *times(folder.path()).last().unwrap();
+        let steps = last / step - number;
+        assert!((-0.01..1.01).contains(&steps), "{last} {said}");
+        assert!(!folder.path().join("out/summary.json").exists());
+        let log = fs::read_to_string(folder.path().join("out/run.log")).unwrap();
+        assert!(log.contains(what), "{log}");
+
+        // Counted, not repeated.
+        let output = solve(folder.path(), &text, &["--set", "guard.policy=\"warn\""]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+        let lines: Vec<&str> = summary
+            .lines()
+            .filter(|l| l.contains("guard: in "))
+            .collect();
+        assert!((1..=3).contains(&lines.len()), "{summary}");
+        assert!(
+            lines.iter().all(|line| line.contains("at step ")),
+            "{summary}"
+        );
+
+        let output = solve(folder.path(), &text, &["--set", "guard.policy=\"off\""]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+        assert!(!summary.contains("guard:"), "{summary}");
+    }
+}
+
+/// v/omega = 0.4 of the radius, and a way of 0.03 radii in a step: what keeps the limits is left alone, to the same bytes.
+#[test]
+fn what_keeps_the_limits_is_left_alone() {
+    // omega = sqrt(k/m) = sqrt(100 N/m / 10.5 mg) = 3090/s.
+    let text = box_with_ball(LINEAR, 0.4 * 3.09, 2e-5);
+    let folder = tempfile::tempdir().unwrap();
+    let mut last = Vec::new();
+    for policy in ["strict", "warn", "off"] {
+        let set = format!("guard.policy=\"{policy}\"");
+        let output = solve(folder.path(), &text, &["--set", &set]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let state = fs::read(folder.path().join("out/a.data")).unwrap();
+        assert!(last.is_empty() || last == state);
+        last = state;
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+        assert!(!summary.contains("guard:"), "{summary}");
+    }
+    // With less room it is too much.
+    for limit in ["guard.overlap=0.3", "guard.way=0.02"] {
+        let output = solve(folder.path(), &text, &["--set", limit]);
+        assert_eq!(output.status.code(), Some(1), "{limit}");
+        assert!(errors(&output).contains(limit.replace('=', " = ").as_str()));
+    }
+}
+
+/// Two balls that meet too fast are both named; a ball behind a wall is, too, and bounces there.
+#[test]
+fn partners_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let second = r#"
+        [[particles]]
+        name = "other"
+        material = "m"
+        radius = 2e-3
+        position = [0.016, 0.011, 0.01]
+    "#;
+    let text = box_with_ball(LINEAR, 30.0, 5e-6) + second;
+    let said = errors(&solve(folder.path(), &text, &[]));
+    let names = said.contains("particle 0") && said.contains("particle 1");
+    assert!(names && said.contains("of the smaller radius"), "{said}");
+
+    let behind = r#"
+        [[walls]]
+        name = "shell"
+        shape = "sphere"
+        origin = [0.016, 0.01, 0.01]
+        radius = 2e-3
+        side = "inside"
+        material = "m"
+    "#;
+    let text = box_with_ball(LINEAR, 1.0, 2e-5) + behind;
+    let output = solve(folder.path(), &text, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+    let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+    assert!(summary.contains("starts behind wall `shell`"), "{summary}");
+    assert!(summary.contains("touches wall `shell`"), "{summary}");
+}
+
+#[test]
+fn wrong_keys_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = box_with_ball(LINEAR, 1.0, 2e-5);
+    for (set, what) in [
+        ("guard.policy=\"loud\"", "loud"),
+        ("guard.overlap=0", "must be > 0"),
+        ("guard.way=-1", "must be > 0"),
+        ("guard.ways=1", "ways"),
+    ] {
+        let output = solve(folder.path(), &text, &["--set", set]);
+        assert_eq!(output.status.code(), Some(2), "{set}: {}", errors(&output));
+        assert!(errors(&output).contains(what), "{}", errors(&output));
+    }
+}
