@@ -27,7 +27,7 @@ fn box_with_ball(law: &str, speed: f64, step: f64) -> String {
     )
 }
 
-const HERTZ: &str = r#"law = "hertz", youngs_modulus = 1e7, poissons_ratio = 0.3"#;
+const HERTZ: &str = r#"law = "hertz", youngs_modulus = 1e7, poisson_ratio = 0.3"#;
 const LINEAR: &str = r#"law = "linear", stiffness = 100"#;
 
 fn solve(folder: &Path, text: &str, arguments: &[&str]) -> Output {
