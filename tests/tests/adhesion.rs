@@ -204,7 +204,7 @@ fn kinetic(engine: &Engine) -> f64 {
 
 /// How the only pair stands, if it is listed.
 fn state(engine: &Engine) -> Option<SlotState> {
-    engine.snapshot().pairs.first().map(|slot| slot.state)
+    engine.snapshot().pairs.iter().next().map(|slot| slot.state)
 }
 
 #[test]
@@ -458,18 +458,18 @@ impl BruteForce {
             assert_eq!(formed, 1.0);
             (age, state == SlotState::Touching)
         };
-        let held = |slot: &&mercury_solver::forces::SavedSlot| slot.state != SlotState::Near;
+        let held = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state != SlotState::Near;
         let mut pairs = HashMap::new();
         for slot in snapshot.pairs.iter().filter(held) {
             let (one, other) = (id(slot.row), id(slot.partner));
             let key = (one.min(other), one.max(other));
-            assert!(pairs.insert(key, bond(&slot.history, slot.state)).is_none());
+            assert!(pairs.insert(key, bond(slot.history, slot.state)).is_none());
         }
         assert_eq!(pairs, self.pairs);
         let mut walls = HashMap::new();
         for slot in snapshot.near_walls.iter().filter(held) {
             let key = (id(slot.row), slot.partner);
-            assert!(walls.insert(key, bond(&slot.history, slot.state)).is_none());
+            assert!(walls.insert(key, bond(slot.history, slot.state)).is_none());
         }
         assert_eq!(walls, self.walls);
     }
@@ -493,7 +493,7 @@ fn bonds_are_those_of_a_search_over_all_pairs() {
         expected.compare(&snapshot);
         across += expected.pairs.values().filter(|bond| !bond.1).count();
         at_walls += expected.walls.values().filter(|bond| !bond.1).count();
-        let shifted = |slot: &&mercury_solver::forces::SavedSlot| {
+        let shifted = |slot: &mercury_solver::forces::SavedSlot<'_>| {
             slot.state == SlotState::Bonded && slot.image != mercury_solver::neighbours::NO_SHIFT
         };
         through += snapshot.pairs.iter().filter(shifted).count();
@@ -570,7 +570,7 @@ fn bonds_are_part_of_the_state_and_of_no_number_of_threads() {
     three.steps_at_once(400, None).unwrap();
     let saved = one.snapshot();
     assert_eq!(saved, three.snapshot());
-    let bonded = |slot: &&mercury_solver::forces::SavedSlot| slot.state == SlotState::Bonded;
+    let bonded = |slot: &mercury_solver::forces::SavedSlot<'_>| slot.state == SlotState::Bonded;
     assert!(saved.pairs.iter().filter(bonded).count() > 3);
     assert!(saved.near_walls.iter().filter(bonded).count() > 0);
     let bytes = saved.encode();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
 use mercury_solver::plan::{Plan, plan, read_scene};
-use mercury_solver::state::Particles;
+use mercury_solver::state::{Encoder, Particles};
 use mercury_solver::step::{Engine, RunError, Snapshot, StartOptions};
 use mercury_solver::walls::Shape;
 use proptest::prelude::*;
@@ -40,6 +40,9 @@ fn planned(path: &Path) -> Arc<Plan> {
 /// Goes on from `engine` and from its decoded state for `steps` steps; they must stay equal to the byte.
 fn goes_on(engine: &mut Engine, threads: usize, steps: u64) -> Result<(), TestCaseError> {
     let bytes = engine.snapshot().encode();
+    let mut encoder = Encoder::new();
+    engine.add_state_to(&mut encoder);
+    prop_assert!(encoder.finish() == bytes, "without a snapshot: other bytes");
     let decoded =
         Snapshot::decode(&bytes).map_err(|error| TestCaseError::fail(error.to_string()))?;
     prop_assert!(

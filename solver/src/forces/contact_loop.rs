@@ -18,7 +18,8 @@ use rayon::prelude::*;
 use super::blocks::{Outbox, place};
 use super::{
     Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
-    Needs, Observation, Partner, SavedLoads, SavedSlot, SlotState, StepContext, block_size,
+    Needs, Observation, Partner, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext,
+    block_size,
 };
 use crate::contact::{
     AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
@@ -297,36 +298,36 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         slots.filter(|slot| slot.state & HELD != 0).count()
     }
 
-    fn save(&self) -> (Vec<SavedSlot>, Vec<SavedSlot>) {
-        let numbers = |history: &Histories<N, T, R, A>| {
-            let mut numbers = Vec::new();
-            history.write(&mut numbers);
-            numbers
-        };
-        let (mut pairs, mut walls) = (Vec::new(), Vec::new());
+    fn save(&self) -> (SavedSlots, SavedSlots) {
+        let mut nothing = Vec::new();
+        <Histories<N, T, R, A>>::default().write(&mut nothing);
+        let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
+        pairs.reserve(self.listed());
         for block in &self.blocks {
             for slot in &block.slots {
-                pairs.push(SavedSlot {
+                let saved = SavedSlot {
                     row: (block.rows.start + slot.owner()) as u32,
                     partner: slot.partner,
                     image: slot.state & IMAGE,
                     state: SlotState::of(slot.state),
                     feature: FREE,
-                    history: numbers(&slot.history),
-                });
+                    history: &[],
+                };
+                pairs.push(saved, |numbers| slot.history.write(numbers));
             }
             let mut first = 0;
             for near in &block.near_walls {
                 let slots = &block.wall_slots[first..first + near.features as usize];
                 for slot in slots {
-                    walls.push(SavedSlot {
+                    let saved = SavedSlot {
                         row: near.row,
                         partner: u32::from(near.wall.number()),
                         image: near.image,
                         state: SlotState::of(slot.state),
                         feature: slot.feature,
-                        history: numbers(&slot.history),
-                    });
+                        history: &[],
+                    };
+                    walls.push(saved, |numbers| slot.history.write(numbers));
                 }
                 first += near.features as usize;
             }
@@ -334,26 +335,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         (pairs, walls)
     }
 
-    fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]) {
+    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {
         self.cut(rows);
-        let (mut next, mut next_wall) = (0, 0);
+        let (mut pairs, mut walls) = (pairs.iter().peekable(), walls.iter().peekable());
         for block in &mut self.blocks {
             for (owner, row) in block.rows.clone().enumerate() {
-                while next < pairs.len() && pairs[next].row as usize == row {
-                    let saved = &pairs[next];
+                while let Some(saved) = pairs.next_if(|saved| saved.row as usize == row) {
                     block.slots.push(Slot::new(
                         owner,
                         saved.partner,
                         saved.image,
                         saved.state.bits(),
-                        <Histories<N, T, R, A>>::read(&saved.history),
+                        <Histories<N, T, R, A>>::read(saved.history),
                     ));
-                    next += 1;
                 }
             }
-            while next_wall < walls.len() && (walls[next_wall].row as usize) < block.rows.end {
-                let saved = &walls[next_wall];
-                next_wall += 1;
+            while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
                 let same = |last: &NearWall| {
                     (last.row, u32::from(last.wall.number()), last.image)
                         == (saved.row, saved.partner, saved.image)
@@ -370,7 +367,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 block.wall_slots.push(WallSlot {
                     feature: saved.feature,
                     state: saved.state.bits(),
-                    history: <Histories<N, T, R, A>>::read(&saved.history),
+                    history: <Histories<N, T, R, A>>::read(saved.history),
                 });
             }
         }

@@ -13,6 +13,7 @@ mod feature_loads;
 mod near_walls;
 mod observation;
 mod passes;
+mod saved;
 
 pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
@@ -22,6 +23,7 @@ pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
+pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
@@ -91,23 +93,6 @@ pub enum SlotState {
     Through,
 }
 
-/// The history of one contact, in numbers, by ids that survive sorting: for restarts.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SavedSlot {
-    /// Row of the first particle.
-    pub row: u32,
-    /// Row of the partner, or index of the wall.
-    pub partner: u32,
-    /// Image code of the partner; for walls the image of the particle.
-    pub image: u32,
-    /// How the two stood in the last evaluation.
-    pub state: SlotState,
-    /// Wall contacts: the feature of the wall; `u32::MAX` for a slot that is free.
-    pub feature: u32,
-    /// The numbers of the history.
-    pub history: Vec<f64>,
-}
-
 /// A contact loop with its slots, whatever its laws.
 pub trait ContactForces: Send {
     /// What the loop needs of the step.
@@ -163,10 +148,10 @@ pub trait ContactForces: Send {
     fn touching(&self) -> usize;
 
     /// Every slot in order, pairs first, then walls: the state that a restart needs.
-    fn save(&self) -> (Vec<SavedSlot>, Vec<SavedSlot>);
+    fn save(&self) -> (SavedSlots, SavedSlots);
 
     /// Takes back what [`ContactForces::save`] gave for `rows` particles.
-    fn restore(&mut self, rows: usize, pairs: &[SavedSlot], walls: &[SavedSlot]);
+    fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
 
     /// How many numbers [`SavedSlot::history`] has. A loop that chooses the law at each contact saves more than it shows.
     fn saved_numbers(&self) -> usize;
@@ -177,29 +162,3 @@ pub trait ContactForces: Send {
     /// Bytes of the slot of a listed pair, and of its history while it is carried over to a new list: for estimates of memory.
     fn pair_bytes(&self) -> [usize; 2];
 }
-
-impl crate::state::Plain for SlotState {
-    fn put(&self, bytes: &mut Vec<u8>) {
-        bytes.push(*self as u8);
-    }
-
-    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        match u8::take(bytes)? {
-            0 => Ok(Self::Near),
-            1 => Ok(Self::Touching),
-            2 => Ok(Self::Bonded),
-            3 => Ok(Self::Behind),
-            4 => Ok(Self::Through),
-            other => Err(format!("{other} is no state of a pair")),
-        }
-    }
-}
-
-crate::state::plain!(SavedSlot {
-    row,
-    partner,
-    image,
-    state,
-    feature,
-    history
-});

@@ -14,7 +14,7 @@ use mercury_common::whole_file::FileError;
 use super::Run;
 use super::rest::Rest;
 use crate::boundaries::Tally;
-use crate::forces::{SavedSlot, SlotState};
+use crate::forces::{SavedSlots, SlotState};
 use crate::output::{POSITIONS, Positions};
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder};
@@ -159,7 +159,7 @@ pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
     let mut encoder = Encoder::new();
     encoder.section("head", &head);
     encoder.section("run", &known);
-    run.engine.snapshot().add_to(&mut encoder);
+    run.engine.add_state_to(&mut encoder);
     encoder
 }
 
@@ -296,7 +296,7 @@ impl fmt::Display for Checkpoint {
             state.particles.len(),
             state.particles.bodies().len()
         )?;
-        let touching = |slots: &[SavedSlot]| {
+        let touching = |slots: &SavedSlots| {
             let held = slots.iter().filter(|slot| slot.state != SlotState::Near);
             (held.count(), slots.len())
         };

@@ -17,6 +17,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use mercury_common::readable::duration;
 use mercury_common::whole_file::write_whole;
 use mercury_pictures::energy_page;
 
@@ -208,6 +209,8 @@ pub struct Run {
     last_checkpoint: Instant,
     /// Which of the two files is written next.
     next_checkpoint: usize,
+    /// How many, and how long the steps had to wait for them.
+    checkpoints_made: (u32, Duration),
     looked_for_stop_file: Instant,
     /// Of a run that has come to its end: the checkpoint to go on from there.
     at_end: Option<(PathBuf, Encoder)>,
@@ -321,6 +324,7 @@ impl Run {
             resumed_at,
             last_checkpoint: begun,
             next_checkpoint,
+            checkpoints_made: (0, Duration::ZERO),
             looked_for_stop_file: begun,
             at_end: None,
             stepping: Duration::ZERO,
@@ -480,7 +484,10 @@ impl Run {
         if !is_wanted {
             return true;
         }
+        let since = Instant::now();
         let state = checkpoint::encode(self, &checkpoints.scene);
+        self.checkpoints_made.0 += 1;
+        self.checkpoints_made.1 += since.elapsed();
         let files = checkpoint::paths(&self.options.folder, self.engine.plan().outputs().prefix());
         let [even, odd] = files;
         let path = if self.next_checkpoint == 0 { even } else { odd };
@@ -544,7 +551,10 @@ impl Run {
             .extend(to_come.map(|name| name.to_string_lossy().into_owned()));
         report.files.sort();
         report.files.dedup();
-        let log = log_head(&self.options) + &log_body(&report);
+        let mut log = log_head(&self.options) + &log_body(&report);
+        let (made, held) = self.checkpoints_made;
+        let held = duration(held.as_secs_f64());
+        log += &format!("checkpoints: {made}, for which the steps were held for {held}\n");
         write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
         if let Some((path, state)) = self.at_end {
             write_whole(&path, &state.finish()).map_err(OutputError::from)?;

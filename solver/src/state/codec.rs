@@ -245,6 +245,8 @@ pub(crate) use plain;
 #[derive(Debug)]
 pub struct Encoder {
     bytes: Vec<u8>,
+    /// Where the checksum of each section goes, and where the section ends. They are made last, when nobody waits.
+    checksums: Vec<(usize, usize)>,
 }
 
 impl Default for Encoder {
@@ -259,7 +261,15 @@ impl Encoder {
     pub fn new() -> Self {
         let mut bytes = MAGIC.to_vec();
         VERSION.put(&mut bytes);
-        Self { bytes }
+        Self {
+            bytes,
+            checksums: Vec::new(),
+        }
+    }
+
+    /// Room for so many more bytes.
+    pub fn reserve(&mut self, bytes: usize) {
+        self.bytes.reserve(bytes);
     }
 
     /// Appends a section.
@@ -270,14 +280,18 @@ impl Encoder {
         let begin = self.bytes.len();
         value.put(&mut self.bytes);
         let length = (self.bytes.len() - begin) as u64;
-        let checksum = crc32fast::hash(&self.bytes[begin..]);
         self.bytes[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
-        self.bytes[length_at + 8..begin].copy_from_slice(&checksum.to_le_bytes());
+        self.checksums.push((length_at + 8, self.bytes.len()));
     }
 
     /// All of it.
     #[must_use]
-    pub fn finish(self) -> Vec<u8> {
+    pub fn finish(mut self) -> Vec<u8> {
+        for (at, end) in self.checksums {
+            let begin = at + 4;
+            let checksum = crc32fast::hash(&self.bytes[begin..end]);
+            self.bytes[at..begin].copy_from_slice(&checksum.to_le_bytes());
+        }
         self.bytes
     }
 }

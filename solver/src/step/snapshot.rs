@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::guard::Guard;
 use super::{Audit, Engine, Lists, LoadSeries, RunError, StartOptions};
 use crate::boundaries::BoundaryState;
-use crate::forces::{SavedLoads, SavedSlot};
+use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
@@ -21,9 +21,9 @@ pub struct Snapshot {
     /// All particles with their last loads, row by row.
     pub particles: Particles,
     /// The listed pairs in order, with their histories.
-    pub pairs: Vec<SavedSlot>,
+    pub pairs: SavedSlots,
     /// The particles near walls in order, with their histories.
-    pub near_walls: Vec<SavedSlot>,
+    pub near_walls: SavedSlots,
     /// What the forces beside the contacts remember, by their names.
     pub other_forces: Vec<(String, Vec<u8>)>,
     /// What is known of the lists.
@@ -42,6 +42,9 @@ pub struct Snapshot {
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
 
+/// About what a particle takes in the state, with an orientation and its place in the lists.
+const BYTES_PER_PARTICLE: usize = 300;
+
 impl Snapshot {
     /// As bytes, with a version and checksums.
     #[must_use]
@@ -51,13 +54,11 @@ impl Snapshot {
         encoder.finish()
     }
 
-    /// Appends its sections.
-    pub fn add_to(&self, encoder: &mut Encoder) {
+    fn add_to(&self, encoder: &mut Encoder) {
+        let forces = (&self.pairs, &self.near_walls, &self.other_forces);
         encoder.section("clock", &(self.step, self.kick_due));
         encoder.section("particles", &self.particles);
-        encoder.section("pairs", &self.pairs);
-        encoder.section("near walls", &self.near_walls);
-        encoder.section("other forces", &self.other_forces);
+        add_forces(encoder, forces);
         encoder.section("lists", &self.lists);
         encoder.section("walls", &self.walls);
         encoder.section("boundaries", &self.boundaries);
@@ -115,7 +116,7 @@ impl Snapshot {
         }
         let rows = self.particles.len();
         let is_row = |row: u32| (row as usize) < rows;
-        let listed = |slot: &SavedSlot| is_row(slot.row) && is_row(slot.partner);
+        let listed = |slot: SavedSlot<'_>| is_row(slot.row) && is_row(slot.partner);
         if !self.pairs.iter().all(listed) {
             return Err(wrong("pairs", "a listed pair leads to no particle"));
         }
@@ -129,7 +130,49 @@ impl Snapshot {
     }
 }
 
+type SavedForces<'a> = (&'a SavedSlots, &'a SavedSlots, &'a Vec<(String, Vec<u8>)>);
+
+fn add_forces(encoder: &mut Encoder, (pairs, near_walls, others): SavedForces<'_>) {
+    encoder.section("pairs", pairs);
+    encoder.section("near walls", near_walls);
+    encoder.section("other forces", others);
+}
+
 impl Engine {
+    /// Appends the sections of [`Engine::snapshot`] without making one: the particles are as large as all the rest.
+    pub fn add_state_to(&self, encoder: &mut Encoder) {
+        let (pairs, near_walls) = self.forces.contacts.save();
+        // Growing in steps would copy it over and over.
+        let slots = pairs.bytes() + near_walls.bytes();
+        encoder.reserve(slots + self.particles.len() * BYTES_PER_PARTICLE);
+        encoder.section("clock", &(self.step, self.kick_due));
+        encoder.section("particles", &self.particles);
+        add_forces(encoder, (&pairs, &near_walls, &self.saved_others()));
+        encoder.section("lists", &self.lists);
+        encoder.section("walls", &self.saved_walls());
+        encoder.section("boundaries", &self.boundaries.state());
+        encoder.section("audit", &self.audit);
+        encoder.section("guard", &self.guard.save());
+        encoder.section("feature loads", &self.saved_feature_loads());
+    }
+
+    fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
+        (self.forces.others().iter())
+            .map(|pass| (pass.name().to_owned(), pass.save()))
+            .collect()
+    }
+
+    fn saved_walls(&self) -> Vec<SavedWall> {
+        self.walls.iter().map(WallNow::save).collect()
+    }
+
+    fn saved_feature_loads(&self) -> (Vec<SavedLoads>, LoadSeries) {
+        (
+            self.forces.contacts.save_feature_loads(),
+            self.load_series.clone(),
+        )
+    }
+
     /// The present state.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
@@ -139,19 +182,14 @@ impl Engine {
             particles: self.particles.clone(),
             pairs,
             near_walls,
-            other_forces: (self.forces.others().iter())
-                .map(|pass| (pass.name().to_owned(), pass.save()))
-                .collect(),
+            other_forces: self.saved_others(),
             lists: self.lists.clone(),
-            walls: self.walls.iter().map(WallNow::save).collect(),
+            walls: self.saved_walls(),
             kick_due: self.kick_due,
             boundaries: self.boundaries.state(),
             audit: self.audit,
             guard: self.guard.save(),
-            feature_loads: (
-                self.forces.contacts.save_feature_loads(),
-                self.load_series.clone(),
-            ),
+            feature_loads: self.saved_feature_loads(),
         }
     }
 
@@ -203,15 +241,14 @@ impl Engine {
             return Err(RunError::OtherPlan(reason));
         }
         let numbers = self.forces.contacts.saved_numbers();
-        let mut slots = snapshot.pairs.iter().chain(&snapshot.near_walls);
-        if let Some(slot) = slots.find(|slot| slot.history.len() != numbers) {
-            let found = slot.history.len();
+        let found = snapshot.pairs.numbers();
+        if found != numbers || snapshot.near_walls.numbers() != numbers {
             let reason = format!(
                 "its contacts remember {found} numbers each, those of the plan's laws {numbers}"
             );
             return Err(RunError::OtherPlan(reason));
         }
-        let is_wall = |slot: &SavedSlot| (slot.partner as usize) < plan.physics().walls().len();
+        let is_wall = |slot: SavedSlot<'_>| (slot.partner as usize) < plan.physics().walls().len();
         if !snapshot.near_walls.iter().all(is_wall) {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));

@@ -1,0 +1,219 @@
+//! The slots of a contact loop as plain numbers, for the state of a run.
+
+use super::SlotState;
+use crate::state::Plain;
+
+/// One slot of [`SavedSlots`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SavedSlot<'a> {
+    /// Row of the first particle.
+    pub row: u32,
+    /// Row of the partner, or index of the wall.
+    pub partner: u32,
+    /// Image code of the partner; for walls the image of the particle.
+    pub image: u32,
+    /// How the two stood in the last evaluation.
+    pub state: SlotState,
+    /// Wall contacts: the feature of the wall; `u32::MAX` for a slot that is free.
+    pub feature: u32,
+    /// The numbers of the history.
+    pub history: &'a [f64],
+}
+
+/// Slots in order. Most remember nothing, and take no room for it: there are millions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedSlots {
+    heads: Vec<Head>,
+    /// The histories of the slots that have one, one behind the other.
+    histories: Vec<f64>,
+    /// A history that remembers nothing; as long as all others.
+    nothing: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Head {
+    row: u32,
+    partner: u32,
+    feature: u32,
+    image: u32,
+    state: SlotState,
+    /// Whether it has a history.
+    remembers: bool,
+}
+
+impl SavedSlots {
+    /// No slots yet, for histories like this one, which remembers nothing.
+    #[must_use]
+    pub fn new(nothing: Vec<f64>) -> Self {
+        Self {
+            heads: Vec::new(),
+            histories: Vec::new(),
+            nothing,
+        }
+    }
+
+    /// Room for so many more.
+    pub fn reserve(&mut self, slots: usize) {
+        self.heads.reserve(slots);
+    }
+
+    /// Appends a slot whose history `write` appends to what it is given.
+    pub fn push(&mut self, slot: SavedSlot<'_>, write: impl FnOnce(&mut Vec<f64>)) {
+        let begin = self.histories.len();
+        write(&mut self.histories);
+        // To the bit: a zero with a sign is something else.
+        let written = self.histories[begin..]
+            .iter()
+            .map(|number| number.to_bits());
+        let remembers = !written.eq(self.nothing.iter().map(|number| number.to_bits()));
+        if !remembers {
+            self.histories.truncate(begin);
+        }
+        self.heads.push(Head {
+            row: slot.row,
+            partner: slot.partner,
+            feature: slot.feature,
+            image: slot.image,
+            state: slot.state,
+            remembers,
+        });
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.heads.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.heads.is_empty()
+    }
+
+    /// About what they take as bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.heads.len() * size_of::<Head>() + self.histories.len() * size_of::<f64>()
+    }
+
+    /// How many numbers each history has.
+    #[must_use]
+    pub fn numbers(&self) -> usize {
+        self.nothing.len()
+    }
+
+    /// The slots in order.
+    pub fn iter(&self) -> impl Iterator<Item = SavedSlot<'_>> {
+        let mut rest = &self.histories[..];
+        self.heads.iter().map(move |head| {
+            let history = if head.remembers {
+                let (history, behind) = rest.split_at(self.nothing.len());
+                rest = behind;
+                history
+            } else {
+                &self.nothing
+            };
+            SavedSlot {
+                row: head.row,
+                partner: head.partner,
+                image: head.image,
+                state: head.state,
+                feature: head.feature,
+                history,
+            }
+        })
+    }
+}
+
+crate::state::plain!(Head {
+    row,
+    partner,
+    feature,
+    image,
+    state,
+    remembers
+});
+
+impl Plain for SavedSlots {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.nothing.put(bytes);
+        self.heads.put(bytes);
+        self.histories.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let slots = Self {
+            nothing: Plain::take(bytes)?,
+            heads: Plain::take(bytes)?,
+            histories: Plain::take(bytes)?,
+        };
+        let remembering = slots.heads.iter().filter(|head| head.remembers).count();
+        let expected = remembering.checked_mul(slots.nothing.len());
+        if expected != Some(slots.histories.len()) {
+            return Err(format!(
+                "{remembering} histories of {} numbers, {} numbers found",
+                slots.nothing.len(),
+                slots.histories.len()
+            ));
+        }
+        Ok(slots)
+    }
+}
+
+impl Plain for SlotState {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        bytes.push(*self as u8);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        match u8::take(bytes)? {
+            0 => Ok(Self::Near),
+            1 => Ok(Self::Touching),
+            2 => Ok(Self::Bonded),
+            3 => Ok(Self::Behind),
+            4 => Ok(Self::Through),
+            other => Err(format!("{other} is no state of a pair")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn what_is_pushed_comes_back_to_the_bit(
+            histories in proptest::collection::vec(
+                prop_oneof![Just([0.0, 0.0]), Just([0.0, -0.0]), [-1.0f64..1.0, -1.0..1.0]], 0..30)
+        ) {
+            let mut slots = SavedSlots::new(vec![0.0; 2]);
+            for (row, history) in (0..).zip(&histories) {
+                let slot = SavedSlot {
+                    row,
+                    partner: row + 7,
+                    image: row % 27,
+                    state: SlotState::Bonded,
+                    feature: 3,
+                    history: &[],
+                };
+                slots.push(slot, |all| all.extend(history));
+            }
+            let something = |history: &&[f64; 2]| history.map(f64::to_bits) != [0; 2];
+            let remembering = histories.iter().filter(something).count();
+            prop_assert_eq!(slots.histories.len(), 2 * remembering);
+            let mut bytes = Vec::new();
+            slots.put(&mut bytes);
+            let back = SavedSlots::take(&mut &bytes[..]).unwrap();
+            prop_assert_eq!(back.len(), histories.len());
+            let bits = |history: &[f64]| -> Vec<u64> { history.iter().map(|x| x.to_bits()).collect() };
+            for (slot, history) in back.iter().zip(&histories) {
+                prop_assert_eq!(bits(slot.history), bits(history));
+                prop_assert_eq!(slot.partner, slot.row + 7);
+            }
+        }
+    }
+}
