@@ -107,7 +107,7 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!(scene.seed, 0);
     assert_eq!(scene.contact.tangential_history, TangentialHistory::Project);
     assert_eq!(scene.contact.rolling_lever, RollingLever::ReducedRadius);
-    assert_eq!(scene.contact.coulomb_limits, CoulombLimits::Elastic);
+    assert_eq!(scene.contact.coulomb_limits, CoulombLimits::Bounded);
     assert_eq!(
         (*scene.contact.overlap_error, *scene.contact.overlap_warning),
         (0.5, 0.1)
