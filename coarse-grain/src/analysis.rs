@@ -1,15 +1,13 @@
 //! From states to blocks of fields: which fields, of which materials, averaged how.
 
-use std::collections::{HashMap, VecDeque};
-
-use glam::DVec3;
+mod course;
 
 use crate::CgError;
-use crate::average::Blocking;
 use crate::evaluate::Evaluator;
 use crate::fields::{Field, MERCURY_SUMS};
 use crate::state::{Space, State};
 use crate::sums::{Layout, Sum, Sums};
+pub use course::Course;
 
 /// How frames are put together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,28 +113,6 @@ pub struct Block {
     pub sums: Option<Sums>,
 }
 
-/// Sums of a time that is not complete yet.
-struct Open {
-    time: f64,
-    weight: f64,
-    frames: usize,
-    span: (f64, f64),
-    space: Space,
-    parts: Vec<Sums>,
-}
-
-impl Open {
-    fn add(&mut self, state: &State, parts: &[Sums], weight: f64) {
-        for (mine, theirs) in self.parts.iter_mut().zip(parts) {
-            mine.add(theirs, weight);
-        }
-        self.weight += weight;
-        self.frames += 1;
-        self.span.1 = state.time;
-        self.space = state.space;
-    }
-}
-
 impl Analysis {
     /// The sums that the fields need.
     #[must_use]
@@ -163,162 +139,20 @@ impl Analysis {
         states: impl Iterator<Item = Result<State, CgError>>,
         mut write: impl FnMut(Block) -> Result<(), CgError>,
     ) -> Result<(usize, Option<CgError>), CgError> {
-        let layout = self.layout();
-        let displaced = self.fields.iter().any(|field| field.needs_displacement());
-        let mut before: Option<HashMap<u32, DVec3>> = None;
-        let mut open: VecDeque<Open> = VecDeque::new();
-        let mut next_time = None;
-        let mut blocking = Blocking::default();
-        let (mut frames, mut damage, mut dimensions) = (0, None, None);
+        let mut course = Course::default();
+        let mut damage = None;
         for state in states {
-            let mut state = match state {
-                Ok(state) => state,
+            match state {
+                Ok(state) => course.add(self, state, &mut write)?,
                 Err(error) => {
                     damage = Some(error);
                     break;
                 }
-            };
-            let first = *dimensions.get_or_insert(state.space.dimensions);
-            if first != state.space.dimensions {
-                let found = state.space.dimensions;
-                return Err(CgError::Input(format!(
-                    "the frame at t = {} has {found} dimensions, those before {first}",
-                    state.time
-                )));
-            }
-            if displaced {
-                let known = before.as_ref();
-                state.displacement = Some(displacement(&state, known));
-                if self.reference == Reference::Previous || before.is_none() {
-                    let positions = state.particles.id.iter().zip(&state.particles.position);
-                    before = Some(positions.map(|(&id, &x)| (id, x)).collect());
-                }
-            }
-            let parts: Vec<Sums> = self
-                .parts
-                .iter()
-                .map(|part| self.evaluator.sums(&state, &layout, part.material))
-                .collect();
-            frames += 1;
-            match self.time {
-                TimeMode::Frames => {
-                    let span = (state.time, state.time);
-                    write(self.block(state.time, span, 1, state.space, parts, None))?;
-                }
-                TimeMode::Average => {
-                    if self.errors {
-                        blocking.add(self.values(&parts, state.space.dimensions));
-                    }
-                    if open.is_empty() {
-                        open.push_back(self.open(&layout, &state, 0.0));
-                    }
-                    if let Some(sums) = open.front_mut() {
-                        sums.add(&state, &parts, 1.0);
-                        sums.time = state.time;
-                        if self.running {
-                            let mut parts = sums.parts.clone();
-                            parts
-                                .iter_mut()
-                                .for_each(|part| part.scale(1.0 / sums.weight));
-                            write(self.block(
-                                sums.time,
-                                sums.span,
-                                sums.frames,
-                                sums.space,
-                                parts,
-                                blocking.errors(),
-                            ))?;
-                        }
-                    }
-                }
-                TimeMode::Smooth { width, step } => {
-                    let reach = TIME_CUTOFF * width;
-                    // Output times whose weight has ended are complete.
-                    while open
-                        .front()
-                        .is_some_and(|sums| sums.time + reach < state.time)
-                    {
-                        if let Some(done) = open.pop_front() {
-                            self.close(done, &mut write)?;
-                        }
-                    }
-                    let next = next_time.get_or_insert(state.time);
-                    while *next - reach <= state.time {
-                        if *next + reach >= state.time {
-                            open.push_back(self.open(&layout, &state, *next));
-                        }
-                        *next += step;
-                    }
-                    for sums in &mut open {
-                        let distance = (state.time - sums.time) / width;
-                        sums.add(&state, &parts, libm::exp(-0.5 * distance * distance));
-                    }
-                }
             }
         }
-        if self.time == TimeMode::Average && !self.running {
-            let errors = blocking.errors();
-            if let Some(mut sums) = open.pop_front() {
-                sums.parts
-                    .iter_mut()
-                    .for_each(|part| part.scale(1.0 / sums.weight));
-                write(self.block(
-                    sums.time,
-                    sums.span,
-                    sums.frames,
-                    sums.space,
-                    sums.parts,
-                    errors,
-                ))?;
-            }
-        }
-        if self.time == TimeMode::Average {
-            open.clear();
-        }
-        // Output times behind the last frame would be made of one side only.
-        let last = open
-            .iter()
-            .map(|sums| sums.span.1)
-            .fold(f64::NEG_INFINITY, f64::max);
-        for done in open {
-            if done.time <= last {
-                self.close(done, &mut write)?;
-            }
-        }
+        let frames = course.frames();
+        course.finish(self, &mut write)?;
         Ok((frames, damage))
-    }
-
-    fn open(&self, layout: &Layout, state: &State, time: f64) -> Open {
-        let zeros = || Sums::zeros(layout.clone(), self.evaluator.place.len());
-        Open {
-            time,
-            weight: 0.0,
-            frames: 0,
-            span: (state.time, state.time),
-            space: state.space,
-            parts: self.parts.iter().map(|_| zeros()).collect(),
-        }
-    }
-
-    fn close(
-        &self,
-        mut sums: Open,
-        write: &mut impl FnMut(Block) -> Result<(), CgError>,
-    ) -> Result<(), CgError> {
-        if sums.weight > 0.0 {
-            sums.parts
-                .iter_mut()
-                .for_each(|part| part.scale(1.0 / sums.weight));
-            write(self.block(
-                sums.time,
-                sums.span,
-                sums.frames,
-                sums.space,
-                sums.parts,
-                None,
-            ))?;
-        }
-        Ok(())
     }
 
     /// All components of all fields of all parts, point by point, one behind the other.
@@ -391,23 +225,10 @@ impl Analysis {
     }
 }
 
-/// How far each particle has come, by the shortest way; NaN for those that were not there.
-fn displacement(state: &State, before: Option<&HashMap<u32, DVec3>>) -> Vec<DVec3> {
-    let particles = &state.particles;
-    let way = |(id, x): (&u32, &DVec3)| match before.and_then(|before| before.get(id)) {
-        Some(from) => state.space.nearest(*x - *from),
-        None => DVec3::NAN,
-    };
-    particles
-        .id
-        .iter()
-        .zip(&particles.position)
-        .map(way)
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::coordinates::{Coordinates, Place};
     use crate::kernel::{KernelChoice, KernelShape};

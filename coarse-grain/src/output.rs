@@ -6,4 +6,4 @@ pub mod stat;
 pub mod vti;
 mod writer;
 
-pub use writer::{Format, Succession, Writer};
+pub use writer::{Format, Succession, Writer, about, push_table};

@@ -15,7 +15,7 @@ use crate::options::{Cells, Limits, Spacing, Width};
 use crate::state::State;
 
 /// What is wanted, as far as it was said.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Wanted {
     /// Names of fields; `standard` and `all` stand for several. Empty: standard.
     pub fields: Vec<String>,
@@ -63,11 +63,11 @@ pub struct Wanted {
 const MOST_POINTS: usize = 2_000_000;
 
 impl Wanted {
-    /// The fields that were asked for; of the standard ones and of `all` those that the input has, unless it is unknown.
+    /// The fields that were asked for; of the standard ones and of `all` those that the input has.
     ///
     /// # Errors
-    /// When a name is not known.
-    fn chosen(&self, has_contacts: bool) -> Result<Vec<&'static Field>, CgError> {
+    /// When a name is not known, or the kernel cannot have a field.
+    pub fn chosen(&self, has_contacts: bool) -> Result<Vec<&'static Field>, CgError> {
         let mut fields: Vec<&'static Field> = Vec::new();
         let standard = ["standard".to_owned()];
         let names = if self.fields.is_empty() {
@@ -146,13 +146,13 @@ impl Wanted {
         Ok((Source::open(path, given, needs(&with))?, with))
     }
 
-    /// The analysis for an input whose first state is this.
+    /// The analysis for an input whose first state is this; `materials` are the names by index, as far as they are known.
     ///
     /// # Errors
     /// When choices do not fit to each other or to the input.
     pub fn analysis(
         &self,
-        source: &Source,
+        materials: &[String],
         state: &State,
         fields: Vec<&'static Field>,
     ) -> Result<Analysis, CgError> {
@@ -200,7 +200,7 @@ impl Wanted {
             }
         }
         let place = self.place(&coordinates, &axis, state, &kernel)?;
-        let parts = self.parts(source, state)?;
+        let parts = self.parts(materials, state)?;
         Ok(Analysis {
             evaluator: Evaluator {
                 axis,
@@ -375,9 +375,8 @@ impl Wanted {
         Ok(Place::Grid(axes.collect()))
     }
 
-    fn parts(&self, source: &Source, state: &State) -> Result<Vec<Part>, CgError> {
+    fn parts(&self, names: &[String], state: &State) -> Result<Vec<Part>, CgError> {
         let mut parts = vec![Part::everything()];
-        let names = source.materials();
         let name_of = |index: u32| {
             names
                 .get(index as usize)

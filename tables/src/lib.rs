@@ -24,7 +24,7 @@
 //!
 //! Tables that grow (time series, frames) are written by a [`ParquetWriter`], batch after batch, with the memory of one batch.
 //!
-//! Parquet is read and written by polars, compressed and with statistics. It is long to compile: `mercury-common`, `mclump`
+//! Parquet is read and written by polars, compressed and with statistics. It is long to compile: `mercury-common`, `mercury-coarse-grain`, `mclump`
 //! and the solver never depend on this crate (`docs/decisions/0021-tables-by-polars.md`).
 
 mod column;

@@ -27,6 +27,7 @@ fn lock_file() -> HashMap<String, Vec<String>> {
 fn solver_and_clump_maker_build_without_polars() {
     let packages = lock_file();
     for root in [
+        "mercury-coarse-grain",
         "mercury-common",
         "mercury-pictures",
         "mercury-solver",

@@ -133,11 +133,27 @@ impl<'a> Roles<'a> {
         range.filter(|&row| self.of(row as u32) == Role::Own)
     }
 
-    /// Rows of particles, made chunk by chunk and put together in their order.
-    fn in_chunks(&self, some: impl Fn(Range<usize>) -> Rows + Sync) -> Rows {
-        let parts = chunks(self.particles.len(), |range| [some(range)]);
+    /// A row for each own particle at its centre, of about `width` numbers that `push` appends; made chunk by chunk and put together in their
+    /// order.
+    fn at_centres(&self, width: usize, push: impl Fn(usize, &mut Vec<f64>) + Sync) -> Rows {
+        let parts = chunks(self.particles.len(), |range| {
+            let mut rows = Rows::for_some(range.len(), width);
+            for row in self.own(range) {
+                push(row, &mut rows.values);
+                rows.originals.push(Original {
+                    middle: self.particles.position[row],
+                    segment: DVec3::ZERO,
+                });
+            }
+            [rows]
+        });
         let [whole] = together(parts);
         whole
+    }
+
+    /// Mass, if it is known.
+    fn mass(&self, row: usize) -> f64 {
+        self.particles.mass.get(row).copied().unwrap_or(0.0)
     }
 
     /// What of radius powers, volume and mass the layout wants, if all own particles have the same of it: then one number, spread for all of
@@ -177,91 +193,64 @@ impl<'a> Roles<'a> {
             Vec::new()
         };
         let sums: Vec<Sum> = layout.of(Spread::Particles).collect();
-        let width = layout.stride(Spread::Particles);
-        let some = |range: Range<usize>| {
-            let mut rows = Rows::for_some(range.len(), width);
-            for row in self.own(range) {
-                let mass = particles.mass.get(row).copied().unwrap_or(0.0);
-                let (v, r) = (particles.velocity[row], particles.radius[row]);
-                let spin = particles.spin.get(row).copied().unwrap_or(DVec3::ZERO);
-                let turning = particles
-                    .angular_velocity
-                    .get(row)
-                    .copied()
-                    .unwrap_or(DVec3::ZERO);
-                let displacement = known(state, row);
-                let out = &mut rows.values;
-                out.extend(uniform.then_some(1.0));
-                for &sum in &sums {
-                    match sum {
-                        sum if uniform && SIZES.contains(&sum) => {}
-                        Sum::Sizes => {
-                            let mut power = 1.0;
-                            for _ in 0..6 {
-                                out.push(power);
-                                power *= r;
-                            }
+        let vector = |all: &[DVec3], row: usize| all.get(row).copied().unwrap_or(DVec3::ZERO);
+        self.at_centres(layout.stride(Spread::Particles), |row, out| {
+            let mass = self.mass(row);
+            let (v, r) = (particles.velocity[row], particles.radius[row]);
+            let spin = vector(&particles.spin, row);
+            let turning = vector(&particles.angular_velocity, row);
+            let displacement = known(state, row);
+            out.extend(uniform.then_some(1.0));
+            for &sum in &sums {
+                match sum {
+                    sum if uniform && SIZES.contains(&sum) => {}
+                    Sum::Sizes => {
+                        let mut power = 1.0;
+                        for _ in 0..6 {
+                            out.push(power);
+                            power *= r;
                         }
-                        Sum::Volume => out.push(particles.volume[row]),
-                        Sum::Mass => out.push(mass),
-                        Sum::Momentum => push_vector(out, mass * v),
-                        Sum::MomentumFlux => push_square(out, mass, v),
-                        Sum::Touching => out.push(f64::from(touching[row])),
-                        Sum::AngularVelocity => push_vector(out, turning),
-                        Sum::Spin => push_vector(out, spin),
-                        Sum::SpinFlux => push_product(out, spin, v),
-                        Sum::SpinEnergy => out.push(0.5 * spin.dot(turning)),
-                        Sum::DisplacedMass => {
-                            out.push(if displacement.is_some() { mass } else { 0.0 })
-                        }
-                        Sum::Displacement => {
-                            push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
-                        }
-                        _ => {}
                     }
+                    Sum::Volume => out.push(particles.volume[row]),
+                    Sum::Mass => out.push(mass),
+                    Sum::Momentum => push_vector(out, mass * v),
+                    Sum::MomentumFlux => push_square(out, mass, v),
+                    Sum::Touching => out.push(f64::from(touching[row])),
+                    Sum::AngularVelocity => push_vector(out, turning),
+                    Sum::Spin => push_vector(out, spin),
+                    Sum::SpinFlux => push_product(out, spin, v),
+                    Sum::SpinEnergy => out.push(0.5 * spin.dot(turning)),
+                    Sum::DisplacedMass => out.push(if displacement.is_some() { mass } else { 0.0 }),
+                    Sum::Displacement => {
+                        push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
+                    }
+                    _ => {}
                 }
-                rows.originals.push(Original {
-                    middle: particles.position[row],
-                    segment: DVec3::ZERO,
-                });
             }
-            rows
-        };
-        self.in_chunks(some)
+        })
     }
 
     /// What is spread by the gradient of the kernel: masses and momenta.
     pub(crate) fn gradients(&self, state: &State, layout: &Layout) -> Rows {
         let particles = self.particles;
         let sums: Vec<Sum> = layout.of(Spread::Gradients).collect();
-        let width = layout.stride(Spread::Gradients);
-        let some = |range: Range<usize>| {
-            let mut rows = Rows::for_some(range.len(), width);
-            for row in self.own(range) {
-                let mass = particles.mass.get(row).copied().unwrap_or(0.0);
-                let displacement = known(state, row);
-                let out = &mut rows.values;
-                for &sum in &sums {
-                    match sum {
-                        Sum::MassGradient => out.push(mass),
-                        Sum::MomentumGradient => push_vector(out, mass * particles.velocity[row]),
-                        Sum::DisplacedMassGradient => {
-                            out.push(if displacement.is_some() { mass } else { 0.0 })
-                        }
-                        Sum::DisplacementGradient => {
-                            push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
-                        }
-                        _ => {}
+        self.at_centres(layout.stride(Spread::Gradients), |row, out| {
+            let mass = self.mass(row);
+            let displacement = known(state, row);
+            for &sum in &sums {
+                match sum {
+                    Sum::MassGradient => out.push(mass),
+                    Sum::MomentumGradient => push_vector(out, mass * particles.velocity[row]),
+                    Sum::DisplacedMassGradient => {
+                        out.push(if displacement.is_some() { mass } else { 0.0 })
                     }
+                    Sum::DisplacementGradient => {
+                        push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
+                    }
+                    _ => {}
                 }
-                rows.originals.push(Original {
-                    middle: particles.position[row],
-                    segment: DVec3::ZERO,
-                });
             }
-            rows
-        };
-        self.in_chunks(some)
+        })
     }
 
     /// Segments that carry stress and points where boundaries act.

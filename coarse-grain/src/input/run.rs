@@ -226,9 +226,9 @@ impl RunSource {
                 Some(bodies.frame(same.ok_or_else(missing)?)?)
             }
         };
-        let space = space_of(self.particles.header(), &frame);
+        let header = self.particles.header();
         let state =
-            assemble(&frame, bodies.as_ref(), contacts.as_ref(), space).map_err(|found| {
+            state_of(header, &frame, bodies.as_ref(), contacts.as_ref()).map_err(|found| {
                 CgError::Input(format!("{}: frame {k}: {found}", self.path.display()))
             })?;
         check(&state, &self.path.display().to_string())?;
@@ -259,7 +259,19 @@ fn moves(flags: u8) -> bool {
     flags & (FLAG_FIXED | FLAG_PRESCRIBED) == 0
 }
 
-/// Spheres and bodies as particles: a clump counts as one, at its centre of mass.
+/// The state of a frame: spheres and bodies as particles; a clump counts as one, at its centre of mass. Contacts are known if they are given.
+///
+/// # Errors
+/// When a contact or a pebble names a particle or body that is not there.
+pub fn state_of(
+    header: &FramesHeader,
+    frame: &ParticleFrame,
+    bodies: Option<&BodyFrame>,
+    contacts: Option<&ContactFrame>,
+) -> Result<State, String> {
+    assemble(frame, bodies, contacts, space_of(header, frame))
+}
+
 fn assemble(
     frame: &ParticleFrame,
     bodies: Option<&BodyFrame>,

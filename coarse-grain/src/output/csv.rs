@@ -1,7 +1,5 @@
 //! Tables: coordinates first, then fields, with a line of units.
 
-use std::fmt::Write as _;
-
 use mercury_common::formats::number::{NumberStyle, push_number};
 
 use crate::analysis::Block;
@@ -16,29 +14,36 @@ fn unit(column: &crate::analysis::Column) -> String {
     }
 }
 
-/// The heading: a line of units behind `#`, then the names. `timed` tables have the time as first column.
+/// Names and units of the columns of a table: coordinates, then fields, each with its error where it has one. `timed` tables have the time as
+/// first column.
 #[must_use]
-pub fn header(evaluator: &Evaluator, block: &Block, timed: bool) -> String {
-    let mut names: Vec<String> = Vec::new();
-    let mut units: Vec<String> = Vec::new();
-    if timed {
-        names.push("time".to_owned());
-        units.push("s".to_owned());
-    }
-    names.extend(evaluator.coordinates.names().into_iter().map(str::to_owned));
-    units.extend(evaluator.coordinates.units().into_iter().map(str::to_owned));
+pub fn columns(evaluator: &Evaluator, block: &Block, timed: bool) -> Vec<(String, String)> {
+    let pair = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
+    let mut columns = Vec::new();
+    columns.extend(timed.then(|| pair("time", "s")));
+    let coordinates = evaluator.coordinates;
+    columns.extend(
+        coordinates
+            .names()
+            .into_iter()
+            .zip(coordinates.units())
+            .map(|(name, unit)| pair(name, unit)),
+    );
     for column in &block.columns {
-        names.push(column.name.clone());
-        units.push(unit(column));
+        columns.push((column.name.clone(), unit(column)));
         if column.errors.is_some() {
-            names.push(format!("{}_error", column.name));
-            units.push(unit(column));
+            columns.push((format!("{}_error", column.name), unit(column)));
         }
     }
-    let mut out = String::new();
-    let _ = writeln!(out, "# units: {}", units.join(","));
-    let _ = writeln!(out, "{}", names.join(","));
-    out
+    columns
+}
+
+/// The heading: a line of units behind `#`, then the names.
+#[must_use]
+pub fn header(evaluator: &Evaluator, block: &Block, timed: bool) -> String {
+    let (names, units): (Vec<String>, Vec<String>) =
+        columns(evaluator, block, timed).into_iter().unzip();
+    format!("# units: {}\n{}\n", units.join(","), names.join(","))
 }
 
 /// The rows of a block.

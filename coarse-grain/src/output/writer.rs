@@ -163,11 +163,7 @@ impl Writer {
                 return self.write_numbered(block, &page.image()?.png()?);
             }
             Format::Csv => {
-                if self.blocks == 0 || !timed {
-                    bytes.extend(about(analysis, block, timed).into_bytes());
-                    bytes.extend(csv::header(evaluator, block, timed).into_bytes());
-                }
-                csv::push_rows(&mut bytes, evaluator, block, timed);
+                push_table(&mut bytes, analysis, block, self.blocks == 0, timed);
             }
             Format::Stat => {
                 if self.blocks == 0 || !timed {
@@ -273,8 +269,20 @@ fn temporary(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// Appends a block to a table: its rows, before those of the `first` one the heading. A table that is not `timed` holds one block, and so always a
+/// heading.
+pub fn push_table(out: &mut Vec<u8>, analysis: &Analysis, block: &Block, first: bool, timed: bool) {
+    let evaluator = &analysis.evaluator;
+    if first || !timed {
+        out.extend(about(analysis, block, timed).into_bytes());
+        out.extend(csv::header(evaluator, block, timed).into_bytes());
+    }
+    csv::push_rows(out, evaluator, block, timed);
+}
+
 /// A line that says how the numbers came about.
-fn about(analysis: &Analysis, block: &Block, timed: bool) -> String {
+#[must_use]
+pub fn about(analysis: &Analysis, block: &Block, timed: bool) -> String {
     let kernel = &analysis.evaluator.kernel;
     let mut line = format!(
         "# mercury-cg {}: coordinates {}, kernel {}, width {:?} m",

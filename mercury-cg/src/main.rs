@@ -1,6 +1,7 @@
 //! `mercury-cg`: the command line, nothing else.
 
 mod command;
+mod files;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,7 +33,7 @@ Examples:
 
 INPUT is a run folder, NAME.particles.arrow, NAME.data[.gz] (with NAME.fstat[.gz] beside it), NAME.data.0000 (a series), or \
 a .restart of MercuryDPM.
-The ending of -o says what is written: .csv a table, .stat MercuryCG's layout, .vti image data for ParaView, .svg and .png \
+The ending of -o says what is written: .csv and .parquet tables, .stat MercuryCG's layout, .vti image data for ParaView, .svg and .png \
 pictures of profiles (one coordinate) and maps (two).
 Fields with units and definitions: mercury-cg --list-fields.
 Exit codes: 0 done (also if the input was cut: its good frames are used, and a warning says so), 1 a file could not be \
@@ -45,7 +46,7 @@ struct Arguments {
     /// Run folder or file
     #[arg(value_name = "INPUT", required_unless_present_any = ["list_fields", "completions"])]
     input: Option<PathBuf>,
-    /// Files to write, .csv, .stat, .vti, .svg or .png; may be repeated [default: PREFIX.fields.csv beside the input]
+    /// Files to write, .csv, .parquet, .stat, .vti, .svg or .png; may be repeated [default: PREFIX.fields.csv beside the input]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// Names of fields with commas between; standard and all stand for several
@@ -95,7 +96,7 @@ struct Arguments {
     /// No error beyond rounding: cut-off 8.8, tolerance 1e-16
     #[arg(long, conflicts_with_all = ["cutoff", "tolerance", "fast", "compat"], help_heading = "Kernel")]
     exact: bool,
-    /// For a first look: cut-off 2.5, tolerance 5e-2; fields are right to some per cent of their largest value
+    /// For a first look: cut-off 2.5, tolerance 5e-2; fields are right to 6 % of their largest value
     #[arg(long, conflicts_with_all = ["cutoff", "tolerance", "compat"], help_heading = "Kernel")]
     fast: bool,
     /// Faces of the domain that mirror particles and contacts, as in -z or -x,+x

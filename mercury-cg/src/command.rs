@@ -8,13 +8,14 @@ use mercury_cg::CgError;
 use mercury_cg::analysis::{Analysis, TimeMode};
 use mercury_cg::input::{FrameChoice, Given, PAUSE, Source, States};
 use mercury_cg::options::{Scan, Width};
-use mercury_cg::output::{Format, Succession, Writer};
+use mercury_cg::output::{Format, Succession};
 use mercury_cg::scan;
 use mercury_cg::setup::mean_diameter;
 use mercury_cg::state::State;
 use mercury_common::cli::Progress;
 
 use super::Arguments;
+use super::files::{self, Output};
 
 /// Reads, computes and writes; returns what there is to say.
 pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
@@ -50,7 +51,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
         Some(state) => state?,
         None => return Err(CgError::Input(nothing(&source))),
     };
-    let mut analysis = wanted.analysis(&source, &first, fields)?;
+    let mut analysis = wanted.analysis(source.materials(), &first, fields)?;
     analysis.running = follow;
     if wanted.fields.is_empty() && !source.has_contacts() && !arguments.quiet {
         let note = "there are no contacts beside the particles; fields of contacts are left out";
@@ -63,7 +64,7 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     let succession = succession(arguments, &analysis);
     let mut writers = outputs
         .iter()
-        .map(|path| Writer::new(path, succession, follow, wanted.compat, arguments.force))
+        .map(|path| Output::new(path, succession, follow, wanted.compat, arguments.force))
         .collect::<Result<Vec<_>, _>>()?;
     let (states, count): (States, Option<usize>) = match &mut source {
         Source::Run(run) if follow => (Box::new(run.follow(arguments.frames, end)), None),
@@ -217,7 +218,7 @@ fn scan_widths(
     let [output] = outputs else {
         return Err(CgError::Input("--scan: one table, -o NAME.csv".to_owned()));
     };
-    if Format::of(output)? != Format::Csv {
+    if files::is_parquet(output) || Format::of(output)? != Format::Csv {
         let found = format!("{}: --scan writes a table, .csv", output.display());
         return Err(CgError::Input(found));
     }

@@ -1,16 +1,15 @@
 //! The program as users call it.
 
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use mercury_tables::Table;
 use tempfile::TempDir;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/dense2k")
+        .join("../coarse-grain/tests/data/dense2k")
         .join(name)
 }
 
@@ -130,6 +129,64 @@ fn a_profile_as_table_as_stat_and_as_mercury_cg_writes_it() {
         column(&table, "stress_zz"),
     );
     assert!((pressure[5] - (xx[5] + yy[5] + zz[5]) / 3.0).abs() < 1e-9 * pressure[5]);
+}
+
+#[test]
+fn parquet_holds_what_a_table_holds() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let input = input.to_str().unwrap();
+    let words = [
+        input,
+        "--density",
+        "2500",
+        "--coordinates",
+        "Z",
+        "--grid",
+        "12",
+        "--fields",
+        "density,stress,size_moments",
+        "-o",
+        "profile.csv",
+        "-o",
+        "profile.parquet",
+    ];
+    for average in [None, Some("--average=time")] {
+        let words: Vec<&str> = words
+            .into_iter()
+            .chain(average)
+            .chain(["--force"])
+            .collect();
+        let said = good(&words, folder.path());
+        assert!(said.contains("at 12 points: profile.parquet"), "{said}");
+        let [csv, parquet] =
+            ["profile.csv", "profile.parquet"].map(|name| folder.path().join(name));
+        let text = fs::read_to_string(csv).unwrap();
+        let table = Table::read(&parquet).unwrap();
+        let units = text.lines().find_map(|line| line.strip_prefix("# units: "));
+        let units: Vec<&str> = units.unwrap().split(',').collect();
+        let expected = columns(&text);
+        assert_eq!(table.columns().len(), expected.len());
+        assert_eq!(table.columns().len(), units.len());
+        for ((column, (name, values)), unit) in table.columns().iter().zip(expected).zip(units) {
+            assert_eq!((&column.name, column.unit.as_str()), (&name, unit));
+            // The decimals of the one read back to the bits of the other.
+            assert_eq!(table.values::<f64>(&name).unwrap(), values, "{name}");
+        }
+    }
+    bad(
+        &[
+            input,
+            "--density",
+            "2500",
+            "--scan",
+            "1d..2d/2",
+            "-o",
+            "widths.parquet",
+        ],
+        folder.path(),
+        "--scan writes a table, .csv",
+    );
 }
 
 #[test]
@@ -429,7 +486,7 @@ fn mistakes_are_told_with_a_way_out() {
         (&["--follow"][..], "only the Arrow frames"),
         (
             &["-o", "a.txt"][..],
-            "must end in .stat, .csv, .vti, .svg or .png",
+            "must end in .csv, .parquet, .stat, .vti, .svg or .png",
         ),
         (
             &["--coordinates", "R", "-o", "a.vti"][..],

@@ -1,0 +1,218 @@
+//! Frames as they come: sums that are still open, and blocks as soon as they are complete.
+
+use std::collections::{HashMap, VecDeque};
+
+use glam::DVec3;
+
+use super::{Analysis, Block, Reference, TIME_CUTOFF, TimeMode};
+use crate::CgError;
+use crate::average::Blocking;
+use crate::state::{Space, State};
+use crate::sums::Sums;
+
+/// What an [`Analysis`] remembers from frame to frame. A copy goes on as the original would have.
+#[derive(Debug, Clone, Default)]
+pub struct Course {
+    frames: usize,
+    dimensions: Option<u8>,
+    /// Where particles were in the frame that displacements are counted from.
+    before: Option<HashMap<u32, DVec3>>,
+    open: VecDeque<Open>,
+    /// The next output time of smoothed fields.
+    next_time: Option<f64>,
+    blocking: Blocking,
+}
+
+/// Sums of a time that is not complete yet.
+#[derive(Debug, Clone)]
+struct Open {
+    time: f64,
+    weight: f64,
+    frames: usize,
+    span: (f64, f64),
+    space: Space,
+    parts: Vec<Sums>,
+}
+
+impl Open {
+    fn new(analysis: &Analysis, state: &State, time: f64) -> Self {
+        let layout = analysis.layout();
+        let zeros = || Sums::zeros(layout.clone(), analysis.evaluator.place.len());
+        Self {
+            time,
+            weight: 0.0,
+            frames: 0,
+            span: (state.time, state.time),
+            space: state.space,
+            parts: analysis.parts.iter().map(|_| zeros()).collect(),
+        }
+    }
+
+    fn add(&mut self, state: &State, parts: &[Sums], weight: f64) {
+        for (mine, theirs) in self.parts.iter_mut().zip(parts) {
+            mine.add(theirs, weight);
+        }
+        self.weight += weight;
+        self.frames += 1;
+        self.span.1 = state.time;
+        self.space = state.space;
+    }
+
+    /// The block of what was added; nothing of nothing.
+    fn block(mut self, analysis: &Analysis, errors: Option<Vec<f64>>) -> Option<Block> {
+        if self.weight == 0.0 {
+            return None;
+        }
+        for part in &mut self.parts {
+            part.scale(1.0 / self.weight);
+        }
+        let Self {
+            time, span, frames, ..
+        } = self;
+        Some(analysis.block(time, span, frames, self.space, self.parts, errors))
+    }
+}
+
+impl Course {
+    /// The number of frames so far.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Takes a frame, and gives the blocks that it completes to `write`.
+    ///
+    /// # Errors
+    /// Those of `write`, and when the frame has other dimensions than those before it.
+    pub fn add(
+        &mut self,
+        analysis: &Analysis,
+        mut state: State,
+        mut write: impl FnMut(Block) -> Result<(), CgError>,
+    ) -> Result<(), CgError> {
+        let found = state.space.dimensions;
+        let first = *self.dimensions.get_or_insert(found);
+        if first != found {
+            return Err(CgError::Input(format!(
+                "the frame at t = {} has {found} dimensions, those before {first}",
+                state.time
+            )));
+        }
+        if analysis
+            .fields
+            .iter()
+            .any(|field| field.needs_displacement())
+        {
+            state.displacement = Some(displacement(&state, self.before.as_ref()));
+            if analysis.reference == Reference::Previous || self.before.is_none() {
+                let positions = state.particles.id.iter().zip(&state.particles.position);
+                self.before = Some(positions.map(|(&id, &x)| (id, x)).collect());
+            }
+        }
+        let layout = analysis.layout();
+        let sums = |part: &super::Part| analysis.evaluator.sums(&state, &layout, part.material);
+        let parts: Vec<Sums> = analysis.parts.iter().map(sums).collect();
+        self.frames += 1;
+        match analysis.time {
+            TimeMode::Frames => {
+                let span = (state.time, state.time);
+                write(analysis.block(state.time, span, 1, state.space, parts, None))
+            }
+            TimeMode::Average => {
+                if analysis.errors {
+                    self.blocking
+                        .add(analysis.values(&parts, state.space.dimensions));
+                }
+                if self.open.is_empty() {
+                    self.open.push_back(Open::new(analysis, &state, 0.0));
+                }
+                for sums in &mut self.open {
+                    sums.add(&state, &parts, 1.0);
+                    sums.time = state.time;
+                }
+                if analysis.running {
+                    self.mean(analysis).map_or(Ok(()), write)
+                } else {
+                    Ok(())
+                }
+            }
+            TimeMode::Smooth { width, step } => {
+                let reach = TIME_CUTOFF * width;
+                // Output times whose weight has ended are complete.
+                while self
+                    .open
+                    .front()
+                    .is_some_and(|sums| sums.time + reach < state.time)
+                {
+                    if let Some(block) = self.open.pop_front().and_then(|o| o.block(analysis, None))
+                    {
+                        write(block)?;
+                    }
+                }
+                let next = self.next_time.get_or_insert(state.time);
+                while *next - reach <= state.time {
+                    if *next + reach >= state.time {
+                        self.open.push_back(Open::new(analysis, &state, *next));
+                    }
+                    *next += step;
+                }
+                for sums in &mut self.open {
+                    let distance = (state.time - sums.time) / width;
+                    sums.add(&state, &parts, libm::exp(-0.5 * distance * distance));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The mean over the frames so far, with its errors; nothing before the first, and unless means are asked for.
+    #[must_use]
+    pub fn mean(&self, analysis: &Analysis) -> Option<Block> {
+        if analysis.time != TimeMode::Average {
+            return None;
+        }
+        let open = self.open.front()?.clone();
+        open.block(analysis, self.blocking.errors())
+    }
+
+    /// Gives the blocks that no further frame completes to `write`.
+    ///
+    /// # Errors
+    /// Those of `write`.
+    pub fn finish(
+        self,
+        analysis: &Analysis,
+        mut write: impl FnMut(Block) -> Result<(), CgError>,
+    ) -> Result<(), CgError> {
+        if analysis.time == TimeMode::Average {
+            let last = self.mean(analysis).filter(|_| !analysis.running);
+            return last.map_or(Ok(()), write);
+        }
+        // Output times behind the last frame would be made of one side only.
+        let last = self
+            .open
+            .iter()
+            .map(|sums| sums.span.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let complete = self.open.into_iter().filter(|sums| sums.time <= last);
+        for block in complete.filter_map(|sums| sums.block(analysis, None)) {
+            write(block)?;
+        }
+        Ok(())
+    }
+}
+
+/// How far each particle has come, by the shortest way; NaN for those that were not there.
+fn displacement(state: &State, before: Option<&HashMap<u32, DVec3>>) -> Vec<DVec3> {
+    let particles = &state.particles;
+    let way = |(id, x): (&u32, &DVec3)| match before.and_then(|before| before.get(id)) {
+        Some(from) => state.space.nearest(*x - *from),
+        None => DVec3::NAN,
+    };
+    particles
+        .id
+        .iter()
+        .zip(&particles.position)
+        .map(way)
+        .collect()
+}

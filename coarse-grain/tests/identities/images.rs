@@ -1,0 +1,113 @@
+//! Periodic and mirror images.
+
+use glam::DVec3;
+use mercury_cg::coordinates::{Coordinates, Place};
+use mercury_cg::evaluate::Evaluator;
+use mercury_cg::kernel::KernelShape;
+use mercury_cg::sums::Sum;
+
+use crate::support::packing;
+use crate::{all, axis, close, exact, integral, totals};
+
+#[test]
+fn fields_wrap_with_the_particles() {
+    let state = packing(60, 12, false);
+    let mut shifted = state.clone();
+    for x in &mut shifted.particles.position {
+        *x += DVec3::new(0.25, 0.5, 0.0);
+        *x -= DVec3::new(
+            f64::from(u8::from(x.x >= 1.0)),
+            f64::from(u8::from(x.y >= 1.0)),
+            0.0,
+        );
+    }
+    let contacts = shifted.contacts.as_mut().unwrap();
+    for k in 0..contacts.len() {
+        contacts.point[k] =
+            shifted.particles.position[contacts.particle[k] as usize] - contacts.arm[k];
+    }
+    let grid = vec![axis(0.0, 1.0, 4), axis(0.0, 1.0, 4), axis(0.0, 1.0, 2)];
+    // A kernel that reaches farther than the box: images of images.
+    let evaluator = Evaluator::new(
+        Coordinates::default(),
+        Place::Grid(grid),
+        exact(KernelShape::Gaussian, 0.2),
+    );
+    let (a, b) = (
+        evaluator.sums(&state, &all(), None),
+        evaluator.sums(&shifted, &all(), None),
+    );
+    for point in 0..a.points {
+        let (i, j, k) = (point / 8, point / 2 % 4, point % 2);
+        let moved = ((i + 1) % 4) * 8 + ((j + 2) % 4) * 2 + k;
+        for sum in [
+            Sum::Mass,
+            Sum::MomentumFlux,
+            Sum::Stress,
+            Sum::BoundaryForce,
+            Sum::SpinFlux,
+        ] {
+            close(
+                b.at(sum, moved),
+                a.at(sum, point),
+                1e-11,
+                &format!("{sum:?}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn a_mirror_keeps_all_mass_inside() {
+    let mut state = packing(60, 13, false);
+    state.space.periodic = [true, true, false];
+    let w = 0.05;
+    let grid = vec![axis(0.0, 1.0, 80)];
+    let cell = grid[0].step();
+    let coordinates = Coordinates::Cartesian([false, false, true]);
+    let open = Evaluator::new(
+        coordinates,
+        Place::Grid(grid),
+        exact(KernelShape::Gaussian, w),
+    );
+    let mirrored = Evaluator {
+        mirrors: [[false; 2], [false; 2], [true; 2]],
+        ..open.clone()
+    };
+    let layout = all();
+    let total = totals(&state, &layout);
+    let found = integral(&mirrored.sums(&state, &layout, None), Sum::Mass, cell);
+    // Sums over cells of a function whose slope is zero at both ends are exact.
+    close(&found, total.at(Sum::Mass, 0), 1e-12, "mass");
+    // Without mirrors what lies beyond the faces is lost: of each particle, the tails of its Gaussian. A midpoint sum misses h^2/24 of the
+    // difference of the slopes at both ends.
+    let kept = integral(&open.sums(&state, &layout, None), Sum::Mass, cell)[0];
+    let (mut expected, mut slope) = (0.0, 0.0);
+    let peak = 1.0 / ((2.0 * std::f64::consts::PI).sqrt() * w);
+    let p = &state.particles;
+    for k in (0..p.len()).filter(|&k| p.flowing[k]) {
+        let below = |z: f64| libm::erf((z - p.position[k].z) / (2f64.sqrt() * w));
+        expected += 0.5 * p.mass[k] * (below(1.0) - below(0.0));
+        let at = |z: f64| (z - p.position[k].z) / w;
+        let steepness =
+            |z: f64| peak / w * at(z).abs() * libm::exp(-0.5 * at(z) * at(z)) * p.mass[k];
+        slope += steepness(0.0) + steepness(1.0);
+    }
+    assert!(
+        (kept - expected).abs() <= 1.2 * cell * cell / 24.0 * slope,
+        "{kept} {expected}"
+    );
+    assert!(expected < total.at(Sum::Mass, 0)[0]);
+    // Momentum through the mirror vanishes on it.
+    let on_wall = Evaluator {
+        place: Place::Points(vec![vec![0.0]]),
+        ..mirrored
+    };
+    let sums = on_wall.sums(&state, &layout, None);
+    let j = sums.at(Sum::Momentum, 0);
+    assert!(j[2].abs() < 1e-12 * j[0].abs().max(j[1].abs()), "{j:?}");
+    assert!(
+        sums.at(Sum::BoundaryForce, 0)[2].abs()
+            < 1e-9 * sums.at(Sum::BoundaryForce, 0)[0].abs().max(1e-3)
+    );
+}
