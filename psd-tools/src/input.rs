@@ -1,5 +1,6 @@
 //! What an argument of the command line stands for: a table, a law, a list of sizes, a run.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
@@ -8,6 +9,7 @@ use mercury_common::sizes::table::{self, Content, Options, SizeTable};
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
 use crate::check::run::{Run, RunError, Selection};
+use crate::parquet;
 use crate::sample::{Sample, SampleError};
 
 /// What was measured, stated or counted.
@@ -88,7 +90,7 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
         let sizes = SizeDistribution::from_scene(&read_psd(path)?)?;
         return Ok(vec![of_law(name, sizes)]);
     }
-    Ok(vec![match table::read_content(path, options)? {
+    Ok(vec![match content(path, options)? {
         Content::Table(table) => Source {
             name,
             notes: noted(&table.notes, table.classes.edges()),
@@ -109,6 +111,16 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
             }
         }
     }])
+}
+
+/// What a file of sizes holds, text or Parquet.
+fn content(path: &Path, options: &Options) -> Result<Content, FormatError> {
+    let mut magic = [0; 4];
+    let is_read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    if is_read.is_ok() && parquet::is_one(&magic) {
+        return table::parse(path, &parquet::as_text(path)?, options);
+    }
+    table::read_content(path, options)
 }
 
 /// One source for each kind of particles of a run.

@@ -526,3 +526,141 @@ fn wrong_usage_says_what_to_do() {
     assert!(text(&output.stdout).contains("mercury-psd check hopper"));
     assert!(done(at, &["completions", "bash"]).contains("mercury-psd"));
 }
+
+/// index.md: the rows of all four weightings, as the command line gives them.
+#[test]
+fn compat_mercury_gives_the_rows_of_the_reference_data() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/shapes/psd");
+    if !data.exists() {
+        assert!(
+            std::env::var_os("CI").is_none(),
+            "{} is missing",
+            data.display()
+        );
+        println!("skipped: {} is missing", data.display());
+        return;
+    }
+    let read = |name: &str, unit: &str, kind: &str| {
+        let arguments = [
+            "stats", name, "--size", "radius", "--unit", unit, "--type", kind, "--compat",
+            "mercury", "--json",
+        ];
+        json(&data, &arguments)[name]["by"].clone()
+    };
+    let apapm = read("APAPM.csv", "m", "cumulative-number");
+    let lactose = read("CVDFLactose.csv", "um", "cumulative-volume");
+    // In the digits of the page.
+    for (by, word, rows, span) in [
+        (
+            &apapm,
+            "number",
+            [1.016_179_91e-3, 1.822_554_37e-3, 2.953_337_52e-3],
+            1.062_881,
+        ),
+        (
+            &apapm,
+            "length",
+            [1.142_596_76e-3, 2.177_713_31e-3, 3.307_872_41e-3],
+            0.994_289,
+        ),
+        (
+            &apapm,
+            "area",
+            [1.396_261_48e-3, 2.471_059_79e-3, 3.633_200_72e-3],
+            0.905_255,
+        ),
+        (
+            &apapm,
+            "volume",
+            [1.771_810_55e-3, 2.738_423_39e-3, 3.931_538_39e-3],
+            0.788_676,
+        ),
+        (
+            &lactose,
+            "number",
+            [1.083_907_28e-5, 2.561_977_59e-5, 9.599_086_62e-5],
+            3.323_674,
+        ),
+        (
+            &lactose,
+            "length",
+            [1.806_895_04e-5, 6.931_019_99e-5, 1.566_713_46e-4],
+            1.999_740,
+        ),
+        (
+            &lactose,
+            "area",
+            [4.441_452_60e-5, 1.093_447_13e-4, 2.178_390_28e-4],
+            1.586_035,
+        ),
+        (
+            &lactose,
+            "volume",
+            [7.426_692_58e-5, 1.494_331_29e-4, 2.861_555_68e-4],
+            1.417_950,
+        ),
+    ] {
+        for (key, expected) in ["d10", "d50", "d90"].into_iter().zip(rows) {
+            let found = by[word][key].as_f64().expect("a number");
+            let off = (found / expected - 1.0).abs();
+            assert!(off < 0.51e-8, "{word} {key}: {found} {expected}");
+        }
+        let found = by[word]["span"].as_f64().expect("a number");
+        assert!((found / span - 1.0).abs() < 0.51e-5, "{word} span: {found}");
+    }
+}
+
+#[test]
+fn parquet_is_read_and_written() {
+    let folder = folder();
+    let at = folder.path();
+    done(
+        at,
+        &[
+            "convert",
+            "grain.psd.csv",
+            "--to",
+            "fraction-number",
+            "-o",
+            "number.parquet",
+        ],
+    );
+    done(
+        at,
+        &[
+            "convert",
+            "grain.psd.csv",
+            "--to",
+            "fraction-number",
+            "-o",
+            "number.csv",
+        ],
+    );
+    let [parquet, csv] = ["number.parquet", "number.csv"]
+        .map(|name| json(at, &["stats", name, "--json"])[name].clone());
+    assert!(parquet["by"]["volume"]["d50"].is_number());
+    assert_eq!(parquet, csv);
+    done(
+        at,
+        &[
+            "sample",
+            "grain.psd.csv",
+            "--number",
+            "4000",
+            "-o",
+            "sizes.parquet",
+        ],
+    );
+    let report = done(
+        at,
+        &["check", "sizes.parquet", "--target", "number.parquet"],
+    );
+    assert!(report.contains("PASSED"), "{report}");
+    std::fs::write(
+        at.join("cut.parquet"),
+        &std::fs::read(at.join("sizes.parquet")).expect("bytes")[..200],
+    )
+    .expect("written");
+    let message = refused(at, &["stats", "cut.parquet"]);
+    assert!(message.contains("cut.parquet"), "{message}");
+}

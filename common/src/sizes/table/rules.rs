@@ -214,12 +214,37 @@ fn check_values(
     Ok(())
 }
 
-/// MercuryDPM's lower end where a table does not begin with 0.
-fn mercury_start(rows: &[Row]) -> f64 {
-    (0.001 * rows[0].size).max(2.0 * rows[0].size - rows[1].size)
-}
-
 type EdgesAndShares = (Vec<f64>, Vec<f64>);
+
+/// The first row of cumulative shares and fractions has the share 0: else `found` is told, and what to do; MercuryDPM puts a class in
+/// front.
+fn begin_with_nothing(
+    path: &Path,
+    columns: &Columns,
+    rows: &mut Vec<Row>,
+    notes: &mut Vec<String>,
+    found: &str,
+    help: &str,
+) -> Result<(), FormatError> {
+    let Row { line, size, value } = rows[0];
+    if value == 0.0 {
+        return Ok(());
+    }
+    if !columns.mercury {
+        let found = format!("the share {value} {found} {size}, the smallest size");
+        let error = wrong(path, &rows[0], found, "a first row with the share 0");
+        return Err(error.with_help(help));
+    }
+    let start = (0.001 * size).max(2.0 * size - rows[1].size);
+    notes.push(format!("a class from {start} to {size} is put in front"));
+    let row = Row {
+        line,
+        size: start,
+        value: 0.0,
+    };
+    rows.insert(0, row);
+    Ok(())
+}
 
 fn cumulative(
     path: &Path,
@@ -228,34 +253,12 @@ fn cumulative(
     is_sieve: bool,
     notes: &mut Vec<String>,
 ) -> Result<EdgesAndShares, FormatError> {
-    if rows[0].value != 0.0 {
-        if columns.mercury {
-            let size = mercury_start(rows);
-            notes.push(format!(
-                "a class from {size} to {} is put in front",
-                rows[0].size
-            ));
-            rows.insert(
-                0,
-                Row {
-                    line: rows[0].line,
-                    size,
-                    value: 0.0,
-                },
-            );
-        } else {
-            let found = format!(
-                "the share {} below {}, the smallest size",
-                rows[0].value, rows[0].size
-            );
-            let error = wrong(path, &rows[0], found, "a first row with the share 0");
-            return Err(error.with_help(if is_sieve {
-                "add the size at which the fines begin, with the share 0 (the row pan,0: they reach down to 0)"
-            } else {
-                "add the size at which they begin, with the share 0"
-            }));
-        }
-    }
+    let help = if is_sieve {
+        "add the size at which the fines begin, with the share 0 (the row pan,0: they reach down to 0)"
+    } else {
+        "add the size at which they begin, with the share 0"
+    };
+    begin_with_nothing(path, columns, rows, notes, "below", help)?;
     let shares = rows.windows(2).map(|pair| pair[1].value - pair[0].value);
     let shares = shares.collect();
     Ok((rows.iter().map(|row| row.size).collect(), shares))
@@ -267,33 +270,16 @@ fn fractions(
     rows: &mut Vec<Row>,
     notes: &mut Vec<String>,
 ) -> Result<EdgesAndShares, FormatError> {
-    if rows[0].value != 0.0 {
-        if columns.mercury {
-            let size = mercury_start(rows);
-            notes.push(format!(
-                "a class from {size} to {} is put in front",
-                rows[0].size
-            ));
-            rows.insert(
-                0,
-                Row {
-                    line: rows[0].line,
-                    size,
-                    value: 0.0,
-                },
-            );
-        } else {
-            let found = format!(
-                "the share {} in the class that ends at {}, the smallest size",
-                rows[0].value, rows[0].size
-            );
-            let error = wrong(path, &rows[0], found, "a first row with the share 0");
-            return Err(error.with_help(
-                "a share belongs to the class that ends at its size: add the size at which the first class begins; \
-                 what stays on sieves is of type retained",
-            ));
-        }
-    }
+    let help = "a share belongs to the class that ends at its size: add the size at which the first class begins; \
+                what stays on sieves is of type retained";
+    begin_with_nothing(
+        path,
+        columns,
+        rows,
+        notes,
+        "in the class that ends at",
+        help,
+    )?;
     let shares = rows.iter().skip(1).map(|row| row.value).collect();
     Ok((rows.iter().map(|row| row.size).collect(), shares))
 }

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use mercury_common::cli::{Shell, positive};
 use mercury_common::sizes::table::{self, Model, Options, SizeKind, ValueKind};
 use mercury_common::sizes::{ClassModel, Weighting};
 use mercury_psd::charts::{Look, Shares};
 use mercury_psd::check::run::Condition;
+use mercury_psd::draw::Method;
 use mercury_psd::fit::Family;
 
 const EXAMPLES: &str = "\
@@ -60,8 +62,8 @@ pub(crate) enum Command {
 #[derive(Debug, Args)]
 pub(crate) struct Reading {
     /// What the sizes of files without header are
-    #[arg(long, value_name = "WORD")]
-    pub(crate) size: Option<SizeWord>,
+    #[arg(long, value_name = "WORD", value_parser = words(&SIZES))]
+    pub(crate) size: Option<SizeKind>,
 
     /// The unit of the sizes: m, cm, mm, um or nm
     #[arg(long, value_name = "UNIT", value_parser = unit)]
@@ -83,11 +85,7 @@ pub(crate) struct Reading {
 impl Reading {
     pub(crate) fn options(&self) -> Options {
         Options {
-            size: self.size.map(|size| match size {
-                SizeWord::Diameter => SizeKind::Diameter,
-                SizeWord::Radius => SizeKind::Radius,
-                SizeWord::Sieve => SizeKind::Sieve,
-            }),
+            size: self.size,
             per_metre: self.unit,
             values: self.values,
             model: self.in_class,
@@ -97,21 +95,17 @@ impl Reading {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum SizeWord {
-    Diameter,
-    Radius,
-    Sieve,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum Compat {
     /// MercuryDPM
     Mercury,
 }
 
-/// What is printed.
+/// What every command takes: how its files are read, what is printed.
 #[derive(Debug, Args)]
-pub(crate) struct Printing {
+pub(crate) struct Common {
+    #[command(flatten)]
+    pub(crate) reading: Reading,
+
     /// Print the result as one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -124,31 +118,18 @@ pub(crate) struct Looking {
     #[arg(long)]
     pub(crate) log: bool,
 
-    /// The axis of cumulative shares
-    #[arg(long, value_name = "AXIS", default_value = "linear")]
-    pub(crate) axis: AxisWord,
+    /// The axis of cumulative shares: normal laws are straight on probability (with --log lognormal ones), with --log Rosin-Rammler laws on rosin-rammler
+    #[arg(long, value_name = "AXIS", default_value = "linear", value_parser = words(&AXES))]
+    pub(crate) axis: Shares,
 }
 
 impl Looking {
     pub(crate) fn look(&self) -> Look {
         Look {
             log: self.log,
-            shares: match self.axis {
-                AxisWord::Linear => Shares::Linear,
-                AxisWord::Probability => Shares::Probability,
-                AxisWord::RosinRammler => Shares::RosinRammler,
-            },
+            shares: self.axis,
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum AxisWord {
-    Linear,
-    /// Normal laws are straight, with --log lognormal ones
-    Probability,
-    /// With --log Rosin-Rammler laws are straight
-    RosinRammler,
 }
 
 #[derive(Debug, Args)]
@@ -162,10 +143,7 @@ pub(crate) struct StatsArguments {
     pub(crate) mean: Vec<(i32, i32)>,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -207,18 +185,15 @@ pub(crate) struct ConvertArguments {
     pub(crate) scale: Option<f64>,
 
     /// Of what the quantiles of --cut and the median of --squeeze are [default: what was measured]
-    #[arg(long, value_name = "QUANTITY")]
-    pub(crate) by: Option<By>,
+    #[arg(long, value_name = "QUANTITY", value_parser = words(&QUANTITIES))]
+    pub(crate) by: Option<Weighting>,
 
     /// The file; .toml writes a law as in a scene [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -255,10 +230,7 @@ pub(crate) struct FitArguments {
     pub(crate) looking: Looking,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -276,17 +248,14 @@ pub(crate) struct CompareArguments {
     pub(crate) output: Option<PathBuf>,
 
     /// Of what the chart shows shares
-    #[arg(long, value_name = "QUANTITY", default_value = "volume")]
-    pub(crate) by: By,
+    #[arg(long, value_name = "QUANTITY", default_value = "volume", value_parser = words(&QUANTITIES))]
+    pub(crate) by: Weighting,
 
     #[command(flatten)]
     pub(crate) looking: Looking,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -300,8 +269,8 @@ pub(crate) struct SampleArguments {
     pub(crate) number: u32,
 
     /// random: independent; quota: one in each of N classes of equal number
-    #[arg(long, value_name = "METHOD", default_value = "random")]
-    pub(crate) method: MethodWord,
+    #[arg(long, value_name = "METHOD", default_value = "random", value_parser = words(&METHODS))]
+    pub(crate) method: Method,
 
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -320,16 +289,7 @@ pub(crate) struct SampleArguments {
     pub(crate) output: Option<PathBuf>,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum MethodWord {
-    Random,
-    Quota,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -343,8 +303,8 @@ pub(crate) struct PlotArguments {
     pub(crate) output: PathBuf,
 
     /// Of what the shares are
-    #[arg(long, value_name = "QUANTITY", default_value = "volume")]
-    pub(crate) by: By,
+    #[arg(long, value_name = "QUANTITY", default_value = "volume", value_parser = words(&QUANTITIES))]
+    pub(crate) by: Weighting,
 
     /// Heading
     #[arg(long, value_name = "TEXT", default_value = "")]
@@ -354,10 +314,7 @@ pub(crate) struct PlotArguments {
     pub(crate) looking: Looking,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]
@@ -414,29 +371,35 @@ pub(crate) struct CheckArguments {
     pub(crate) looking: Looking,
 
     #[command(flatten)]
-    pub(crate) reading: Reading,
-
-    #[command(flatten)]
-    pub(crate) printing: Printing,
+    pub(crate) common: Common,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum By {
-    Number,
-    Length,
-    Area,
-    Volume,
-}
+const SIZES: [(&str, SizeKind); 3] = [
+    ("diameter", SizeKind::Diameter),
+    ("radius", SizeKind::Radius),
+    ("sieve", SizeKind::Sieve),
+];
+const QUANTITIES: [(&str, Weighting); 4] = [
+    ("number", Weighting::Number),
+    ("length", Weighting::Length),
+    ("area", Weighting::Area),
+    ("volume", Weighting::Volume),
+];
+const METHODS: [(&str, Method); 2] = [("random", Method::Random), ("quota", Method::Quota)];
+const AXES: [(&str, Shares); 3] = [
+    ("linear", Shares::Linear),
+    ("probability", Shares::Probability),
+    ("rosin-rammler", Shares::RosinRammler),
+];
 
-impl By {
-    pub(crate) fn weighting(self) -> Weighting {
-        match self {
-            By::Number => Weighting::Number,
-            By::Length => Weighting::Length,
-            By::Area => Weighting::Area,
-            By::Volume => Weighting::Volume,
-        }
-    }
+/// One of these words; help and completions list them.
+fn words<T: Copy + Send + Sync>(
+    known: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(known.iter().map(|(word, _)| *word)).try_map(move |word| {
+        let found = known.iter().find(|(name, _)| *name == word);
+        found.map(|(_, value)| *value).ok_or("an unknown word")
+    })
 }
 
 /// A list that clap takes as one value.

@@ -14,6 +14,7 @@ use mercury_common::cli::{Failure, Outcome, say};
 use mercury_common::sizes::table::{Options, parse_size_unit};
 use mercury_pictures::charts::ChartPage;
 use mercury_psd::input::{self, Source};
+use mercury_psd::parquet;
 use mercury_psd::statistics::Unit;
 use serde_json::Value;
 
@@ -64,7 +65,11 @@ fn unit(word: &str) -> Result<Unit, Failure> {
     }
 }
 
+/// Writes a file; a table or list as Parquet if its name asks for that.
 fn write(path: &Path, bytes: &[u8]) -> Outcome {
+    if parquet::is_named(path) {
+        return parquet::write(path, &String::from_utf8_lossy(bytes)).map_err(Failure::run);
+    }
     std::fs::write(path, bytes).map_err(|error| {
         Failure::run(format!(
             "{}: the file cannot be written: {error}",

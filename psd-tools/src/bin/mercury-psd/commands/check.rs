@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
             outcome.stem = Some(stem.clone());
         }
     }
-    outcome.finish(arguments.printing.json)
+    outcome.finish(arguments.common.json)
 }
 
 /// What all kinds of particles came to.
@@ -152,7 +152,7 @@ fn subjects(
             );
             return Err(Failure::input(message));
         }
-        for source in input::read(&path.to_string_lossy(), &arguments.reading.options())
+        for source in input::read(&path.to_string_lossy(), &arguments.common.reading.options())
             .map_err(Failure::input)?
         {
             let Sizes::Sample(sample) = source.sizes else {
@@ -214,7 +214,7 @@ fn with_targets(
             );
             return Err(Failure::input(message).with_help("choose one with --of"));
         }
-        let source = super::source(target, &arguments.reading.options())?;
+        let source = super::source(target, &arguments.common.reading.options())?;
         let Sizes::Distribution(sizes, _) = source.sizes else {
             let message = format!("{target}: a list of sizes, no distribution");
             return Err(Failure::input(message).with_help("--versus tests against another sample"));
@@ -327,5 +327,5 @@ fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
             outcome.stem = Some(stem.clone());
         }
     }
-    outcome.finish(arguments.printing.json)
+    outcome.finish(arguments.common.json)
 }

@@ -15,7 +15,7 @@ use super::{draw, notes, say_json, sources};
 use crate::arguments::CompareArguments;
 
 pub(crate) fn run(arguments: &CompareArguments) -> Outcome {
-    let sources = sources(&arguments.files, &arguments.reading.options())?;
+    let sources = sources(&arguments.files, &arguments.common.reading.options())?;
     let [reference, others @ ..] = &sources[..] else {
         return Err(Failure::input("nothing to compare"));
     };
@@ -34,7 +34,7 @@ pub(crate) fn run(arguments: &CompareArguments) -> Outcome {
     for other in others {
         let comparison = compare(&reference.sizes, &other.sizes);
         let tests = tests(reference, other, arguments.level);
-        if arguments.printing.json {
+        if arguments.common.json {
             let mut value = comparison_json(&comparison);
             value["name"] = json!(other.name);
             value["tests"] = json!(tests);
@@ -62,10 +62,10 @@ pub(crate) fn run(arguments: &CompareArguments) -> Outcome {
         );
     }
     if let Some(stem) = &arguments.output {
-        let (by, look) = (arguments.by.weighting(), arguments.looking.look());
+        let (by, look) = (arguments.by, arguments.looking.look());
         text += &draw(&charts::curves("", &sources, by, look), stem)?;
     }
-    if arguments.printing.json {
+    if arguments.common.json {
         let mut value = json!({ "reference": reference.name, "others": values });
         if let Some((number, test)) = together {
             value["all_samples"] =

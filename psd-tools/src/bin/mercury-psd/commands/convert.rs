@@ -15,7 +15,7 @@ use super::{say_json, source, unit, write};
 use crate::arguments::ConvertArguments;
 
 pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
-    let source = source(&arguments.file, &arguments.reading.options())?;
+    let source = source(&arguments.file, &arguments.common.reading.options())?;
     let measured = stated(&source.sizes);
     let (kind, weighting) = arguments.to.unwrap_or((ValueKind::Cumulative, measured));
     let form = Form {
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
             SizeDistribution::from_classes(counted, Weighting::Number)
         }
     };
-    let by = arguments.by.map_or(measured, |by| by.weighting());
+    let by = arguments.by.unwrap_or(measured);
     let mut done = Vec::new();
     if let Some([low, high]) = arguments.cut {
         let (after, effect) = changes::cut(&sizes, by, low, high).map_err(Failure::input)?;
@@ -90,12 +90,12 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
         Some(path) => {
             write(path, text.as_bytes())?;
             let _ = writeln!(report, "written: {}", path.display());
-            if arguments.printing.json {
+            if arguments.common.json {
                 return say_json(&report_json(&done, &text));
             }
             say(&report)
         }
-        None if arguments.printing.json => say_json(&report_json(&done, &text)),
+        None if arguments.common.json => say_json(&report_json(&done, &text)),
         // The table is the output; what was changed must not get into it.
         None => {
             if !done.is_empty() || !source.notes.is_empty() {

@@ -17,7 +17,7 @@ use super::{draw, notes, say_json, source, write};
 use crate::arguments::FitArguments;
 
 pub(crate) fn run(arguments: &FitArguments) -> Outcome {
-    let source = source(&arguments.file, &arguments.reading.options())?;
+    let source = source(&arguments.file, &arguments.common.reading.options())?;
     let families: Vec<Family> = match &arguments.family[..] {
         [] => Family::all().collect(),
         some => some.to_vec(),
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &FitArguments) -> Outcome {
             format!("{stem}.png"),
         ];
     }
-    if arguments.printing.json {
+    if arguments.common.json {
         let fits: Vec<Value> = fits.iter().map(fit_json).collect();
         return say_json(&json!({
             "number": data.number(), "number_from": origin, "weighting": data.weighting().word(),

@@ -8,15 +8,15 @@ use super::{draw, notes, say_json, sources};
 use crate::arguments::PlotArguments;
 
 pub(crate) fn run(arguments: &PlotArguments) -> Outcome {
-    let sources = sources(&arguments.files, &arguments.reading.options())?;
+    let sources = sources(&arguments.files, &arguments.common.reading.options())?;
     let page = charts::curves(
         &arguments.title,
         &sources,
-        arguments.by.weighting(),
+        arguments.by,
         arguments.looking.look(),
     );
     let written = draw(&page, &arguments.output)?;
-    if arguments.printing.json {
+    if arguments.common.json {
         let stem = arguments.output.display();
         return say_json(&json!({ "files": [format!("{stem}.svg"), format!("{stem}.png")] }));
     }

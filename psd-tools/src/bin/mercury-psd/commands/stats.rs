@@ -10,8 +10,8 @@ use super::{notes, say_json, sources};
 use crate::arguments::StatsArguments;
 
 pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
-    let sources = sources(&arguments.files, &arguments.reading.options())?;
-    let quantiles = match arguments.reading.compat {
+    let sources = sources(&arguments.files, &arguments.common.reading.options())?;
+    let quantiles = match arguments.common.reading.compat {
         Some(_) => Quantiles::Mercury,
         None => Quantiles::Exact,
     };
@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
                 .means
                 .push((p, q, mean_diameter(&source.sizes, p, q)));
         }
-        if arguments.printing.json {
+        if arguments.common.json {
             let mut value = statistics.json();
             value["what"] = json!(described(&source.sizes));
             value["notes"] = json!(source.notes);
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &StatsArguments) -> Outcome {
             let _ = writeln!(text, "  D[{p},{q}] {} {}", unit.show(d), unit.name);
         }
     }
-    if arguments.printing.json {
+    if arguments.common.json {
         return say_json(&Value::Object(values));
     }
     say(&text)
