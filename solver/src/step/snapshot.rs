@@ -78,7 +78,7 @@ impl Snapshot {
         Ok(snapshot)
     }
 
-    /// From the sections of [`Snapshot::add_to`].
+    /// From the sections of [`Engine::add_state_to`].
     ///
     /// # Errors
     /// Those of [`Snapshot::decode`].

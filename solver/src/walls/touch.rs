@@ -32,7 +32,7 @@ impl Touch {
     };
 }
 
-/// A list of touches. It allocates only for a sphere that touches more than [`IN_PLACE`] features of a wall at once.
+/// A list of touches. It allocates only for a sphere that touches more than `IN_PLACE` features of a wall at once.
 #[derive(Debug, Clone)]
 pub struct Touches {
     items: [Touch; IN_PLACE],
