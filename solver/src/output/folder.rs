@@ -170,7 +170,7 @@ pub fn prepare(
         });
     }
     let cannot = |source| system(folder, "nothing can be written in the folder", source);
-    let probe = folder.join(format!(".mercury-{}", std::process::id()));
+    let probe = folder.join(format!("{PROBE}{}", std::process::id()));
     fs::write(&probe, b"")
         .and_then(|()| fs::remove_file(&probe))
         .map_err(cannot)?;
@@ -239,11 +239,19 @@ fn earlier_prefix(folder: &Path) -> Option<String> {
     is_name.then(|| prefix.to_owned())
 }
 
+/// What the name of a file begins with by which a run sees whether it may write; the process follows.
+const PROBE: &str = ".mercury-";
+
 /// Removes what a killed run had under temporary names.
 fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
     for inside in [folder.to_owned(), folder.join(VTK)] {
         for entry in fs::read_dir(inside).into_iter().flatten().flatten() {
             let name = entry.file_name().to_string_lossy().into_owned();
+            let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+            if name.strip_prefix(PROBE).is_some_and(is_number) {
+                remove(&entry.path())?;
+                continue;
+            }
             let Some((whole, process)) = name.rsplit_once(".tmp-") else {
                 continue;
             };
@@ -251,7 +259,7 @@ fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
                 .strip_prefix(prefix)
                 .is_some_and(|rest| rest.starts_with('.'))
                 || FIXED_NAMES.contains(&whole);
-            if is_ours && process.bytes().all(|byte| byte.is_ascii_digit()) {
+            if is_ours && is_number(process) {
                 remove(&entry.path())?;
             }
         }
@@ -278,6 +286,7 @@ mod tests {
             "lid.data",
             "lid.1.restart",
             "lid.particles.arrow.tmp-17",
+            ".mercury-17",
             "vtk/lid.particles.pvd",
             "vtk/lid.particles.0000.vtu",
             "vtk/lid.walls.10000.vtu",

@@ -166,10 +166,11 @@ fn living_owner(
         return Ok(lives.then_some(owner));
     }
     // Both times are those of the machine that keeps the files.
-    let probe = folder.join(format!(".mercury-{}", std::process::id()));
+    let probe = folder.join(format!("{}{}", super::PROBE, std::process::id()));
     fs::write(&probe, b"")?;
     let now = fs::metadata(&probe).and_then(|data| data.modified());
-    fs::remove_file(&probe)?;
+    // Whoever has the folder may have tidied up.
+    let _ = fs::remove_file(&probe);
     let sign = fs::metadata(path).and_then(|data| data.modified())?;
     let silent = now?.duration_since(sign).unwrap_or_default();
     Ok((silent < DEAD_AFTER).then_some(owner))
