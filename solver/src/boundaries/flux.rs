@@ -127,6 +127,7 @@ impl Fluxes {
         dimensions: u8,
         images: &Images,
     ) -> Self {
+        let planes: Vec<FluxPlan> = planes.iter().map(FluxPlan::straight).collect();
         let codes = planes.iter().map(|plane| {
             let is_across = |code: &u32| {
                 (0..3).all(|axis| images.shift(*code)[axis] == 0.0 || plane.normal[axis] != 0.0)
@@ -137,10 +138,10 @@ impl Fluxes {
         });
         Self {
             codes: codes.collect(),
-            planes: planes.to_vec(),
             dimensions,
             watched: Vec::new(),
             crossed: vec![Crossed::default(); planes.len() * materials],
+            planes,
             materials,
         }
     }
@@ -241,7 +242,21 @@ fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
     }
 }
 
+/// A normal turned by less than this along an axis (rad) is meant to be square to it.
+const SQUARE: f64 = 1e-9;
+
 impl FluxPlan {
+    /// With a normal that is square to the axes to which it is but for round-off: along these the plane has no images of its own,
+    /// and whoever crosses it would be counted once for each of them.
+    fn straight(&self) -> Self {
+        let cut = |part: f64| if part.abs() < SQUARE { 0.0 } else { part };
+        let [x, y, z] = self.normal.to_array().map(cut);
+        Self {
+            normal: DVec3::new(x, y, z).normalize(),
+            ..self.clone()
+        }
+    }
+
     /// How far a place (m) is in front of the plane, m; negative behind.
     fn ahead(&self, place: DVec3) -> f64 {
         (place - self.point).dot(self.normal)

@@ -38,6 +38,21 @@ fn run(draft: Draft, steps: u32) -> (Engine, Vec<Crossed>) {
 }
 
 #[test]
+fn a_normal_that_is_square_but_for_round_off_counts_once() {
+    let mut draft = plan().with_particles(vec![sphere(
+        DVec3::new(0.5, 0.5, 0.49),
+        DVec3::new(0.0, 0.0, 1.0),
+        0.004,
+    )]);
+    draft.periodic = [true, true, false];
+    let normal = DVec3::new(6.1e-17, -6.1e-17, 1.0);
+    draft.fluxes = vec![plane(DVec3::splat(0.5), normal)];
+    let steps = (0.02 / draft.time_step) as u32;
+    let (_, crossed) = run(draft, steps);
+    assert_eq!(crossed[0].number(), 1);
+}
+
+#[test]
 fn what_passes_is_what_left() {
     let mut stream = Stream::new(5, "gas", 0);
     let mut point = |low, high| {
