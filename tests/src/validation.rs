@@ -4,7 +4,9 @@
 //! list but that no longer runs is an error.
 
 pub mod charts;
+pub(crate) mod folding;
 pub mod page;
+mod subjects;
 
 use std::collections::BTreeSet;
 
@@ -37,10 +39,14 @@ impl Results {
     /// Number of checks, and of those that fail.
     #[must_use]
     pub fn count(&self) -> (usize, usize) {
-        let outcomes = || self.cases.iter().chain(&self.scenes).chain(&self.shapes);
-        let failed = outcomes().filter(|outcome| !outcome.holds()).count()
+        let failed = self.outcomes().filter(|outcome| !outcome.holds()).count()
             + self.comparisons.iter().filter(|c| !c.holds()).count();
-        (outcomes().count() + self.comparisons.len(), failed)
+        (self.outcomes().count() + self.comparisons.len(), failed)
+    }
+
+    /// All checks of one number.
+    pub(crate) fn outcomes(&self) -> impl Iterator<Item = &Outcome> {
+        self.cases.iter().chain(&self.scenes).chain(&self.shapes)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Writes `docs/validation.md` and its pictures from real runs. Ends with an error if a check fails or has vanished.
+//! Writes `docs/validation.md`, the table of all its checks beside it, and its pictures from real runs. Ends with an error if a check fails or has vanished.
 
 use std::path::Path;
 
@@ -10,6 +10,7 @@ fn main() -> Result<()> {
     let results = run()?;
     charts::draw(&results, &docs.join("pictures"))?;
     std::fs::write(docs.join("validation.md"), page::page(&results))?;
+    std::fs::write(docs.join("validation.csv"), page::table(&results))?;
     let (count, failed) = results.count();
     ensure!(
         failed == 0,

@@ -6,10 +6,11 @@ use glam::{DVec3, dvec3};
 use mercury_solver::contact::registry::AnyPairLaw;
 
 use crate::scenes::{
-    add_material, frictionless, observed_step, particle, plan, plane, sphere, start,
+    add_material, advance, frictionless, observed_step, particle, plan, plane, sphere, start,
 };
 use mercury_solver::contact::AnyNormal;
 use mercury_solver::state::{MaterialIndex, volume};
+use mercury_solver::step::Engine;
 
 /// What a collision was like.
 #[derive(Debug, Clone, Copy, Default)]
@@ -67,8 +68,8 @@ impl HeadOn {
         }
     }
 
-    /// Runs until they part.
-    pub(super) fn run(&self) -> Collision {
+    /// The two as they touch, and whether one of them is a wall.
+    fn engine(&self) -> (Engine, bool) {
         let radius = self.radius;
         let on_wall = self.masses[1].is_infinite();
         let mut plan = plan(self.time_step, self.masses[0] / volume(radius, 3), self.law);
@@ -83,7 +84,20 @@ impl HeadOn {
             second.material = MaterialIndex::new(other);
             plan.with_particles(vec![at(-radius, 0.5 * self.speed), second])
         };
-        let mut engine = start(plan);
+        (start(plan), on_wall)
+    }
+
+    /// Speed (m/s) of the first body after so many steps.
+    pub(super) fn speed_after(&self, steps: u64) -> f64 {
+        let (mut engine, _) = self.engine();
+        advance(&mut engine, steps);
+        particle(&engine, 0).velocity.length()
+    }
+
+    /// Runs until they part.
+    pub(super) fn run(&self) -> Collision {
+        let radius = self.radius;
+        let (mut engine, on_wall) = self.engine();
         let mut seen = Collision::default();
         while engine.steps() < 1_000_000 {
             observed_step(&mut engine);

@@ -1,19 +1,21 @@
 //! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
 //!
-//! A row names its case (T1 to T20, by the physics it tests), what is measured, the expected value, how near the solver must
+//! A row names its case (T1 to T21, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
 
 mod collision;
+mod first_impacts;
 mod friction;
 mod golden;
 mod hertz;
+pub(crate) mod impact;
 mod integrator;
 mod mesh;
 mod mindlin_paths;
 mod mixing;
 mod normal;
-mod oblique;
+pub(crate) mod oblique;
 mod slope;
 mod squeezed;
 
@@ -72,6 +74,18 @@ impl Outcome {
     pub fn holds(&self) -> bool {
         (self.measured - self.expected).abs() <= self.allowed
     }
+
+    /// The difference over the largest one allowed: at most 1 where it holds, infinite for not-a-number.
+    pub fn share(&self) -> f64 {
+        let difference = (self.measured - self.expected).abs();
+        if difference == 0.0 {
+            0.0
+        } else if difference.is_nan() {
+            f64::INFINITY
+        } else {
+            difference / self.allowed
+        }
+    }
 }
 
 impl Case {
@@ -117,5 +131,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(mixing::cases());
     cases.extend(mesh::cases());
     cases.extend(oblique::cases());
+    cases.extend(first_impacts::cases());
     cases
 }

@@ -1,37 +1,29 @@
-//! The page as Markdown.
+//! The page as Markdown, and all rows as a table.
 
 use std::fmt::Write;
 
 use super::Results;
+use super::folding::fold;
+use super::subjects::{SUBJECTS, Section};
 use crate::cases::Outcome;
 use crate::selftests::Comparison;
 
-/// What the contact cases are about, in their order.
-const TITLES: [(&str, &str); 20] = [
-    ("T1", "Linear law: parameters and collisions of two spheres"),
-    ("T2", "Linear law with tension cut off"),
-    ("T3", "Elasto-plastic law"),
-    ("T4", "Elastic Hertz contacts"),
-    ("T5", "Damped Hertz contacts"),
-    ("T6", "Damping for a given restitution with tension cut off"),
-    ("T7", "The time step"),
-    ("T8", "Two spheres with linear friction, point by point"),
-    ("T9", "Hertz-Mindlin sphere on a wall, point by point"),
-    (
-        "T10",
-        "Unequal spheres with rolling and torsion, point by point",
-    ),
-    ("T11", "Oblique impact, gross sliding"),
-    ("T12", "Oblique impact, linear friction"),
-    ("T13", "Oblique impact, Mindlin friction"),
-    ("T14", "A sphere slides and rolls on a plane"),
-    ("T15", "Rolling and torsion resistance"),
-    ("T16", "Shear cycles at constant overlap"),
-    ("T17", "Energy of a shear and release cycle"),
-    ("T18", "Mixing of parameters"),
-    ("T19", "Mesh walls beside the walls that they tessellate"),
-    ("T20", "Oblique impacts of Chung & Ooi (2011), tests 4 to 8"),
-];
+/// Title of the comparisons with files of other programs.
+const OTHER_PROGRAMS: &str = "Files of other programs";
+/// Title for checks that no subject asks for.
+const OTHERS: &str = "Others";
+
+const HEAD: &str = "# Validation
+
+This page is written by `cargo run --release -p mercury-tests --bin validation` from real runs of the solver; do not edit it. Each expected value comes from theory, from measurements or from another program, as \
+the last column says; failures are shown. A check that is on the frozen list and no longer runs makes the command fail.
+
+Checks that differ in a parameter alone share a row, which shows the worst of them; [validation.csv](validation.csv) has every check in a row of its own. *Worst* is the difference between measured and expected value over the largest \
+difference allowed, so that 1 would be the limit. What is allowed is derived from theory (the order of the time step, the overlap over the radius, the digits of a printed number), not from what came out: a worst case near 1 is no near miss where \
+one unit of a last digit is allowed.
+
+[Long scenes](validation-long.md), of minutes each, have a page of their own.
+";
 
 /// Text of a table cell.
 fn cell(text: &str) -> String {
@@ -40,6 +32,28 @@ fn cell(text: &str) -> String {
 
 fn mark(holds: bool) -> &'static str {
     if holds { "pass" } else { "**FAIL**" }
+}
+
+/// Difference over what is allowed, for a table.
+fn share(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else if value >= 0.005 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.0e}")
+    }
+}
+
+/// Where a heading is found on the page.
+pub(crate) fn anchor(heading: &str) -> String {
+    let lower = heading.to_lowercase();
+    let kept = lower.chars().filter_map(|c| match c {
+        ' ' => Some('-'),
+        '-' | '_' => Some(c),
+        c => c.is_alphanumeric().then_some(c),
+    });
+    kept.collect()
 }
 
 /// A number as a reader wants it: ten digits, plain where that is short.
@@ -67,40 +81,155 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A table of checks, each with the name that it has here.
+/// A table of checks, each with the name that it has here; rows that differ in a parameter alone are one.
 pub(crate) fn outcomes<'a>(page: &mut String, rows: impl Iterator<Item = (&'a str, &'a Outcome)>) {
-    page.push_str("\n| check | expected | measured | allowed | status | source |\n|---|---|---|---|---|---|\n");
-    for (name, row) in rows {
+    page.push_str("\n| check | number | expected | measured | allowed | worst | status | source |\n|---|---|---|---|---|---|---|---|\n");
+    for row in fold(rows) {
+        let worst = row.worst;
+        let at = if row.at.is_empty() {
+            String::new()
+        } else {
+            format!(" (worst: {})", row.at)
+        };
         let _ = writeln!(
             page,
-            "| {} | {} | {} | ±{:.1e} | {} | {} |",
-            cell(name),
-            number(row.expected),
-            number(row.measured),
-            row.allowed,
-            mark(row.holds()),
-            cell(row.source)
+            "| {}{} | {} | {} | {} | ±{:.1e} | {} | {} | {} |",
+            cell(&row.name),
+            cell(&at),
+            row.count,
+            number(worst.expected),
+            number(worst.measured),
+            worst.allowed,
+            share(worst.share()),
+            mark(worst.holds()),
+            cell(worst.source)
         );
     }
 }
 
 fn comparisons(page: &mut String, rows: &[Comparison]) {
     page.push_str(
-        "\n| set-up | numbers | allowed: of a number + of its column | worst deviation, of the column | worst, of what is allowed | status | source |\n|---|---|---|---|---|---|---|\n",
+        "\n| set-up | numbers | allowed: of a number + of its column | worst deviation, of the column | worst | status | source |\n|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
         let _ = writeln!(
             page,
-            "| {} | {} | {:.0e} + {:.0e} | {:.1e} | {:.2} | {} | {} |",
+            "| {} | {} | {:.0e} + {:.0e} | {:.1e} | {} | {} | {} |",
             cell(row.name),
             row.numbers,
             row.tolerance.relative,
             row.tolerance.floor,
             row.worst_deviation,
-            row.worst_share,
+            share(row.worst_share),
             mark(row.holds()),
             cell(row.source)
         );
+    }
+}
+
+/// The checks of one heading of the page.
+struct Part<'a> {
+    title: &'static str,
+    section: Option<&'static Section>,
+    rows: Vec<(&'a str, &'a Outcome)>,
+}
+
+/// The subjects with their checks; those that no section asks for come last.
+fn parts(results: &Results) -> Vec<(&'static str, &'static str, Vec<Part<'_>>)> {
+    let mut left: Vec<&Outcome> = results.outcomes().collect();
+    let mut found = Vec::new();
+    for subject in SUBJECTS {
+        let mut parts = Vec::new();
+        for section in subject.sections {
+            let (mine, others) = left
+                .iter()
+                .partition(|row| row.name.starts_with(section.prefix));
+            left = others;
+            let mine: Vec<&Outcome> = mine;
+            let short = |row: &Outcome| match row.name.strip_prefix(section.prefix) {
+                Some(_) if section.prefix.ends_with(' ') => section.prefix.len(),
+                _ => 0,
+            };
+            let rows: Vec<_> = mine
+                .iter()
+                .map(|row| (row.name.as_str().split_at(short(row)).1, *row))
+                .collect();
+            if !rows.is_empty() {
+                parts.push(Part {
+                    title: section.title,
+                    section: Some(section),
+                    rows,
+                });
+            }
+        }
+        if !parts.is_empty() {
+            found.push((subject.title, subject.about, parts));
+        }
+    }
+    if !left.is_empty() {
+        let part = Part {
+            title: "Not sorted yet",
+            section: None,
+            rows: left.iter().map(|row| (row.name.as_str(), *row)).collect(),
+        };
+        found.push((OTHERS, "", vec![part]));
+    }
+    found
+}
+
+/// One row of the overview.
+fn overview_row(page: &mut String, title: &str, counts: [usize; 2], worst: (&str, &str, f64)) {
+    let [count, passed] = counts;
+    let (name, heading, value) = worst;
+    let bold = if passed < count { "**" } else { "" };
+    let _ = writeln!(
+        page,
+        "| [{title}](#{}) | {count} | {bold}{passed}{bold} | [{}](#{}) | {} |",
+        anchor(title),
+        cell(name).replace('[', "(").replace(']', ")"),
+        anchor(heading),
+        share(value)
+    );
+}
+
+fn overview(page: &mut String, results: &Results) {
+    page.push_str("\n## Overview\n\n| subject | checks | passed | its worst case | worst |\n|---|---|---|---|---|\n");
+    for (title, _, parts) in parts(results) {
+        let rows = || parts.iter().flat_map(|part| &part.rows);
+        let passed = rows().filter(|(_, row)| row.holds()).count();
+        let mut worst = ("", parts[0].title, -1.0);
+        for part in &parts {
+            for (name, row) in &part.rows {
+                if row.share() > worst.2 {
+                    worst = (name, part.title, row.share());
+                }
+            }
+        }
+        overview_row(page, title, [rows().count(), passed], worst);
+    }
+    let rows = &results.comparisons;
+    if let Some(first) = rows.first() {
+        let passed = rows.iter().filter(|row| row.holds()).count();
+        let worst = rows.iter().fold(first, |worst, row| {
+            if row.worst_share > worst.worst_share {
+                row
+            } else {
+                worst
+            }
+        });
+        overview_row(
+            page,
+            OTHER_PROGRAMS,
+            [rows.len(), passed],
+            (worst.name, OTHER_PROGRAMS, worst.worst_share),
+        );
+    }
+}
+
+/// A paragraph with an empty line before it; nothing for an empty one.
+fn paragraph(page: &mut String, text: &str) {
+    if !text.is_empty() {
+        let _ = write!(page, "\n{text}\n");
     }
 }
 
@@ -109,86 +238,90 @@ fn comparisons(page: &mut String, rows: &[Comparison]) {
 pub fn page(results: &Results) -> String {
     let (count, failed) = results.count();
     let numbers: usize = results.comparisons.iter().map(|c| c.numbers).sum();
-    let mut page = String::from("# Validation\n\n");
-    page.push_str("This page is written by `cargo run --release -p mercury-tests --bin validation` from real runs of the solver; do not edit it. ");
-    page.push_str("Each expected value comes from theory or from another program, as the last column says; failures are shown. ");
-    page.push_str(
-        "A check that is on the frozen list and no longer runs makes the command fail.\n\n",
-    );
+    let mut page = String::from(HEAD);
     let _ = writeln!(
         page,
-        "**{} of {count} checks pass.** The comparisons with other programs cover {numbers} numbers.",
+        "\n**{} of {count} checks pass.** The comparisons with files of other programs cover {numbers} numbers.",
         count - failed
     );
     if failed > 0 {
         page.push_str("\nFailed:\n\n");
-        let rows = results.cases.iter();
-        let rows = rows.chain(&results.scenes).chain(&results.shapes);
-        let names = rows.filter(|row| !row.holds()).map(|row| row.name.as_str());
+        let names = (results.outcomes())
+            .filter(|row| !row.holds())
+            .map(|row| row.name.as_str());
         let others = results.comparisons.iter().filter(|row| !row.holds());
         for name in names.chain(others.map(|row| row.name)) {
             let _ = writeln!(page, "- {name}");
         }
     }
-    page.push_str(
-        "\n## Scenes\n\nScene files of the project, read, planned and run through the library.\n",
-    );
-    outcomes(
-        &mut page,
-        results
-            .scenes
-            .iter()
-            .map(|row| (row.name.strip_prefix("scene ").unwrap_or(&row.name), row)),
-    );
-    page.push_str("\n![Restitution of a Hertz impact over the phase of the first touch](pictures/hertz-phase.svg)\n");
-    page.push_str("\nThe overlap at the first step in contact depends on where in a step the touch falls; the damping of the Hertz law grows with the fourth root of it. The jumps are where the contact ends a step earlier. The error falls with the step.\n");
-    page.push_str("\n![Convergence of the time step](pictures/convergence.svg)\n");
-    page.push_str("\nThe error of the free oscillation of a sphere on a spring is of second order in the step. A collision with damping begins and ends within a step, which leaves an error of first order at most.\n");
-    page.push_str("\n## Reference shapes\n\nBodies that `mclump` makes of shapes shipped with MercuryDPM, on a table; lengths as in their files, density 1, gravity 10. [What they show](how-to/grains-of-real-shape.md#how-many-pebbles).\n");
-    outcomes(
-        &mut page,
-        results.shapes.iter().map(|row| (row.name.as_str(), row)),
-    );
-    page.push_str("\n## Other programs\n\n");
+    overview(&mut page, results);
+    page.push_str("\n*law* in a name: one law on its own; *engine*: the whole engine ran the scene. *Scenes* are files of the project, read, planned and run through the library.\n");
+    for (title, about, parts) in parts(results) {
+        let _ = write!(page, "\n## {title}\n");
+        paragraph(&mut page, about);
+        for part in parts {
+            let _ = write!(page, "\n### {}\n", part.title);
+            paragraph(&mut page, part.section.map_or("", |section| section.about));
+            outcomes(&mut page, part.rows.into_iter());
+            paragraph(
+                &mut page,
+                part.section.map_or("", |section| section.pictures),
+            );
+        }
+    }
+    let _ = write!(page, "\n## {OTHER_PROGRAMS}\n\n");
     page.push_str("MercuryDPM ships files of its own self tests. Our engine runs the same set-ups, with the source's variant of a law where it differs from our default (springs turned incrementally, a spring increment in the first force evaluation, lever 2R\\* of rolling resistance, stiffness factor 2/3), ");
     page.push_str("and every number of a file is compared: |a − b| ≤ (first tolerance) · |b| + (second tolerance) · (largest magnitude in its column). Files hold 10 digits, so that up to half of 1e-9 is the file's own rounding. ");
     page.push_str("The source adds up its time and may make one step more than end/dt: we make the same steps.\n");
     comparisons(&mut page, &results.comparisons);
-    page.push_str("\n## Contact cases\n\n*law* in a name: one law on its own; *engine*: the whole engine ran the scene.\n");
-    for (key, title) in TITLES {
-        let prefix = format!("{key} ");
-        let rows: Vec<_> = results
-            .cases
-            .iter()
-            .filter_map(|case| Some((case.name.strip_prefix(&prefix)?, case)))
-            .collect();
-        if rows.is_empty() {
-            continue;
-        }
-        let _ = write!(page, "\n### {key}: {title}\n");
-        outcomes(&mut page, rows.into_iter());
-        if key == "T13" {
-            page.push_str(
-                "\n![Tangential rebound over impact angle](pictures/oblique-impact.svg)\n",
-            );
-        }
-    }
-    let known = |name: &str| {
-        TITLES
-            .iter()
-            .any(|(key, _)| name.starts_with(&format!("{key} ")))
-    };
-    let others: Vec<_> = results
-        .cases
-        .iter()
-        .filter(|case| !known(&case.name))
-        .map(|case| (case.name.as_str(), case))
-        .collect();
-    if !others.is_empty() {
-        page.push_str("\n### Others\n");
-        outcomes(&mut page, others.into_iter());
-    }
     page
+}
+
+/// Every check in a row of its own, as comma-separated values.
+#[must_use]
+pub fn table(results: &Results) -> String {
+    let mut text =
+        String::from("subject,section,check,expected,measured,allowed,worst,status,source\n");
+    let quoted = |field: &str| {
+        if field.contains([',', '"']) {
+            format!("\"{}\"", field.replace('"', "\"\""))
+        } else {
+            field.to_owned()
+        }
+    };
+    let status = |holds| if holds { "pass" } else { "FAIL" };
+    for (subject, _, parts) in parts(results) {
+        for part in parts {
+            for (_, row) in part.rows {
+                let _ = writeln!(
+                    text,
+                    "{},{},{},{},{},{:e},{},{},{}",
+                    quoted(subject),
+                    quoted(part.title),
+                    quoted(&row.name),
+                    number(row.expected),
+                    number(row.measured),
+                    row.allowed,
+                    share(row.share()),
+                    status(row.holds()),
+                    quoted(row.source)
+                );
+            }
+        }
+    }
+    for row in &results.comparisons {
+        let _ = writeln!(
+            text,
+            "{},{},{},,,,{},{},{}",
+            quoted(OTHER_PROGRAMS),
+            quoted(OTHER_PROGRAMS),
+            quoted(row.name),
+            share(row.worst_share),
+            status(row.holds()),
+            quoted(row.source)
+        );
+    }
+    text
 }
 
 #[cfg(test)]
@@ -214,10 +347,57 @@ mod tests {
             comparisons: Vec::new(),
         };
         let page = page(&results);
-        assert!(page.contains("**1 of 3 checks pass.**"));
-        assert!(page.contains("- X law: b\n- scene c\n"));
-        assert!(page.contains("| X law: b | 1 | NaN | ±1.0e-1 | **FAIL** | theory |"));
-        assert!(page.contains("| law: a | 1 | 1.05 | ±1.0e-1 | pass | theory |"));
+        for line in [
+            "**1 of 3 checks pass.**",
+            "- X law: b\n- scene c\n",
+            "| X law: b | 1 | 1 | NaN | ±1.0e-1 | inf | **FAIL** | theory |",
+            "| law: a | 1 | 1 | 1.05 | ±1.0e-1 | 0.50 | pass | theory |",
+            "| [Head-on collisions](#head-on-collisions) | 1 | 1 | [law: a](#linear-law-parameters-and-collisions-of-two-spheres) | 0.50 |",
+            "| [Others](#others) | 2 | **0** | [X law: b](#not-sorted-yet) | inf |",
+        ] {
+            assert!(page.contains(line), "{line} is not in\n{page}");
+        }
+    }
+
+    /// Every check is in the table, whatever the page folds.
+    #[test]
+    fn no_row_is_lost() {
+        let results = Results {
+            cases: vec![
+                outcome("T1 law: with 1 kg", 1.05),
+                outcome("T1 law: with 2 kg, say", 1.05),
+                outcome("T1 law: with 3 kg", 1.01),
+            ],
+            scenes: vec![outcome("of no subject", 1.0)],
+            shapes: Vec::new(),
+            comparisons: Vec::new(),
+        };
+        let table = table(&results);
+        assert_eq!(table.lines().count(), 5);
+        for row in results.outcomes() {
+            assert!(table.contains(&row.name), "{table}");
+        }
+        assert!(page(&results).contains("| law: with 1 or 3 kg (worst: 1) | 2 |"));
+    }
+
+    /// Sections take what their names begin with, in order: none may hide behind an earlier one.
+    #[test]
+    fn every_section_can_be_reached() {
+        let sections: Vec<&Section> = SUBJECTS.iter().flat_map(|s| s.sections).collect();
+        for (k, section) in sections.iter().enumerate() {
+            for earlier in &sections[..k] {
+                assert!(
+                    !section.prefix.starts_with(earlier.prefix),
+                    "{} comes after {}",
+                    section.prefix,
+                    earlier.prefix
+                );
+                assert_ne!(anchor(section.title), anchor(earlier.title));
+            }
+            for subject in SUBJECTS {
+                assert_ne!(anchor(section.title), anchor(subject.title));
+            }
+        }
     }
 
     #[test]

@@ -1,0 +1,140 @@
+//! What the page is about, in its order: subjects, and the sections of each with the names of their checks.
+
+/// A subject of the page.
+pub(super) struct Subject {
+    pub(super) title: &'static str,
+    /// What a reader should know first.
+    pub(super) about: &'static str,
+    pub(super) sections: &'static [Section],
+}
+
+/// Part of a subject: one table.
+pub(super) struct Section {
+    /// What the names of its checks begin with; it is left out in the table.
+    pub(super) prefix: &'static str,
+    pub(super) title: &'static str,
+    /// Set-up and remarks, above the table.
+    pub(super) about: &'static str,
+    /// Pictures and what they show, below the table.
+    pub(super) pictures: &'static str,
+}
+
+const fn section(prefix: &'static str, title: &'static str) -> Section {
+    Section {
+        prefix,
+        title,
+        about: "",
+        pictures: "",
+    }
+}
+
+const HERTZ_PHASE: &str = "![Restitution of a Hertz impact over the phase of the first touch](pictures/hertz-phase.svg)
+
+The overlap at the first step in contact depends on where in a step the touch falls; the damping of the Hertz law grows with the fourth root of it. The jumps are where the contact ends a step earlier. The error falls with the step.";
+
+const CONVERGENCE: &str = "![Convergence of the time step](pictures/convergence.svg)
+
+The error of the free oscillation of a sphere on a spring is of second order in the step. A collision with damping begins and ends within a step, which leaves an error of first order at most.";
+
+/// All subjects but the comparisons with files of other programs, which have a table of their own.
+pub(super) const SUBJECTS: &[Subject] = &[
+    Subject {
+        title: "Head-on collisions",
+        about: "",
+        sections: &[
+            section(
+                "T1 ",
+                "Linear law: parameters and collisions of two spheres",
+            ),
+            section("T2 ", "Linear law with tension cut off"),
+            section("T3 ", "Elasto-plastic law"),
+            section("T4 ", "Elastic Hertz contacts"),
+            section("T5 ", "Damped Hertz contacts"),
+            section(
+                "T6 ",
+                "Damping for a given restitution with tension cut off",
+            ),
+            section("T21 ", "Chung & Ooi (2011), tests 1 to 3"),
+            section("scene two-spheres: ", "The scene two-spheres"),
+            Section {
+                pictures: HERTZ_PHASE,
+                ..section("scene hertz-wall: ", "The scene hertz-wall")
+            },
+        ],
+    },
+    Subject {
+        title: "Oblique impacts",
+        about: "",
+        sections: &[
+            section("T8 ", "Two spheres with linear friction, point by point"),
+            section("T9 ", "Hertz-Mindlin sphere on a wall, point by point"),
+            section("T11 ", "Gross sliding"),
+            section("T12 ", "Linear friction"),
+            Section {
+                pictures: "![Tangential rebound over impact angle](pictures/oblique-impact.svg)",
+                ..section("T13 ", "Mindlin friction")
+            },
+            section("T20 ", "Chung & Ooi (2011), tests 4 to 8"),
+        ],
+    },
+    Subject {
+        title: "Friction along a given path",
+        about: "",
+        sections: &[
+            section("T16 ", "Shear cycles at constant overlap"),
+            section("T17 ", "Energy of a shear and release cycle"),
+        ],
+    },
+    Subject {
+        title: "Sliding, rolling and torsion",
+        about: "",
+        sections: &[
+            section(
+                "T10 ",
+                "Unequal spheres with rolling and torsion, point by point",
+            ),
+            section("T14 ", "A sphere slides and rolls on a plane"),
+            section("T15 ", "Rolling and torsion resistance"),
+        ],
+    },
+    Subject {
+        title: "Integration in time",
+        about: "",
+        sections: &[Section {
+            pictures: CONVERGENCE,
+            ..section("T7 ", "The time step")
+        }],
+    },
+    Subject {
+        title: "Two materials",
+        about: "",
+        sections: &[section("T18 ", "Mixing of parameters")],
+    },
+    Subject {
+        title: "Walls",
+        about: "",
+        sections: &[
+            section("T19 ", "Mesh walls beside the walls that they tessellate"),
+            section("scene press: ", "A lid that presses"),
+        ],
+    },
+    Subject {
+        title: "Rigid clumps",
+        about: "",
+        sections: &[
+            section("scene clumps/t-bar: ", "Free rotation"),
+            section("scene clumps/wheels: ", "Rolling down a slope"),
+            section("scene clumps/egg: ", "The pose at rest"),
+            section("scene clumps/rattleback: ", "A rattleback"),
+            section("scene clumps/rod-gas: ", "A gas of rods"),
+            section("scene clumps/t-bar-gas: ", "A gas of T-bars"),
+            section("scene clumps/dominoes: ", "Dominoes"),
+            section("scene clumps/drum: ", "A drum of clumps"),
+            Section {
+                about: "Bodies that `mclump` makes of shapes shipped with MercuryDPM, on a table; lengths as in their files, density 1, gravity 10. [What they show](how-to/grains-of-real-shape.md#how-many-pebbles).",
+                ..section("goemboec", "Reference shapes")
+            },
+            section("rattleback from the surface", "Rattlebacks from a surface"),
+        ],
+    },
+];
