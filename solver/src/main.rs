@@ -172,12 +172,24 @@ fn run_plan(
 ) -> Result<Option<Report>, Failure> {
     let folder =
         (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
-    let scene = statement.entries().map_err(|(path, error)| {
+    let mut scene = statement.entries().map_err(|(path, error)| {
         Failure::input(format!(
             "{}: the file cannot be read: {error}",
             path.display()
         ))
     })?;
+    for from in plan.notes().started_from() {
+        let (key, state) = &from.statement;
+        scene.insert(key.clone(), state.clone());
+        let [there, here] = [&from.folder, &folder].map(std::fs::canonicalize);
+        if there.is_ok_and(|there| here.is_ok_and(|here| there == here)) {
+            return Err(Failure::input(format!(
+                "{}: the run would start from what is in its own folder, and replace it",
+                folder.display()
+            ))
+            .with_help("write elsewhere with --output DIR"));
+        }
+    }
     let earlier = match (arguments.force, arguments.resume) {
         (true, _) => Earlier::Replace,
         (_, true) => Earlier::Continue,

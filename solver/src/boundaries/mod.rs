@@ -175,6 +175,11 @@ impl Boundaries {
         true
     }
 
+    /// There was a list of `rows` rows, which are where they were.
+    pub fn go_on_from_list(&mut self, rows: usize) {
+        self.rows = RowMap::of_list(rows);
+    }
+
     /// For each row of the last list its present row, `None` if it was removed. The list must be built anew at once, from
     /// all `rows` present ones.
     pub fn take_row_map(&mut self, rows: usize) -> Vec<Option<Row>> {

@@ -59,6 +59,17 @@ impl LawTable {
             .collect()
     }
 
+    /// The names of the laws of each pair of materials, row by row; empty for pairs that never meet.
+    pub(crate) fn names_of_pairs(&self) -> Vec<String> {
+        let names = |law: &AnyPairLaw| {
+            let (normal, tangential) = (law.normal.name(), law.tangential.name());
+            [normal, tangential, law.rolling.name(), law.adhesion.name()].join(", ")
+        };
+        let laws = self.laws.iter();
+        laws.map(|law| law.as_ref().map_or_else(String::new, names))
+            .collect()
+    }
+
     /// The names of its laws: normal, tangential, rolling, and adhesion if there is any; of each part all that occur.
     pub(crate) fn names(&self) -> String {
         let of_part = |name: &dyn Fn(&AnyPairLaw) -> &'static str| {

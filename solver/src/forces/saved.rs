@@ -52,6 +52,12 @@ impl SavedSlots {
         }
     }
 
+    /// None of these slots, for the same histories.
+    #[must_use]
+    pub fn emptied(&self) -> Self {
+        Self::new(self.nothing.clone())
+    }
+
     /// Room for so many more.
     pub fn reserve(&mut self, slots: usize) {
         self.heads.reserve(slots);
@@ -101,6 +107,11 @@ impl SavedSlots {
     #[must_use]
     pub fn numbers(&self) -> usize {
         self.nothing.len()
+    }
+
+    /// Appends a slot with the numbers of its history.
+    pub fn push_whole(&mut self, slot: SavedSlot<'_>) {
+        self.push(slot, |numbers| numbers.extend_from_slice(slot.history));
     }
 
     /// The slots in order.

@@ -1,11 +1,14 @@
 //! From a scene to its plan: every room of the plan in turn, all problems collected.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use mercury_common::scene::{
     ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep,
 };
 
 use super::checks;
+use super::earlier::{Earlier, Here, carried};
 use super::fluxes::fluxes;
 use super::insertions::{deletions, insertions};
 use super::meshes;
@@ -46,7 +49,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let mut notes = Vec::new();
     let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut warnings, &mut notes, &mut errors);
-    let start = starting_particles(scene, clumps.as_deref(), &mut errors);
+    let start = starting_particles(scene, clumps.as_deref(), &mut warnings, &mut errors);
     let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
     let regions = regions(scene, &start, &mut errors);
@@ -131,6 +134,15 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
         laws.laws[a * laws.materials + b] = Some(pair.law);
         laws.laws[b * laws.materials + a] = Some(pair.law);
     }
+    let here = Here {
+        particles: start.particles.len(),
+        bodies: &start.bodies,
+        clumps: &clumps,
+        walls: &walls,
+        laws: &laws,
+    };
+    let carried = carried(&start.earlier, &here, &mut notes);
+    let started_from = start.earlier.iter().map(Earlier::started_from).collect();
     let domain = (*scene.domain.min, *scene.domain.max);
     meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
@@ -167,6 +179,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             particles: start.particles,
             clumps,
             bodies: start.bodies,
+            carried: carried.map(Arc::new),
             insertions,
             deletions,
             smallest_radius: sizes.smallest,
@@ -207,6 +220,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             step: step_plan,
             warnings,
             remarks: notes,
+            started_from,
         },
     })
 }

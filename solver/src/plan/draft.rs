@@ -1,11 +1,12 @@
 //! Plans by hand, for library users and tests.
 
 use std::fmt;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::sizes::Sizes;
-use super::{Guard, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -87,6 +88,8 @@ pub struct Draft {
     pub clumps: Vec<Clump>,
     /// Bodies of the start, in the order of their ids, which follow those of `particles`.
     pub bodies: Vec<NewBody>,
+    /// Contacts of the start that go on from other runs.
+    pub carried: Option<Arc<Carried>>,
     /// Insertions.
     pub insertions: Vec<InsertionPlan>,
     /// Deletions.
@@ -136,6 +139,7 @@ impl Draft {
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
+            carried: None,
             insertions: Vec::new(),
             deletions: Vec::new(),
             regions: Vec::new(),
@@ -195,6 +199,7 @@ impl Draft {
                 particles: self.particles,
                 clumps: self.clumps,
                 bodies: self.bodies,
+                carried: self.carried,
                 insertions: self.insertions,
                 deletions: self.deletions,
                 smallest_radius: sizes.smallest,
@@ -259,6 +264,18 @@ impl Draft {
             positive_of("the scale of body", index, body.scale)?;
             present("body", index, "clump", body.clump, self.clumps.len())?;
         }
+        if let Some(carried) = &self.carried {
+            let pebbles = |body: &NewBody| self.clumps[body.clump as usize].pebbles.len();
+            let rows = self.particles.len() + self.bodies.iter().map(pebbles).sum::<usize>();
+            let pairs = (carried.pairs.iter()).map(|slot| slot.row.max(slot.partner));
+            let walls = carried.near_walls.iter().map(|slot| slot.row);
+            for row in pairs.chain(walls) {
+                present("contact", 0, "particle", row, rows)?;
+            }
+            for wall in carried.near_walls.iter().map(|slot| slot.partner) {
+                present("contact", 0, "wall", wall, self.walls.len())?;
+            }
+        }
         for (index, insertion) in self.insertions.iter().enumerate() {
             for part in &insertion.mixture {
                 present(
@@ -304,6 +321,7 @@ impl Plan {
             particles: physics.particles,
             clumps: physics.clumps,
             bodies: physics.bodies,
+            carried: physics.carried,
             insertions: physics.insertions,
             deletions: physics.deletions,
             regions: outputs.regions,

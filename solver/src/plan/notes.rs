@@ -1,7 +1,7 @@
 //! What is told of a plan.
 
 use super::getters;
-use super::{Counted, PairPlan, StepPlan};
+use super::{Counted, PairPlan, StartedFrom, StepPlan};
 
 /// What is told of a plan and decides nothing.
 #[derive(Debug, Clone, Default)]
@@ -11,6 +11,7 @@ pub struct Notes {
     pub(super) step: StepPlan,
     pub(super) warnings: Vec<String>,
     pub(super) remarks: Vec<String>,
+    pub(super) started_from: Vec<StartedFrom>,
 }
 
 impl Notes {
@@ -25,5 +26,7 @@ impl Notes {
         borrow warnings: [String];
         /// What else its user should know.
         borrow remarks: [String];
+        /// The runs from which it starts.
+        borrow started_from: [StartedFrom];
     }
 }

@@ -10,6 +10,7 @@ use mercury_common::scene::{
     Place, Scene, SceneError, Start,
 };
 
+use super::earlier::{Earlier, take_up};
 use super::{Counted, NewBody, NewParticle};
 use crate::bodies::Clump;
 use crate::neighbours::Images;
@@ -24,7 +25,7 @@ pub(super) struct Typed {
 }
 
 /// The particles of the start, the place of each, and the ids of the tracked ones.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct StartingParticles {
     /// By id.
     pub particles: Vec<NewParticle>,
@@ -38,6 +39,8 @@ pub(super) struct StartingParticles {
     pub table: Counted,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
+    /// Runs whose last states are among them.
+    pub earlier: Vec<Earlier>,
 }
 
 impl StartingParticles {
@@ -47,6 +50,22 @@ impl StartingParticles {
             ..particle
         });
         self.typed.push(typed);
+    }
+
+    /// Adds what another run left.
+    fn take_up(&mut self, mut earlier: Earlier, images: &Images, typed: Typed) {
+        earlier.first = (self.particles.len(), self.bodies.len());
+        for particle in &earlier.particles {
+            self.add(particle.clone(), images, typed);
+        }
+        for body in &earlier.bodies {
+            self.bodies.push(NewBody {
+                position: images.wrap(body.position),
+                ..body.clone()
+            });
+            self.typed_bodies.push(typed);
+        }
+        self.earlier.push(earlier);
     }
 
     /// Takes a table of so many rows into account.
@@ -131,6 +150,7 @@ const MOST_SITES: f64 = 4e9;
 pub(super) fn starting_particles(
     scene: &Scene,
     clumps: Option<&[Clump]>,
+    warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> StartingParticles {
     let images = Images::new(*scene.domain.min, *scene.domain.max, scene.domain.periodic);
@@ -269,8 +289,12 @@ pub(super) fn starting_particles(
                     start.typed_bodies.push(Typed { entry, line: None });
                 }
             }
-            // Reported by `unsupported`.
-            ParticleSource::Run { .. } => {}
+            ParticleSource::Run { folder } => {
+                match take_up(folder, scene, clumps.unwrap_or_default(), warnings) {
+                    Ok(earlier) => start.take_up(earlier, &images, Typed { entry, line: None }),
+                    Err(error) => errors.push(error),
+                }
+            }
         }
     }
     match clumps {

@@ -1,7 +1,10 @@
 //! What a run simulates.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
+use super::Carried;
 use super::getters;
 use super::guard::Guard;
 use crate::bodies::{Clump, NewBody};
@@ -33,6 +36,7 @@ pub struct Physics {
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
     pub(super) bodies: Vec<NewBody>,
+    pub(super) carried: Option<Arc<Carried>>,
     pub(super) insertions: Vec<InsertionPlan>,
     pub(super) deletions: Vec<DeletionPlan>,
     pub(super) smallest_radius: f64,
@@ -82,6 +86,8 @@ impl Physics {
         borrow clumps: [Clump];
         /// Bodies of the start, in the order of their ids, which follow those of `particles`.
         borrow bodies: [NewBody];
+        /// Contacts of the start that go on from other runs.
+        borrow carried: Option<Arc<Carried>>;
         /// Insertions.
         borrow insertions: [InsertionPlan];
         /// Deletions.

@@ -26,11 +26,8 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
             ParticleSource::One { particle, .. } | ParticleSource::Lattice { particle, .. } => {
                 found.film(&particle.start);
             }
-            ParticleSource::Run { folder } => {
-                found.add(&folder.place, "starts from another run are");
-            }
             ParticleSource::Clump { start, .. } => found.film(start),
-            ParticleSource::Table { .. } => {}
+            ParticleSource::Table { .. } | ParticleSource::Run { .. } => {}
         }
     }
     for membrane in &scene.membranes {

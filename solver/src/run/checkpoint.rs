@@ -16,7 +16,7 @@ use super::rest::Rest;
 use crate::boundaries::Tally;
 use crate::forces::{SavedSlots, SlotState};
 use crate::output::{POSITIONS, Positions};
-use crate::plan::Plan;
+use crate::plan::{Head, Plan, checkpoint_paths};
 use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
 
@@ -74,40 +74,6 @@ pub enum CheckpointError {
     },
 }
 
-/// What a checkpoint says of its run in front of the state itself.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Head {
-    /// Version of the program that wrote it.
-    pub program: String,
-    /// Title of the scene.
-    pub title: String,
-    /// What the scene said: [`Statement::entries`](mercury_common::scene::Statement::entries).
-    pub scene: BTreeMap<String, String>,
-    /// s
-    pub time_step: f64,
-    /// Steps made.
-    pub step: u64,
-    /// Names of the materials, in the order of their numbers.
-    pub materials: Vec<String>,
-}
-
-crate::state::plain!(Head {
-    program,
-    title,
-    scene,
-    time_step,
-    step,
-    materials
-});
-
-impl Head {
-    /// s
-    #[must_use]
-    pub fn time(&self) -> f64 {
-        self.step as f64 * self.time_step
-    }
-}
-
 /// What a run knows beside the engine.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Known {
@@ -134,24 +100,9 @@ pub struct Checkpoint {
     pub size: usize,
 }
 
-/// The two files of a run that take turns.
-#[must_use]
-pub fn paths(folder: &Path, prefix: &str) -> [PathBuf; 2] {
-    [0, 1].map(|number| folder.join(format!("{prefix}.{number}.restart")))
-}
-
 /// All but the positions of the outputs, which the writer adds.
 pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
-    let plan = run.engine.plan();
-    let materials = plan.physics().materials().iter();
-    let head = Head {
-        program: env!("CARGO_PKG_VERSION").to_owned(),
-        title: plan.outputs().title().to_owned(),
-        scene: scene.clone(),
-        time_step: plan.physics().time_step(),
-        step: run.engine.steps(),
-        materials: materials.map(|material| material.name.clone()).collect(),
-    };
+    let head = Head::of(run.engine.plan(), scene, run.engine.steps());
     let known = Known {
         rest: run.rest.clone(),
         at_start: run.at_start,
@@ -200,7 +151,7 @@ pub fn newest(
 ) -> Result<Option<(Checkpoint, Vec<String>)>, CheckpointError> {
     let mut newest: Option<Checkpoint> = None;
     let mut damaged = Vec::new();
-    for path in paths(folder, prefix) {
+    for path in checkpoint_paths(folder, prefix) {
         if path.symlink_metadata().is_err() {
             continue;
         }

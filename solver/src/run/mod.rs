@@ -36,7 +36,7 @@ use crate::output::summary::{Status, Summary};
 use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
 };
-use crate::plan::Plan;
+use crate::plan::{Plan, checkpoint_paths};
 use crate::state::{Encoder, FIXED, PEBBLE, inverse_inertia_factor};
 use crate::step::{Engine, RunError, StartOptions};
 
@@ -289,7 +289,7 @@ impl Run {
         );
         let records = schedule.everything().needs_records();
         let start = StartOptions::threads(options.threads).records(records);
-        let files = checkpoint::paths(folder, plan.outputs().prefix());
+        let files = checkpoint_paths(folder, plan.outputs().prefix());
         let is_first = |from: &Checkpoint| from.path == files[0];
         let next_checkpoint = usize::from(from.as_ref().is_some_and(is_first));
         let (engine, writer, known) = match from {
@@ -488,7 +488,7 @@ impl Run {
         let state = checkpoint::encode(self, &checkpoints.scene);
         self.checkpoints_made.0 += 1;
         self.checkpoints_made.1 += since.elapsed();
-        let files = checkpoint::paths(&self.options.folder, self.engine.plan().outputs().prefix());
+        let files = checkpoint_paths(&self.options.folder, self.engine.plan().outputs().prefix());
         let [even, odd] = files;
         let path = if self.next_checkpoint == 0 { even } else { odd };
         self.next_checkpoint = 1 - self.next_checkpoint;

@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Why bytes are no state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -324,19 +324,40 @@ impl<'a> Decoder<'a> {
     /// # Errors
     /// If it is another one, cut, damaged, or holds no such value.
     pub fn section<T: Plain>(&mut self, name: &str) -> Result<T, DecodeError> {
-        let section = || name.to_owned();
-        let cut = |_| DecodeError::Cut { section: section() };
         let wrong = |reason| DecodeError::Wrong {
-            section: section(),
+            section: name.to_owned(),
             reason,
         };
+        let mut bytes = self.content(name)?;
+        let value = T::take(&mut bytes).map_err(wrong)?;
+        if !bytes.is_empty() {
+            return Err(wrong(format!("{} bytes too many", bytes.len())));
+        }
+        Ok(value)
+    }
+
+    /// Leaves out the next section, which must have this name.
+    ///
+    /// # Errors
+    /// If it is another one, cut or damaged.
+    pub fn skip(&mut self, name: &str) -> Result<(), DecodeError> {
+        self.content(name).map(|_| ())
+    }
+
+    /// The bytes of the next section, which must have this name and its checksum.
+    fn content(&mut self, name: &str) -> Result<&'a [u8], DecodeError> {
+        let section = || name.to_owned();
+        let cut = |_| DecodeError::Cut { section: section() };
         let found = String::take(&mut self.rest).map_err(cut)?;
         if found != name {
-            return Err(wrong(format!("`{found}` stands in its place")));
+            return Err(DecodeError::Wrong {
+                section: section(),
+                reason: format!("`{found}` stands in its place"),
+            });
         }
         let length = usize::take(&mut self.rest).map_err(cut)?;
         let expected = u32::take(&mut self.rest).map_err(cut)?;
-        let mut bytes = front(&mut self.rest, length).map_err(cut)?;
+        let bytes = front(&mut self.rest, length).map_err(cut)?;
         let found = crc32fast::hash(bytes);
         if found != expected {
             return Err(DecodeError::Damaged {
@@ -345,11 +366,7 @@ impl<'a> Decoder<'a> {
                 expected,
             });
         }
-        let value = T::take(&mut bytes).map_err(wrong)?;
-        if !bytes.is_empty() {
-            return Err(wrong(format!("{} bytes too many", bytes.len())));
-        }
-        Ok(value)
+        Ok(bytes)
     }
 
     /// Nothing may follow.

@@ -78,6 +78,7 @@ impl Engine {
 
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
+        self.take_up_contacts();
         self.exchange_particles();
         self.keep_lists_valid(0.0)?;
         let spring_time = if self.plan.physics().startup_increment() {
@@ -93,6 +94,22 @@ impl Engine {
         // The first step begins with its own half kick alone.
         self.kick_due = false;
         Ok(self)
+    }
+
+    /// Gives the rows of the start the contacts that go on from other runs, as if a list had held them: the first list carries their
+    /// histories over like those of any list.
+    fn take_up_contacts(&mut self) {
+        let plan = Arc::clone(&self.plan);
+        let Some(carried) = plan.physics().carried() else {
+            return;
+        };
+        let contacts = &mut self.forces.contacts;
+        // Laws that no scene can name may remember something else.
+        if carried.pairs.numbers() == contacts.saved_numbers() {
+            let rows = self.particles.len();
+            contacts.restore(rows, &carried.pairs, &carried.near_walls);
+            self.boundaries.go_on_from_list(rows);
+        }
     }
 
     /// The particles and walls of a plan as they are placed, without lists and forces.

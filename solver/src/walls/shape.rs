@@ -34,6 +34,21 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Shapes with the same answer number their features alike.
+    #[must_use]
+    pub fn feature_numbering(&self) -> String {
+        match self {
+            Self::Plane(_) => "plane".to_owned(),
+            Self::Disc(_) => "disc".to_owned(),
+            Self::Cylinder(_) => "cylinder".to_owned(),
+            Self::Cone(_) => "cone".to_owned(),
+            Self::Sphere(_) => "sphere".to_owned(),
+            // By the points of the profile.
+            Self::Revolution(revolution) => format!("{revolution:?}"),
+            Self::Mesh(mesh) => mesh.feature_numbering(),
+        }
+    }
+
     /// Replaces the content of `out` by all places of the wall within `reach` (m, exclusive) of
     /// `centre` (in the wall's own frame): each face onto which the centre projects, and each edge
     /// that is nearer than the faces it ends.

@@ -80,6 +80,23 @@ pub struct Mesh {
     continuation: Continuation,
 }
 
+impl Mesh {
+    /// As [`Shape::feature_numbering`](crate::walls::Shape::feature_numbering): by the corners of all facets, in their order.
+    pub(super) fn feature_numbering(&self) -> String {
+        let mut sum = crc32fast::Hasher::new();
+        for facet in &self.facets {
+            for number in facet.corners.iter().flat_map(DVec3::to_array) {
+                sum.update(&number.to_le_bytes());
+            }
+        }
+        format!(
+            "mesh of {} facets, checksum {:08x}",
+            self.facets.len(),
+            sum.finalize()
+        )
+    }
+}
+
 /// How large a mesh is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extent {
