@@ -10,7 +10,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read as _};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -255,15 +255,6 @@ fn open_text(path: &Path) -> Result<Box<dyn BufRead + Send>, FormatError> {
         )));
     }
     Ok(Box::new(file))
-}
-
-/// Reads a whole file, unpacking it if it is compressed.
-fn read_text(path: &Path) -> Result<String, FormatError> {
-    let mut text = String::new();
-    open_text(path)?
-        .read_to_string(&mut text)
-        .map_err(|error| FormatError::of_file(path, format!("the file cannot be read: {error}")))?;
-    Ok(text)
 }
 
 /// Refuses numbers that no field can be made of.

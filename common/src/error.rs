@@ -3,6 +3,11 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use crate::readable::shortened;
+
+/// Characters of each part of a message that are printed: they quote the file, which may hold anything.
+const LONGEST: usize = 1000;
+
 /// What is wrong with an input file, in words a user can act on.
 ///
 /// Printed as `path:line:column: found ..., expected ...`, the form that editors make clickable.
@@ -80,12 +85,12 @@ impl fmt::Display for FormatError {
                 write!(f, ":{column}")?;
             }
         }
-        write!(f, ": {}", self.found)?;
+        write!(f, ": {}", shortened(&self.found, LONGEST))?;
         if !self.expected.is_empty() {
-            write!(f, ", expected {}", self.expected)?;
+            write!(f, ", expected {}", shortened(&self.expected, LONGEST))?;
         }
         if let Some(help) = &self.help {
-            write!(f, "\nhelp: {help}")?;
+            write!(f, "\nhelp: {}", shortened(help, LONGEST))?;
         }
         Ok(())
     }

@@ -1,5 +1,7 @@
 //! Numbers for people: in reports, messages and progress lines. What programs read is written by [`formats`](crate::formats).
 
+use std::borrow::Cow;
+
 /// A duration as people say it: `7.25 s`, `3 min 20 s`, `2 h 5 min`.
 #[must_use]
 pub fn duration(seconds: f64) -> String {
@@ -14,6 +16,15 @@ pub fn duration(seconds: f64) -> String {
         (0, 0, s) => format!("{s} s"),
         (0, min, s) => format!("{min} min {s} s"),
         (h, min, _) => format!("{h} h {min} min"),
+    }
+}
+
+/// The text, or so many of its first characters and dots: messages quote files, and files hold anything.
+#[must_use]
+pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => Cow::Owned(format!("{}...", &text[..end])),
+        None => Cow::Borrowed(text),
     }
 }
 

@@ -4,6 +4,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
+use mercury_common::readable::shortened;
 use mercury_common::scene::{SceneErrors, parse_psd, read_psd};
 use mercury_common::sizes::table::{self, Content, Options, SizeTable};
 use mercury_common::sizes::{SizeDistribution, SizeError};
@@ -157,8 +158,8 @@ pub fn of_run(folder: &Path, selection: &Selection) -> Result<Vec<Source>, Input
 
 fn inline(argument: &str) -> Result<Source, InputError> {
     let wrong = |problem: String| InputError::Inline {
-        argument: argument.to_owned(),
-        problem,
+        argument: shortened(argument, 200).into_owned(),
+        problem: shortened(&problem, 500).into_owned(),
     };
     let document: toml::Table = format!("psd = {argument}")
         .parse()

@@ -4,6 +4,7 @@
 //! renames columns that stand twice.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -27,6 +28,7 @@ pub(crate) fn read(path: &Path) -> Result<Table, FormatError> {
     let found = |separator: &u8| header.as_bytes().contains(separator);
     let separator = *(b"\t;".iter().find(|s| found(s))).unwrap_or(&b',');
     let (mut names, mut numbers) = (Vec::<(String, String)>::new(), Vec::new());
+    let mut known = HashSet::new();
     for field in fields(header, separator) {
         let name = field.ok_or_else(|| open_quote(&lines))?;
         let (name, unit) = with_unit(&name);
@@ -34,7 +36,7 @@ pub(crate) fn read(path: &Path) -> Result<Table, FormatError> {
             let found = format!("no name of column {}", names.len() + 1);
             return Err(at(&lines, found, "a name in every column of the header"));
         }
-        if names.iter().any(|(other, _)| other == name) {
+        if !known.insert(name.to_owned()) {
             let found = format!("the name `{name}` twice");
             return Err(at(&lines, found, "columns with different names"));
         }

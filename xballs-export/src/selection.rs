@@ -68,7 +68,7 @@ impl FromStr for FrameChoice {
             };
             Some(Self::Range(from?, to?))
         };
-        let one = || number(text).map(|k| Self::Range(k, Some(k + 1)));
+        let one = || number(text).map(|k| Self::Range(k, Some(k.saturating_add(1))));
         let found = choice.or_else(every).or_else(range).or_else(one);
         found.ok_or_else(|| {
             "expected all, last, a number, A..B (without B), A.., ..B, or \"every N\"".to_owned()
@@ -218,6 +218,7 @@ mod tests {
             ("all", All),
             ("last", Last),
             ("7", Range(7, Some(8))),
+            ("18446744073709551615", Range(usize::MAX, Some(usize::MAX))),
             ("2..5", Range(2, Some(5))),
             ("2..", Range(2, None)),
             ("..5", Range(0, Some(5))),

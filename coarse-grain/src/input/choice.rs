@@ -85,7 +85,7 @@ impl FromStr for FrameChoice {
         let one = number(text)?;
         Ok(Self::Range {
             from: one,
-            to: Some(one + 1),
+            to: Some(one.saturating_add(1)),
             every: 1,
         })
     }

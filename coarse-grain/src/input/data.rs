@@ -57,7 +57,7 @@ impl DataSource {
                         format!("{stem}.{k}")
                     })
                 };
-                (first..)
+                (first..=u64::MAX)
                     .map(file)
                     .take_while(|path| path.exists())
                     .collect()

@@ -1,11 +1,14 @@
 //! MercuryDPM's `.restart`, as far as fields need it: species' densities, particles, contacts, the box.
 
+use std::collections::HashMap;
+use std::io::BufRead;
 use std::path::Path;
 
 use glam::DVec3;
 use mercury_common::error::FormatError;
+use mercury_common::formats::lines::LineReader;
 
-use super::{ball, read_text, spin_of_ball};
+use super::{ball, open_text, spin_of_ball};
 use crate::state::{Contacts, Partner, State};
 
 /// What stands in a restart file.
@@ -36,26 +39,28 @@ pub(super) fn is_of_mercury_dpm(path: &Path) -> bool {
 }
 
 /// A record: words, some of which are keys followed by numbers.
+#[derive(Clone, Copy)]
 struct Record<'a> {
     path: &'a Path,
     line: usize,
-    words: Vec<&'a str>,
+    text: &'a str,
 }
 
-impl Record<'_> {
-    fn error(&self, found: String, expected: &str) -> FormatError {
+impl<'a> Record<'a> {
+    fn words(self) -> impl Iterator<Item = &'a str> {
+        self.text.split_ascii_whitespace()
+    }
+
+    fn error(self, found: String, expected: &str) -> FormatError {
         FormatError::at(self.path, self.line, None, found, expected)
     }
 
-    fn try_numbers<const N: usize>(&self, key: &str) -> Option<Result<[f64; N], FormatError>> {
-        let place = self.words.iter().position(|word| *word == key)?;
+    fn try_numbers<const N: usize>(self, key: &str) -> Option<Result<[f64; N], FormatError>> {
+        let mut words = self.words();
+        words.find(|word| *word == key)?;
         let mut out = [0.0; N];
-        for (k, out) in out.iter_mut().enumerate() {
-            match self
-                .words
-                .get(place + 1 + k)
-                .and_then(|word| word.parse().ok())
-            {
+        for out in &mut out {
+            match words.next().and_then(|word| word.parse().ok()) {
                 Some(value) => *out = value,
                 None => {
                     return Some(Err(self.error(
@@ -68,7 +73,7 @@ impl Record<'_> {
         Some(Ok(out))
     }
 
-    fn numbers<const N: usize>(&self, key: &str) -> Result<[f64; N], FormatError> {
+    fn numbers<const N: usize>(self, key: &str) -> Result<[f64; N], FormatError> {
         self.try_numbers(key).unwrap_or_else(|| {
             Err(self.error(
                 format!("no word {key}"),
@@ -77,11 +82,11 @@ impl Record<'_> {
         })
     }
 
-    fn number(&self, key: &str) -> Result<f64, FormatError> {
+    fn number(self, key: &str) -> Result<f64, FormatError> {
         self.numbers::<1>(key).map(|[value]| value)
     }
 
-    fn vector(&self, key: &str) -> Result<DVec3, FormatError> {
+    fn vector(self, key: &str) -> Result<DVec3, FormatError> {
         self.numbers(key).map(DVec3::from_array)
     }
 }
@@ -91,15 +96,8 @@ impl Record<'_> {
 /// # Errors
 /// When the file cannot be read, is of another version, or lacks what particles and contacts are made of.
 pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
-    let text = read_text(path)?;
-    let mut lines = text.lines().enumerate().map(|(k, line)| Record {
-        path,
-        line: k + 1,
-        words: line.split_ascii_whitespace().collect(),
-    });
-    let first = lines
-        .next()
-        .filter(|record| record.words.first() == Some(&"MercuryDPM"));
+    let mut lines = LineReader::new(open_text(path)?, path);
+    let first = next(&mut lines)?.filter(|record| record.words().next() == Some("MercuryDPM"));
     let Some(first) = first else {
         let expected = "a restart file of MercuryDPM, which begins with that word";
         return Err(FormatError {
@@ -107,21 +105,22 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
             ..FormatError::of_file(path, "another kind of file")
         });
     };
-    if !matches!(first.words.get(1), Some(&("1.0" | "0.14"))) {
-        let found = format!("version {}", first.words.get(1).unwrap_or(&""));
+    let version = first.words().nth(1).unwrap_or_default();
+    if !["1.0", "0.14"].contains(&version) {
+        let found = format!("version {version}");
         return Err(first.error(found, "version 1.0 or 0.14"));
     }
     let mut restart = Restart {
         particle_dimensions: 3,
         ..Restart::default()
     };
-    let mut rows: Vec<u64> = Vec::new();
-    while let Some(record) = lines.next() {
-        let Some(&word) = record.words.first() else {
-            continue;
-        };
+    // The row of each particle's number; of particles with the same number the first.
+    let mut rows: HashMap<u64, usize> = HashMap::new();
+    while let Some(record) = next(&mut lines)? {
+        let word = record.words().next().unwrap_or_default();
+        let line = record.line;
         let count = || -> Result<usize, FormatError> {
-            let number = record.words.get(1).and_then(|word| word.parse().ok());
+            let number = record.words().nth(1).and_then(|word| word.parse().ok());
             number.ok_or_else(|| {
                 record.error(
                     format!("the word {word} without a number"),
@@ -148,11 +147,8 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
             "Species" => {
                 let mut left = count()?;
                 while left > 0 {
-                    let Some(record) = lines.next() else {
-                        return Err(record.error(
-                            "the file ends within the species".to_owned(),
-                            "a line for each",
-                        ));
+                    let Some(record) = next(&mut lines)? else {
+                        return Err(cut(path, line, "species"));
                     };
                     // Mixed species stand between and have no density.
                     if let Some(density) = record.try_numbers::<1>("density") {
@@ -163,8 +159,10 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
             }
             "Boundaries" => {
                 for _ in 0..count()? {
-                    let Some(record) = lines.next() else { break };
-                    if record.words.first() == Some(&"PeriodicBoundary") {
+                    let Some(record) = next(&mut lines)? else {
+                        break;
+                    };
+                    if record.words().next() == Some("PeriodicBoundary") {
                         let normal = record.vector("normal")?;
                         for axis in 0..3 {
                             restart.state.space.periodic[axis] |= normal[axis].abs() > 0.5;
@@ -174,25 +172,21 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
             }
             "Particles" => {
                 for _ in 0..count()? {
-                    let Some(record) = lines.next() else {
-                        return Err(record.error(
-                            "the file ends within the particles".to_owned(),
-                            "a line for each",
-                        ));
+                    let Some(record) = next(&mut lines)? else {
+                        return Err(cut(path, line, "particles"));
                     };
-                    rows.push(push_particle(&mut restart, &record)?);
+                    let row = restart.state.particles.len();
+                    let id = push_particle(&mut restart, record)?;
+                    rows.entry(id).or_insert(row);
                 }
             }
             "Interactions" => {
                 let mut contacts = Contacts::default();
                 for _ in 0..count()? {
-                    let Some(record) = lines.next() else {
-                        return Err(record.error(
-                            "the file ends within the interactions".to_owned(),
-                            "a line for each",
-                        ));
+                    let Some(record) = next(&mut lines)? else {
+                        return Err(cut(path, line, "interactions"));
                     };
-                    push_contact(&restart, &rows, &record, &mut contacts)?;
+                    push_contact(&restart, &rows, record, &mut contacts)?;
                 }
                 restart.state.contacts = Some(contacts);
             }
@@ -209,7 +203,22 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
     Ok(restart)
 }
 
-fn push_particle(restart: &mut Restart, record: &Record) -> Result<u64, FormatError> {
+/// The next line that is not blank.
+fn next<R: BufRead>(lines: &mut LineReader<R>) -> Result<Option<Record<'_>>, FormatError> {
+    Ok(lines.advance()?.then(|| Record {
+        path: lines.path(),
+        line: lines.line_number(),
+        text: lines.line(),
+    }))
+}
+
+/// The file ends within the records that the line announces.
+fn cut(path: &Path, line: usize, what: &str) -> FormatError {
+    let found = format!("the file ends within the {what}");
+    FormatError::at(path, line, None, found, "a line for each")
+}
+
+fn push_particle(restart: &mut Restart, record: Record<'_>) -> Result<u64, FormatError> {
     let (radius, inverse_mass) = (record.number("radius")?, record.number("invMass")?);
     let species = record.number("indSpecies")? as usize;
     let angular_velocity = record.vector("angularVelocity")?;
@@ -242,12 +251,12 @@ fn push_particle(restart: &mut Restart, record: &Record) -> Result<u64, FormatEr
 
 fn push_contact(
     restart: &Restart,
-    rows: &[u64],
-    record: &Record,
+    rows: &HashMap<u64, usize>,
+    record: Record<'_>,
     out: &mut Contacts,
 ) -> Result<(), FormatError> {
     let row = |id: f64| {
-        let row = rows.iter().position(|&other| other == id as u64);
+        let row = rows.get(&(id as u64)).copied();
         row.ok_or_else(|| record.error(format!("particle {id}"), "one of the particles before"))
     };
     let (point, normal) = (record.vector("contactPoint")?, record.vector("normal")?);

@@ -84,6 +84,18 @@ fn a_stack_of_two_spheres_is_read_with_its_contacts() {
 }
 
 #[test]
+fn the_last_number_of_all_is_a_series_of_one() {
+    let folder = TempDir::new().unwrap();
+    miniature(folder.path(), &["0"]);
+    let name = format!("Mini.data.{}", u64::MAX);
+    fs::rename(folder.path().join("Mini.data"), folder.path().join(&name)).unwrap();
+    let found = states(&folder.path().join(name), &given(), Needs::default()).unwrap();
+    assert_eq!(found.len(), 1);
+    let last: FrameChoice = u64::MAX.to_string().parse().unwrap();
+    assert!(!last.has(0));
+}
+
+#[test]
 fn compressed_files_and_series_are_read_alike() {
     let folder = TempDir::new().unwrap();
     miniature(folder.path(), &["0", "0.1"]);

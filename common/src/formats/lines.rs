@@ -1,10 +1,13 @@
 //! Lines of a text file and the blank-separated tokens on them, with their places.
 
-use std::io::BufRead;
+use std::io::{BufRead, Read as _};
 use std::path::{Path, PathBuf};
 
 use crate::error::FormatError;
 use crate::formats::number::parse_number;
+
+/// The longest line, in bytes. No format of ours or of those we read has longer ones; a compressed file of a few kilobytes may.
+pub const LONGEST_LINE: usize = 1 << 24;
 
 /// Reads lines one by one and remembers where it is.
 #[derive(Debug)]
@@ -31,7 +34,7 @@ impl<R: BufRead> LineReader<R> {
     /// Goes to the next line that is not blank; `false` at the end of the file.
     ///
     /// # Errors
-    /// If the file cannot be read or is not text (UTF-8).
+    /// If the file cannot be read, is not text (UTF-8), or has a line longer than [`LONGEST_LINE`].
     pub fn advance(&mut self) -> Result<bool, FormatError> {
         if std::mem::take(&mut self.held) {
             return Ok(true);
@@ -39,7 +42,8 @@ impl<R: BufRead> LineReader<R> {
         loop {
             let mut bytes = std::mem::take(&mut self.line).into_bytes();
             bytes.clear();
-            let length = self.input.read_until(b'\n', &mut bytes).map_err(|error| {
+            let mut line = (&mut self.input).take(LONGEST_LINE as u64 + 1);
+            let length = line.read_until(b'\n', &mut bytes).map_err(|error| {
                 let place = Some(self.line_number + 1);
                 FormatError {
                     line: place,
@@ -50,6 +54,12 @@ impl<R: BufRead> LineReader<R> {
                 return Ok(false);
             }
             self.line_number += 1;
+            if length > LONGEST_LINE {
+                let found = format!("a line of more than {} MiB", LONGEST_LINE >> 20);
+                let expected = "a text file, whose lines are shorter";
+                let place = self.line_number;
+                return Err(FormatError::at(&self.path, place, None, found, expected));
+            }
             self.line = String::from_utf8(bytes)
                 .map_err(|error| not_text(&self.path, self.line_number, error.as_bytes()))?;
             if self.line_number == 1 && self.line.starts_with('\u{feff}') {
@@ -287,6 +297,23 @@ mod tests {
         let error = lines.advance().unwrap_err();
         assert_eq!((error.line, error.column), (Some(1), Some(2)));
         assert!(error.help.unwrap().contains("gunzip"));
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused() {
+        let endless = std::io::BufReader::new(std::io::repeat(b'0'));
+        let mut lines = LineReader::new(endless, "bomb.data");
+        let error = lines.advance().unwrap_err().to_string();
+        assert!(
+            error.starts_with("bomb.data:1: a line of more than 16 MiB"),
+            "{error}"
+        );
+        // One of just that length is read.
+        let mut text = vec![b'1'; LONGEST_LINE - 1];
+        text.push(b'\n');
+        let mut lines = LineReader::new(&text[..], "long.data");
+        assert!(lines.advance().unwrap());
+        assert_eq!(lines.line().len(), LONGEST_LINE);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a file of frames holds: named, typed columns with units, and facts about the run.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::FRAMES_VERSION;
 use super::message::{ArrowSchema, Field, FieldType};
@@ -211,6 +211,7 @@ impl FrameSchema {
         let mut columns = Vec::new();
         let mut kinds = Vec::new();
         let mut time = None;
+        let mut names = HashSet::new();
         for (k, field) in schema.fields.into_iter().enumerate() {
             let kind = ColumnKind::of_field(&field).map_err(|kind| {
                 [
@@ -230,6 +231,11 @@ impl FrameSchema {
                 time = Some(k);
                 continue;
             }
+            // Before anything is made of the field: offsets may lead to the same one over and over.
+            if !names.insert(field.name.clone()) {
+                let found = format!("two columns `{}`", field.name);
+                return Err([found, "different names".to_owned()]);
+            }
             let mut facts: BTreeMap<String, String> = field.metadata.into_iter().collect();
             columns.push(ColumnSpec {
                 name: field.name,
@@ -242,12 +248,6 @@ impl FrameSchema {
             let found = "no column `time`".to_owned();
             [found, "the time of the frame, float64, in s".to_owned()]
         })?;
-        for (k, column) in columns.iter().enumerate() {
-            if columns[..k].iter().any(|c| c.name == column.name) {
-                let found = format!("two columns `{}`", column.name);
-                return Err([found, "different names".to_owned()]);
-            }
-        }
         let metadata = schema.metadata.into_iter().collect();
         Ok((Self { columns, metadata }, kinds, time))
     }

@@ -5,6 +5,7 @@
 //! only then give up, so that one run names all mistakes.
 
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::error::SceneError;
@@ -47,7 +48,7 @@ impl Context {
 
     /// Reports every `name` that stands twice in a list, whether or not its entry is right otherwise.
     pub(super) fn unique_names(&self, items: &[Item<'_>]) {
-        let mut seen: Vec<Located<&str>> = Vec::new();
+        let mut seen: HashMap<&str, Place> = HashMap::new();
         for item in items {
             let Value::Table(table) = &item.node.value else {
                 continue;
@@ -57,16 +58,18 @@ impl Context {
             };
             let path = key_path::child(item.place.key(), "name");
             let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
-            match seen.iter().find(|other| other.value == name) {
+            match seen.get(name) {
                 Some(first) => {
                     let error = place.error(format!("the name `{name}` is used twice"));
-                    self.report(if first.place.is_argument() {
+                    self.report(if first.is_argument() {
                         error
                     } else {
-                        error.with_help(format!("first in line {}", first.place.line()))
+                        error.with_help(format!("first in line {}", first.line()))
                     });
                 }
-                None => seen.push(Located { value: name, place }),
+                None => {
+                    seen.insert(name, place);
+                }
             }
         }
     }

@@ -3,6 +3,13 @@
 use std::fmt;
 
 use super::source::Place;
+use crate::readable::{counted, shortened};
+
+/// Characters of a key, a message or a piece of advice that are printed: they quote the file, which may hold anything.
+const LONGEST: usize = 600;
+
+/// Problems that are printed one by one; of more, the number is told.
+const MOST_PRINTED: usize = 50;
 
 /// One problem of a scene.
 ///
@@ -37,12 +44,12 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.place.write_head(f)?;
         if !self.path().is_empty() {
-            write!(f, ": {}", self.path())?;
+            write!(f, ": {}", shortened(self.path(), LONGEST))?;
         }
-        write!(f, ": {}", self.message)?;
+        write!(f, ": {}", shortened(&self.message, LONGEST))?;
         self.place.write_excerpt(f)?;
         if let Some(help) = &self.help {
-            write!(f, "\nhelp: {help}")?;
+            write!(f, "\nhelp: {}", shortened(help, LONGEST))?;
         }
         Ok(())
     }
@@ -50,19 +57,22 @@ impl fmt::Display for SceneError {
 
 impl std::error::Error for SceneError {}
 
-/// All problems of a scene, in the order of the file. Printed one after the other.
+/// All problems of a scene, in the order of the file. Printed one after the other, up to fifty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneErrors(pub Vec<SceneError>);
 
 impl fmt::Display for SceneErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, error) in self.0.iter().enumerate() {
+        for (i, error) in self.0.iter().take(MOST_PRINTED).enumerate() {
             if i > 0 {
                 f.write_str("\n")?;
             }
             error.fmt(f)?;
         }
-        Ok(())
+        match self.0.len().saturating_sub(MOST_PRINTED) {
+            0 => Ok(()),
+            more => write!(f, "\nand {} more", counted(more, "problem")),
+        }
     }
 }
 

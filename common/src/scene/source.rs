@@ -2,9 +2,13 @@
 
 use std::fmt;
 use std::ops::{Deref, Range};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::error::SceneError;
+use crate::readable::shortened;
+
+/// Characters of a line of the source that a message shows.
+const WIDTH: usize = 200;
 
 /// A text that values come from: a scene file, or one `--set KEY=VALUE` of the command line.
 #[derive(Debug)]
@@ -12,6 +16,8 @@ pub struct Source {
     name: String,
     text: String,
     kind: SourceKind,
+    /// Where its lines end, once somebody has asked.
+    ends: OnceLock<Vec<usize>>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +33,7 @@ impl Source {
             name: name.into(),
             text: text.into(),
             kind: SourceKind::File,
+            ends: OnceLock::new(),
         })
     }
 
@@ -36,7 +43,17 @@ impl Source {
             name: "--set".to_owned(),
             text: text.into(),
             kind: SourceKind::Argument,
+            ends: OnceLock::new(),
         })
+    }
+
+    /// The line that holds byte `at`, counted from 1.
+    fn line_of(&self, at: usize) -> usize {
+        let ends = self.ends.get_or_init(|| {
+            let ends = self.text.match_indices('\n');
+            ends.map(|(end, _)| end).collect()
+        });
+        1 + ends.partition_point(|&end| end < at)
     }
 
     /// The byte range of the line that holds byte `at`, without its line end.
@@ -130,10 +147,7 @@ impl Place {
     /// Line of the first character, counted from 1.
     #[must_use]
     pub fn line(&self) -> usize {
-        1 + self.source.text.as_bytes()[..self.start]
-            .iter()
-            .filter(|&&b| b == b'\n')
-            .count()
+        self.source.line_of(self.start)
     }
 
     /// Column of the first character, counted in characters from 1.
@@ -178,7 +192,10 @@ impl Place {
     /// `file:line:column` or `--set KEY=VALUE`.
     pub(super) fn write_head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.source.kind {
-            SourceKind::Argument => write!(f, "--set {}", printable(&self.source.text)),
+            SourceKind::Argument => {
+                let text = shortened(&self.source.text, WIDTH);
+                write!(f, "--set {}", printable(&text))
+            }
             SourceKind::File => {
                 write!(f, "{}:{}:{}", self.source.name, self.line(), self.column())
             }
@@ -206,16 +223,23 @@ impl Place {
             .get(self.start..self.end.min(line.end))
             .unwrap_or_default()
             .trim_end();
+        // Of a long line only what is around the place.
+        let text = text.trim_end();
+        let skipped = before.chars().count().saturating_sub(WIDTH / 2);
+        let skipped = if text.chars().nth(WIDTH).is_some() {
+            skipped
+        } else {
+            0
+        };
         let indent: String = before
             .chars()
+            .skip(skipped)
             .map(|c| if c == '\t' { '\t' } else { ' ' })
             .collect();
-        let carets = "^".repeat(under.chars().count().max(1));
-        write!(
-            f,
-            "\n    {}\n    {indent}{carets}",
-            printable(text.trim_end())
-        )
+        let room = WIDTH.saturating_sub(indent.chars().count()).max(1);
+        let carets = "^".repeat(under.chars().count().clamp(1, room));
+        let shown: String = text.chars().skip(skipped).take(WIDTH).collect();
+        write!(f, "\n    {}\n    {indent}{carets}", printable(&shown))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The document as a tree whose every key and value knows its place.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -90,13 +91,11 @@ pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, S
             span: 0..0,
         });
     }
+    let mut lines = HashSet::new();
     let mut reported: Vec<SceneError> = Vec::new();
     for error in errors {
         let error = syntax_error(&error, source, text, 0);
-        if reported
-            .iter()
-            .all(|other| other.place.line() != error.place.line())
-        {
+        if lines.insert(error.place.line()) {
             reported.push(error);
         }
     }

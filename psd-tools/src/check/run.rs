@@ -2,13 +2,14 @@
 //!
 //! Sizes come from the frames, targets from `plan.toml`: both are in the run folder.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mercury_common::error::FormatError;
 use mercury_common::frames::{BodyReader, FLAG_FIXED, FLAG_PRESCRIBED, ParticleReader};
+use mercury_common::readable::shortened;
 use mercury_common::scene::{SceneErrors, parse_psd};
 use mercury_common::sizes::{SizeDistribution, SizeError};
 use toml::{Table, Value};
@@ -151,10 +152,15 @@ impl Run {
         let prefix = name.strip_suffix(".particles.arrow").unwrap_or(&name);
         let path = folder.join("plan.toml");
         let plan = match std::fs::read_to_string(&path) {
-            Ok(text) => text.parse().map_err(|e| RunError::Folder {
-                path,
-                what: format!("the plan cannot be read: {e}"),
-            })?,
+            Ok(text) => text
+                .parse()
+                .map_err(|e: toml::de::Error| RunError::Folder {
+                    path,
+                    what: format!(
+                        "the plan cannot be read: {}",
+                        shortened(&e.to_string(), 500)
+                    ),
+                })?,
             // Frames alone can be checked against a target that is given.
             Err(_) => Table::new(),
         };
@@ -203,8 +209,8 @@ impl Run {
         groups: &mut BTreeMap<String, Group>,
     ) -> Result<(), RunError> {
         let reader = ParticleReader::open(self.with_suffix(".particles.arrow"))?;
-        let first =
-            self.number("particles", "at_start") + self.number("particles", "pebbles_at_start");
+        let first = (self.number("particles", "at_start"))
+            .saturating_add(self.number("particles", "pebbles_at_start"));
         let times: Vec<f64> = reader.frames().infos().map(|info| info.time).collect();
         let mut seen = Seen::default();
         for k in self.frames(&times, selection)? {
@@ -378,19 +384,17 @@ fn tables<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = &'a Table> {
     list.into_iter().flatten().filter_map(Value::as_table)
 }
 
-/// Ids that were met.
+/// Ids that were met: a bit for each, in pages of 512, as a single large number must not take the memory of all below it.
 #[derive(Default)]
-struct Seen(Vec<u64>);
+struct Seen(HashMap<u32, [u64; 8]>);
 
 impl Seen {
     /// Whether the id is new.
     fn add(&mut self, id: u32) -> bool {
-        let (word, bit) = (id as usize / 64, 1 << (id % 64));
-        if word >= self.0.len() {
-            self.0.resize(word + 1, 0);
-        }
-        let is_new = self.0[word] & bit == 0;
-        self.0[word] |= bit;
+        let page = self.0.entry(id / 512).or_default();
+        let (word, bit) = (id as usize % 512 / 64, 1 << (id % 64));
+        let is_new = page[word] & bit == 0;
+        page[word] |= bit;
         is_new
     }
 }
@@ -416,5 +420,8 @@ mod tests {
         assert!(seen.add(1000));
         assert!(seen.add(0));
         assert!(!seen.add(1000));
+        for id in [u32::MAX, u32::MAX - 64, 1001, 511, 512] {
+            assert!(seen.add(id) && !seen.add(id), "{id}");
+        }
     }
 }

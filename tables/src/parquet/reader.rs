@@ -17,6 +17,9 @@ use polars_parquet::read::{
     infer_schema, read_metadata,
 };
 
+use polars_parquet_format::PageHeader;
+use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
+
 use super::UNIT;
 use crate::column::{Column, Values};
 use crate::table::{Origin, Table, unreadable};
@@ -32,6 +35,32 @@ const CODECS: [Compression; 3] = [
     Compression::Snappy,
     Compression::Zstd,
 ];
+
+/// A table may take so many bytes in memory, or [`MOST_FOR_EACH`] for each byte of the file if that is more. Runs of equal values
+/// and compression let a file of some hundred bytes claim anything.
+const MOST: u64 = 64_000_000;
+/// See [`MOST`].
+const MOST_FOR_EACH: u64 = 1000;
+/// What a value takes, in bytes: itself, whether it is there, and once more while it becomes a column.
+const VALUE: u64 = 16;
+
+/// How many bytes the rest of a table may take.
+struct Room(u64);
+
+impl Room {
+    fn take(&mut self, bytes: u64) -> PolarsResult<()> {
+        self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
+            PolarsError::ComputeError(
+                format!(
+                    "it claims to hold more than {} MB and than {MOST_FOR_EACH} times its size",
+                    MOST / 1_000_000
+                )
+                .into(),
+            )
+        })?;
+        Ok(())
+    }
+}
 
 /// See [`Table::read_parquet`].
 pub(crate) fn read(path: &Path) -> Result<Table, FormatError> {
@@ -73,6 +102,8 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
 }
 
 fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
+    let length = file.metadata()?.len();
+    let mut room = Room(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
     let footer = read_metadata(file)?;
     let schema = infer_schema(&footer)?;
     let entries = footer.key_value_metadata.iter().flatten();
@@ -87,7 +118,7 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
     let mut columns = Vec::new();
     for field in schema.iter_values() {
         let name = field.name.to_string();
-        match column(&footer, field, file)? {
+        match column(&footer, field, file, &mut room)? {
             Ok(values) => {
                 let unit = metadata
                     .iter()
@@ -110,6 +141,7 @@ fn column(
     footer: &FileMetadata,
     field: &Field,
     file: &mut File,
+    room: &mut Room,
 ) -> PolarsResult<Result<Values, String>> {
     use ArrowDataType as D;
     let mut arrays = Vec::new();
@@ -147,7 +179,7 @@ fn column(
                 .into(),
             ));
         }
-        arrays.extend(arrays_of(chunk, field, file)?);
+        arrays.extend(arrays_of(chunk, field, file, room)?);
     }
     let arrays: Vec<&dyn Array> = arrays.iter().map(AsRef::as_ref).collect();
     Ok(match field.dtype {
@@ -173,6 +205,10 @@ fn column(
         }
         _ => {
             let arrays: Vec<&Utf8ViewArray> = of_type(&arrays)?;
+            // Equal texts are stored once in the file and in the arrays, but not in a column.
+            for array in &arrays {
+                room.take(array.total_bytes_len() as u64)?;
+            }
             let texts = arrays.into_iter().flatten();
             all(texts.map(|text| text.map(str::to_owned))).map(Values::Text)
         }
@@ -184,6 +220,7 @@ fn arrays_of(
     chunk: &ColumnChunkMetadata,
     field: &Field,
     file: &mut File,
+    room: &mut Room,
 ) -> PolarsResult<Vec<Box<dyn Array>>> {
     let range = chunk.byte_range();
     let mut bytes = Vec::new();
@@ -191,11 +228,36 @@ fn arrays_of(
     let length = range.end.saturating_sub(range.start);
     Read::by_ref(file).take(length).read_to_end(&mut bytes)?;
     let bytes = Cursor::new(Buffer::from(bytes));
+    claims(bytes.get_ref(), room)?;
     let pages = PageReader::new(bytes, chunk, Vec::new(), usize::MAX);
     let kind = &chunk.descriptor().descriptor.primitive_type;
     let pages = BasicDecompressor::new(pages, Vec::new());
     let (arrays, _) = column_iter_to_arrays(vec![pages], vec![kind], field.clone(), None)?;
     Ok(arrays)
+}
+
+/// Takes what the pages of a chunk claim to hold; the library believes them.
+fn claims(mut chunk: &[u8], room: &mut Room) -> PolarsResult<()> {
+    while !chunk.is_empty() {
+        let mut protocol = TCompactInputProtocol::new(&mut chunk, usize::MAX);
+        // What is behind the last page the library does not read.
+        let Ok(page) = PageHeader::read_from_in_protocol(&mut protocol) else {
+            break;
+        };
+        let values = [
+            page.data_page_header.map(|page| page.num_values),
+            page.data_page_header_v2.map(|page| page.num_values),
+            page.dictionary_page_header.map(|page| page.num_values),
+        ];
+        let number = |number: i32| u64::try_from(number).unwrap_or(u64::MAX);
+        room.take(number(page.uncompressed_page_size))?;
+        for values in values.into_iter().flatten() {
+            room.take(number(values).saturating_mul(VALUE))?;
+        }
+        let length = usize::try_from(page.compressed_page_size).unwrap_or(usize::MAX);
+        chunk = chunk.get(length..).unwrap_or_default();
+    }
+    Ok(())
 }
 
 fn of_type<'a, A: Array>(arrays: &[&'a dyn Array]) -> PolarsResult<Vec<&'a A>> {

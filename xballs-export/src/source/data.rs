@@ -47,7 +47,9 @@ impl DataSource {
                 format!("{stem}.{k}")
             })
         };
-        let paths = (first..).map(file).take_while(|path| path.exists());
+        let paths = (first..=u64::MAX)
+            .map(file)
+            .take_while(|path| path.exists());
         Ok(Self {
             paths: paths.collect(),
             prefix: stem.strip_suffix(".data").unwrap_or(stem).to_owned(),

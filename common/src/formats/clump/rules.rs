@@ -1,5 +1,6 @@
 //! What a clump file must hold to be a rigid body.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use glam::{DMat3, DVec3};
@@ -155,9 +156,10 @@ fn rotation(found: &mut Found, rotation: DMat3) {
 }
 
 fn table(found: &mut Found, path: &str, remarks: &[(String, Remark)]) {
-    for (index, (key, value)) in remarks.iter().enumerate() {
+    let mut known = HashSet::new();
+    for (key, value) in remarks {
         let path = format!("{path}.{key}");
-        if remarks[..index].iter().any(|(other, _)| other == key) {
+        if !known.insert(key) {
             found.add(&path, "is given twice");
         }
         remark(found, &path, value);

@@ -63,8 +63,8 @@ impl<R: BufRead> DataReader<R> {
         }
         let header_line = self.lines.line_number();
         let (mut frame, count) = self.read_header()?;
-        // A damaged count must not reserve all memory.
-        frame.particles.reserve(count.min(1 << 20));
+        // The count is only a promise: no more memory than the lines themselves ask for.
+        frame.particles.reserve(count.min(256));
 
         let mut values = [0.0; MOST_COLUMNS];
         let mut layout = None;

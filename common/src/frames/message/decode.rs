@@ -76,6 +76,8 @@ pub(in crate::frames) fn parse_batch(
         return Err(format!("a batch with {} buffers", stored.len()));
     }
     let mut buffers = Vec::with_capacity(stored.len());
+    // Buffers that lie over each other would let a small file fill the memory.
+    let mut left = body_length;
     for [offset, length] in stored {
         let inside = match (u64::try_from(offset), u64::try_from(length)) {
             (Ok(offset), Ok(length)) => offset
@@ -84,7 +86,10 @@ pub(in crate::frames) fn parse_batch(
                 .map(|_| (offset, length)),
             _ => None,
         };
-        buffers.push(inside.ok_or("a buffer outside of its batch")?);
+        let (offset, length) = inside.ok_or("a buffer outside of its batch")?;
+        let rest = left.checked_sub(length);
+        left = rest.ok_or("buffers that lie over each other")?;
+        buffers.push((offset, length));
     }
 
     let metadata = metadata_of(&root, message::METADATA).map_err(damaged)?;

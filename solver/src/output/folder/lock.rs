@@ -1,7 +1,7 @@
 //! A folder belongs to one run at a time, also where several machines see it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -15,6 +15,9 @@ const PULSE: Duration = Duration::from_secs(30);
 
 /// After so long without a sign, a run on another machine counts as dead.
 const DEAD_AFTER: Duration = Duration::from_secs(300);
+
+/// What the file says is shorter than this, in bytes: a name of 255 characters, a blank and a number.
+const LONGEST: u64 = 1100;
 
 /// A folder that belongs to one run until this is dropped.
 ///
@@ -61,7 +64,13 @@ impl Owner {
 
     /// What the file says.
     fn read(path: &Path) -> Option<Self> {
-        let text = fs::read_to_string(path).ok()?;
+        // Whatever lies there under this name: only so much of it can be ours.
+        let mut text = String::new();
+        let file = File::open(path).ok()?;
+        file.take(LONGEST).read_to_string(&mut text).ok()?;
+        if text.contains(|c: char| c.is_control() && c != '\n') {
+            return None;
+        }
         let (host, process) = text.trim().rsplit_once(' ')?;
         Some(Self {
             host: host.to_owned(),

@@ -488,6 +488,17 @@ fn steady_normals(facets: &mut [Facet], topology: &Topology, tolerance: f64) {
     let mut slivers: Vec<usize> = (0..facets.len())
         .filter(|&k| tolerance > STEADY * heights[k])
         .collect();
+    if slivers.is_empty() {
+        return;
+    }
+    // The widest at each edge, found once: files hold edges of thousands of triangles.
+    let is_wider = |&a: &usize, &b: &usize| heights[a].total_cmp(&heights[b]).then(b.cmp(&a));
+    let widest: Vec<Option<usize>> = (0..topology.edge_count() as u32)
+        .map(|edge| {
+            let around = topology.triangles_at(edge).iter();
+            around.map(|&(other, _)| other as usize).max_by(is_wider)
+        })
+        .collect();
     // Wider ones first, so that a row of slivers takes the normal of what is beside it.
     slivers.sort_by(|&a, &b| heights[b].total_cmp(&heights[a]).then(a.cmp(&b)));
     for k in slivers {
@@ -495,10 +506,9 @@ fn steady_normals(facets: &mut [Facet], topology: &Topology, tolerance: f64) {
         let wider = facets[k]
             .edges
             .iter()
-            .flat_map(|&edge| topology.triangles_at(edge))
-            .map(|&(other, _)| other as usize)
+            .filter_map(|&edge| widest[edge as usize])
             .filter(|&other| heights[other] > heights[k])
-            .max_by(|&a, &b| heights[a].total_cmp(&heights[b]).then(b.cmp(&a)));
+            .max_by(is_wider);
         if let Some(other) = wider {
             let normal = facets[other].normal;
             let normal = if normal.dot(own) < 0.0 {

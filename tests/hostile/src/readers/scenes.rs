@@ -1,0 +1,285 @@
+//! Scenes, up to the plan that `--check` prints, and the files that scenes name.
+
+use std::path::Path;
+
+use mercury_common::scene::{
+    ClumpPlace, Files, ParticleSource, Scene, SceneErrors, parse_clump, read_clump, read_psd,
+};
+use mercury_solver::plan::{document, parse_scene, plan, refusal, report};
+use mercury_solver::run::memory;
+
+use super::{MB, Reader};
+use crate::checks::say;
+use crate::mutate::Make::{Binary, Text};
+use crate::place::{Place, file, repository};
+
+const WORDS: &[&str] = &[
+    "true",
+    "false",
+    "\"\"",
+    "\"auto\"",
+    "\"free\"",
+    "[]",
+    "{}",
+    "[0, 0, 0]",
+    "\"x\"",
+    "[[walls]]",
+    "[[particles]]",
+    "[domain]",
+    "[materials.glass]",
+    "[[contacts]]",
+    "[output]",
+    "\"hertz\"",
+    "\"linear\"",
+    "\"mindlin\"",
+    "\"plastic\"",
+    "\"box\"",
+    "\"mesh\"",
+    "\"glass\"",
+    "radius",
+    "stiffness",
+    "restitution",
+    "friction",
+    "periodic",
+    "min",
+    "max",
+    "step",
+    "end",
+    "interval",
+    "a.b.c.d.e",
+    "1979-05-27T07:32:00Z",
+    "0x7fffffffffffffff",
+    "1_000",
+    "[[insertions]]",
+    "psd",
+    "lattice",
+    "spacing",
+    "motion",
+    "seed",
+    "0b1",
+    "-nan",
+];
+
+const PLANNED: &str = "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow; the particles of \
+the scene, of which the test allows 2,000, with their cells; words of at most a hundred mistakes";
+
+pub(super) const READERS: &[Reader] = &[
+    Reader::new("scene", Text(WORDS), scene_samples, scene).bound(8 * MB, 800, PLANNED),
+    Reader::new("override", Text(WORDS), override_samples, overridden).bound(8 * MB, 800, PLANNED),
+    Reader::new("clump-file", Text(&["name", "density", "mass", "pebbles", "[checks]", "[source]", "rotation", "surface"]), clump_samples, clump)
+        .bound(MB, 800, "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow"),
+    Reader::new("size-law", Text(&["kind", "\"lognormal\"", "\"classes\"", "\"mixture\"", "parts", "median", "weighting"]), law_samples, law)
+        .bound(8 * MB, 800, "the tree of the text and TOML's own; classes of the distribution, bounded by the numbers in the text"),
+    Reader::new("scene-with-particles", Text(&["x", "radius", "material", "vx"]), |place| {
+        place.scene();
+        vec![file("tests/scenes/good/some.csv"), file("scenes/particles.csv")]
+    }, |bytes, place| with(place, "some.csv", bytes))
+        .bound(16 * MB, 900, "a particle of the start with its place in the file from 8 bytes (`0,0,0,1`): some 300 bytes, and its place in the cells \
+            that look for overlaps, three times while lists grow; words of at most a hundred mistakes"),
+    Reader::new("scene-with-mesh", Text(&["v", "f"]), |place| {
+        place.scene();
+        vec![file("tests/scenes/good/dish.obj"), file("tests/scenes/good/bin.obj")]
+    }, |bytes, place| with(place, "dish.obj", bytes))
+        .bound(16 * MB, 2000, "a triangle from 8 bytes (`f 1 2 3`): features, edges, planes, boxes of the tree: some 2 kB, three times while lists grow"),
+    Reader::new("scene-with-stl", Binary, |place| {
+        place.write("dish.obj", b"");
+        let text = place.scene().replace("dish.obj", "dish.stl");
+        place.write("dish.stl", &file("scenes/plate.stl"));
+        place.write("scene.toml", text.as_bytes());
+        vec![file("scenes/plate.stl")]
+    }, |bytes, place| with(place, "dish.stl", bytes))
+        .bound(16 * MB, 1000, "a triangle from 50 bytes: features, edges, planes, boxes of the tree: some 2 kB, three times while lists grow"),
+    Reader::new("scene-with-motion", Text(&["t", "x", "angle_x", "angle_y", "angle_z"]), |place| {
+        place.scene();
+        vec![file("tests/scenes/good/lift.csv"), file("scenes/motion.csv")]
+    }, |bytes, place| with(place, "lift.csv", bytes))
+        .bound(8 * MB, 64, "a row of 56 bytes from 8, three times while the list grows, and a copy for the plan"),
+    Reader::new("scene-with-rate", Text(&["t", "cumulative", "#"]), |place| {
+        place.scene();
+        vec![file("tests/scenes/good/rate.csv")]
+    }, |bytes, place| with(place, "rate.csv", bytes))
+        .bound(8 * MB, 64, "a row of 16 bytes from 4, three times while the list grows, and a copy for the plan"),
+    Reader::new("scene-with-sizes", Text(&["sieve [mm]", "retained [g]", "diameter [mm]", "cumulative volume [%]", "pan", "in-class:"]), |place| {
+        place.scene();
+        vec![file("tests/scenes/good/sizes.csv"), file("scenes/grain.psd.csv")]
+    }, |bytes, place| with(place, "sizes.csv", bytes))
+        .bound(8 * MB, 300, "a row from 4 bytes: shares, edges, sums of powers, some 200 bytes, three times while lists grow"),
+    Reader::new("scene-with-clump", Text(&["name", "density", "mass", "pebbles", "rotation"]), |place| {
+        place.scene();
+        clump_samples(place)
+    }, |bytes, place| with(place, "rod.clump.toml", bytes))
+        .bound(16 * MB, 2000, "the tree of the clump file, pebbles, and what looks for overlaps of them"),
+];
+
+fn files_in(folder: &str, is_wanted: impl Fn(&str) -> bool) -> Vec<Vec<u8>> {
+    let entries = std::fs::read_dir(repository().join(folder)).expect("the folder is there");
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .filter(|name| is_wanted(name))
+        .collect();
+    names.sort();
+    names
+        .iter()
+        .map(|name| file(&format!("{folder}/{name}")))
+        .collect()
+}
+
+fn is_scene(name: &str) -> bool {
+    name.ends_with(".toml") && !name.ends_with(".clump.toml")
+}
+
+/// Every scene that is meant to be read, and the table of all keys.
+fn scene_samples(_: &Place) -> Vec<Vec<u8>> {
+    let mut samples = files_in("scenes", is_scene);
+    samples.extend(files_in("tests/scenes/good", is_scene));
+    samples
+}
+
+/// Most sites of lattices, and cells of insertions by place, that a test plans: what a scene asks for is not bounded by its length.
+const MOST_SITES: f64 = 2000.0;
+
+fn is_small(scene: &Scene) -> bool {
+    let sites = |source: &ParticleSource| match source {
+        ParticleSource::Lattice { lattice, .. }
+        | ParticleSource::Clump {
+            at: ClumpPlace::Lattice(lattice),
+            ..
+        } => lattice.sites().iter().product(),
+        _ => 1.0,
+    };
+    let all: f64 = scene
+        .particles
+        .iter()
+        .map(|entry| sites(&entry.source))
+        .sum();
+    !(MOST_SITES..4e9).contains(&all)
+}
+
+/// As `mercury-solve --check` does.
+fn checked(scene: Result<Scene, SceneErrors>) {
+    let scene = match scene {
+        Ok(scene) => scene,
+        Err(errors) => return refused(&errors),
+    };
+    if !is_small(&scene) {
+        return;
+    }
+    match plan(&scene) {
+        Err(errors) => refused(&errors),
+        Ok(plan) => {
+            let memory = memory(&plan);
+            let _ = report(&plan, &memory);
+            let document = document(&plan, &memory).expect("a plan can be written");
+            document.parse::<toml::Table>().expect("a plan is TOML");
+        }
+    }
+}
+
+fn refused(errors: &SceneErrors) {
+    assert!(!errors.0.is_empty(), "refused without a word");
+    say(&refusal(errors));
+}
+
+fn scene(bytes: &[u8], place: &Place) {
+    // Beside the example scenes are the files that they name; bytes that are no text have to be in a file.
+    match std::str::from_utf8(bytes) {
+        Ok(text) => {
+            let good = repository().join("tests/scenes/good/mutant.toml");
+            let shown = repository().join("scenes/mutant.toml");
+            let path = if text.contains("grain.psd.csv") || text.contains("plate.stl") {
+                shown
+            } else {
+                good
+            };
+            checked(parse_scene(&path, text, &[], Files::MustExist));
+        }
+        Err(_) => {
+            let path = place.write("mutant.toml", bytes);
+            checked(mercury_solver::plan::read_scene(&path, &[]));
+        }
+    }
+}
+
+fn override_samples(place: &Place) -> Vec<Vec<u8>> {
+    place.scene();
+    [
+        "time.end=0.1",
+        "materials.glass.friction=0.3",
+        "particles.1.radius=0.4",
+        "walls.lid.motion=[]",
+        "domain.periodic=[\"x\", \"y\"]",
+        "walls.box.material=\"glass\"",
+        "clumps.rod.file=\"no\"",
+        "insertions.rain.rate={ number = 10 }",
+        "a.\"b c\".d={e=1}",
+    ]
+    .map(|text| text.as_bytes().to_vec())
+    .to_vec()
+}
+
+fn overridden(bytes: &[u8], place: &Place) {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    checked(mercury_solver::plan::read_scene(
+        &place.path("scene.toml"),
+        &[text],
+    ));
+}
+
+fn clump_samples(_: &Place) -> Vec<Vec<u8>> {
+    let mut samples = files_in("scenes/clumps", |name| name.ends_with(".clump.toml"));
+    // Some have hundreds of pebbles.
+    samples.retain(|sample| sample.len() < 20_000);
+    samples.push(file("tests/scenes/good/rod.clump.toml"));
+    samples
+}
+
+fn clump(bytes: &[u8], place: &Place) {
+    let result = match std::str::from_utf8(bytes) {
+        Ok(text) => parse_clump(Path::new("a.clump.toml"), text),
+        Err(_) => read_clump(place.write("a.clump.toml", bytes)),
+    };
+    if let Err(errors) = result {
+        refused(&errors);
+    }
+}
+
+fn law_samples(_: &Place) -> Vec<Vec<u8>> {
+    [
+        "kind = \"monodisperse\"\ndiameter = 0.006\n",
+        "kind = \"uniform\"\nmin_diameter = 3.8e-3\nmax_diameter = 4.2e-3\nweighting = \"number\"\n",
+        "kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"volume\"\n",
+        "kind = \"rosin-rammler\"\ndiameter = 1e-3\nexponent = 3.0\nweighting = \"volume\"\n",
+        "kind = \"classes\"\nedges = [1e-3, 2e-3, 3e-3]\nshares = [0.5, 0.5]\nweighting = \"number\"\n",
+    ]
+    .map(|text| text.as_bytes().to_vec())
+    .to_vec()
+}
+
+fn law(bytes: &[u8], place: &Place) {
+    let path = place.write("law.toml", bytes);
+    match read_psd(&path) {
+        Err(errors) => refused(&errors),
+        Ok(law) => {
+            if let Some(sizes) =
+                crate::checks::said(mercury_common::sizes::SizeDistribution::from_scene(&law))
+            {
+                for u in [0.0, 0.3, 0.999] {
+                    let diameter = sizes.sample_diameter(u);
+                    assert!(
+                        diameter >= 0.0 && diameter.is_finite(),
+                        "drew the diameter {diameter}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The scene of the samples, of whose files one is this.
+fn with(place: &Place, name: &str, bytes: &[u8]) {
+    place.write(name, bytes);
+    checked(mercury_solver::plan::read_scene(
+        &place.path("scene.toml"),
+        &[],
+    ));
+}
