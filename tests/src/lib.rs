@@ -10,5 +10,6 @@ pub mod scene_checks;
 pub mod scenes;
 pub mod selftests;
 pub mod shapes;
+pub mod stress;
 pub mod twins;
 pub mod validation;

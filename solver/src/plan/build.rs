@@ -11,6 +11,7 @@ use super::checks;
 use super::earlier::{Earlier, Here, carried};
 use super::fluxes::fluxes;
 use super::insertions::{deletions, insertions};
+use super::magnitudes::magnitudes;
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
@@ -66,6 +67,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let pairs = plan_pairs(scene, &uses, &mut errors);
 
     let found = errors.len();
+    magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
     checks::inside_the_domain(scene, &start, &mut errors);
     checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {

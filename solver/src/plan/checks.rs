@@ -22,7 +22,7 @@ const COARSE: f64 = 1e-5;
 const COARSER_THAN_USUAL: f64 = 1e-8;
 
 /// What a particle or body is called in messages: its id, or its number among the bodies, and where it was typed.
-fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
+pub(super) fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
     let Typed { entry, line } = start.typed(grain);
     let key = scene.particles[entry].place.key();
     match (grain.checked_sub(start.particles.len()), line) {
@@ -32,7 +32,8 @@ fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
     }
 }
 
-fn place<'a>(scene: &'a Scene, start: &StartingParticles, grain: usize) -> &'a Place {
+/// Where a grain was typed.
+pub(super) fn place<'a>(scene: &'a Scene, start: &StartingParticles, grain: usize) -> &'a Place {
     &scene.particles[start.typed(grain).entry].place
 }
 

@@ -11,6 +11,7 @@ mod fluxes;
 mod guard;
 mod head;
 mod insertions;
+mod magnitudes;
 mod memory;
 mod meshes;
 mod notes;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Engine;
+use crate::contact::parameter::short;
 use crate::state::Particle;
 use crate::walls::WallError;
 
@@ -11,9 +12,10 @@ use crate::walls::WallError;
 pub enum RunError {
     /// A position or velocity is no longer a number.
     #[error(
-        "step {step} (t = {time} s): particle {id} has left the numbers (position {position}, velocity {velocity})\n\
+        "step {step} (t = {time} s): particle {id} has left the numbers (position {}, velocity {}, angular velocity {})\n\
          help: the time step is too large for the contacts that occur, or particles were placed deep inside one another; \
-         see the plan for the critical step"
+         see the plan for the critical step",
+        point(.position), point(.velocity), point(.angular_velocity)
     )]
     NotFinite {
         /// Step.
@@ -26,6 +28,8 @@ pub enum RunError {
         position: DVec3,
         /// Velocity, m/s.
         velocity: DVec3,
+        /// Angular velocity, rad/s.
+        angular_velocity: DVec3,
     },
     /// Something is beyond a limit of the guard.
     #[error(
@@ -64,13 +68,19 @@ pub enum RunError {
     Threads(String),
 }
 
+/// In a few digits: a number of the size of what is lost has hundreds.
+fn point(vector: &DVec3) -> String {
+    let [x, y, z] = vector.to_array().map(short);
+    format!("[{x}, {y}, {z}]")
+}
+
 impl Engine {
-    /// The first particle whose motion is not a number.
+    /// The first particle whose motion is not a number, or so large that its square is none.
     pub(super) fn not_finite(&self) -> RunError {
         let lost = |record: &Particle| {
-            !(record.position.is_finite()
-                && record.velocity.is_finite()
-                && record.angular_velocity.is_finite())
+            let squares =
+                record.velocity.length_squared() + record.angular_velocity.length_squared();
+            !(record.position.is_finite() && squares.is_finite())
         };
         let row = self.particles.records.iter().position(lost).unwrap_or(0);
         RunError::NotFinite {
@@ -79,6 +89,7 @@ impl Engine {
             id: self.particles.ids[row].number(),
             position: self.particles.records[row].position,
             velocity: self.particles.records[row].velocity,
+            angular_velocity: self.particles.records[row].angular_velocity,
         }
     }
 }

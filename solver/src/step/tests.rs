@@ -29,6 +29,29 @@ fn frictionless() -> AnyPairLaw {
     }
 }
 
+/// Who is named has left the numbers, and in a few digits: its speed is finite, but not the square of it.
+#[test]
+fn what_cannot_be_squared_is_named() {
+    let mut plan = Draft::new(
+        1e-6,
+        (DVec3::splat(-1.0), DVec3::splat(1.0)),
+        2000.0,
+        frictionless(),
+    );
+    plan.particles = vec![
+        NewParticle::at(DVec3::ZERO, 0.01, MaterialIndex::new(0)),
+        NewParticle {
+            velocity: dvec3(0.0, 1e200, 0.0),
+            ..NewParticle::at(dvec3(0.5, 0.0, 0.0), 0.01, MaterialIndex::new(0))
+        },
+    ];
+    let mut engine = Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
+    let error = engine.step(None).unwrap_err().to_string();
+    for part in ["particle 1 ", "velocity [0, 1e200, 0]", "help: "] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+}
+
 /// A moving wall, insertion, deletion, a prescribed particle that is deleted in the end, orientations, the energy budget.
 fn busy() -> Arc<Plan> {
     let text = r#"
