@@ -3,10 +3,12 @@
 //!
 //! Pure functions of numbers in SI units; outside the stated domain they return NaN.
 
+mod bouncing;
 mod collisions;
 mod parameters;
 mod sphere_on_plane;
 
+pub use bouncing::*;
 pub use collisions::*;
 pub use parameters::*;
 pub use sphere_on_plane::*;

@@ -1,68 +1,134 @@
-//! Scenes that run for minutes: what other programs say of them, and what our solver gives.
+//! Scenes that run for minutes: what theory or other programs say of them, and what our solver gives.
 //!
-//! They are the drum and the penetration of the open-source benchmark (Dosta et al. 2024, Comput. Phys. Commun. 296, 109066), whose
-//! scenes and particles are not part of the project. The page is `docs/validation-long.md`; a check on the frozen list that
-//! no longer runs is an error, as in [`crate::validation`].
+//! Each subject is run by itself. The page is `docs/validation-long.md` with a table of all checks beside it; the sections of subjects
+//! that are not run stay as they are. A check on the frozen list that no longer runs is an error, as in [`crate::validation`].
 
+mod chute;
 mod drum;
+mod fits;
+mod haff;
+mod hopper;
+mod janssen;
 mod page;
 mod penetration;
+mod repose;
 mod runs;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow, ensure};
+use mercury_pictures::charts::ChartPage;
+use mercury_solver::plan::{Plan, plan, read_scene};
 
 use crate::cases::Outcome;
 use crate::validation::compare_names;
+pub use page::Page;
 
-/// Names of all checks, one in each line.
+/// Names of all checks, one in each line; each begins with the key of its subject.
 const FROZEN: &str = include_str!("long/checks.txt");
 
-/// What the long scenes gave.
+/// What a subject gave.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Results {
-    penetration: penetration::Found,
-    drum: drum::Found,
+pub struct Told {
+    checks: Vec<Outcome>,
+    /// Below the table of its checks.
+    text: String,
+    /// Names of the files, and the pictures.
+    pictures: Vec<(&'static str, ChartPage)>,
 }
 
-/// Runs the scenes into folders below `runs`, or takes the finished runs that are there, and evaluates them.
+/// A subject of the page.
+pub struct Subject {
+    /// What it is called by, and what the names of its checks begin with.
+    pub key: &'static str,
+    /// Its heading.
+    pub title: &'static str,
+    tell: fn(&Path) -> Result<Told>,
+}
+
+/// All subjects, in the order of the page.
+pub const SUBJECTS: [Subject; 7] = [
+    Subject {
+        key: "haff",
+        title: "Gases that cool",
+        tell: haff::tell,
+    },
+    Subject {
+        key: "janssen",
+        title: "A silo with friction at its walls",
+        tell: janssen::tell,
+    },
+    Subject {
+        key: "repose",
+        title: "Angle of repose",
+        tell: repose::tell,
+    },
+    Subject {
+        key: "hopper-psd",
+        title: "A hopper discharges",
+        tell: hopper::tell,
+    },
+    Subject {
+        key: "chute",
+        title: "Profiles of a chute",
+        tell: chute::tell,
+    },
+    Subject {
+        key: "penetration-25k",
+        title: "A sphere is shot into a bed",
+        tell: penetration::tell,
+    },
+    Subject {
+        key: "drum-soft",
+        title: "Two sizes in a drum",
+        tell: drum::tell,
+    },
+];
+
+/// The subjects with these keys; all if there are no keys, no subject for `none`: the page is then only written anew.
+///
+/// # Errors
+/// If there is no such subject.
+pub fn chosen(keys: &[String]) -> Result<Vec<&'static Subject>> {
+    for key in keys {
+        ensure!(
+            key == "none" || SUBJECTS.iter().any(|subject| subject.key == key),
+            "there is no subject {key}\nhelp: one of {}",
+            SUBJECTS.map(|subject| subject.key).join(", ")
+        );
+    }
+    let all = SUBJECTS.iter();
+    Ok(all
+        .filter(|subject| keys.is_empty() || keys.iter().any(|key| key == subject.key))
+        .collect())
+}
+
+/// Runs a subject in folders below `runs`, or takes the finished runs that are there, and draws its pictures into `pictures`.
 ///
 /// # Errors
 /// If a scene is missing or fails, its files cannot be read, or a check has vanished or is not on the frozen list.
-pub fn run(runs: &Path) -> Result<Results> {
-    // Later the intruder only flies.
-    let end = [format!("time.end={}", penetration::END)];
-    let results = Results {
-        drum: drum::evaluate(&runs::finished("drum-soft", "drum-soft", &[], runs)?)?,
-        penetration: penetration::evaluate(
-            &runs::finished("penetration-25k", "penetration-25k", &end, runs)?,
-            &penetration::SHIFTS
-                .iter()
-                .enumerate()
-                .map(|(k, &shift)| {
-                    let name = format!("penetration-shot-{k}");
-                    runs::finished("penetration-25k", &name, &penetration::shot(shift), runs)
-                })
-                .collect::<Result<Vec<_>>>()?,
-        )?,
-    };
-    let names: Vec<&str> = results.outcomes().map(|row| row.name.as_str()).collect();
-    compare_names(&names, FROZEN)?;
-    Ok(results)
+pub fn run(subject: &Subject, runs: &Path, pictures: &Path) -> Result<Told> {
+    let told = (subject.tell)(runs)?;
+    let names: Vec<&str> = told.checks.iter().map(|row| row.name.as_str()).collect();
+    let prefix = format!("{}: ", subject.key);
+    let frozen: BTreeSet<&str> = FROZEN.lines().filter(|n| n.starts_with(&prefix)).collect();
+    let frozen: Vec<&str> = frozen.into_iter().collect();
+    compare_names(&names, &frozen.join("\n"))?;
+    std::fs::create_dir_all(pictures)?;
+    for (name, picture) in &told.pictures {
+        picture.write_svg(&pictures.join(name))?;
+    }
+    Ok(told)
 }
 
-impl Results {
-    fn outcomes(&self) -> impl Iterator<Item = &Outcome> {
-        self.penetration.checks.iter().chain(&self.drum.checks)
-    }
-
-    /// Names of the checks that fail.
-    #[must_use]
-    pub fn failed(&self) -> Vec<&str> {
-        let rows = self.outcomes().filter(|row| !row.holds());
-        rows.map(|row| row.name.as_str()).collect()
-    }
+/// The plan of a scene below `tests/scenes/long`, with `KEY=VALUE` put on top.
+fn small_scene(name: &str, overrides: &[String]) -> Result<Plan> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes/long")
+        .join(format!("{name}.toml"));
+    let scene = read_scene(&path, overrides).map_err(|e| anyhow!("{e}"))?;
+    plan(&scene).map_err(|e| anyhow!("{e}"))
 }
 
 /// A measured value beside the expected one.
@@ -79,5 +145,31 @@ fn outcome(
         measured,
         allowed,
         source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_frozen_check_belongs_to_a_subject_and_every_small_scene_is_right() {
+        for name in FROZEN.lines() {
+            let belongs = |s: &Subject| name.starts_with(&format!("{}: ", s.key));
+            assert!(SUBJECTS.iter().any(belongs), "{name}");
+        }
+        for name in ["haff", "janssen", "repose"] {
+            small_scene(name, &[]).unwrap();
+        }
+        let message = |keys: &[&str]| {
+            let keys: Vec<String> = keys.iter().map(|k| (*k).to_owned()).collect();
+            chosen(&keys)
+                .map(|found| found.len())
+                .map_err(|e| e.to_string())
+        };
+        assert_eq!(message(&[]), Ok(SUBJECTS.len()));
+        assert_eq!(message(&["haff"]), Ok(1));
+        assert_eq!(message(&["none"]), Ok(0));
+        assert!(message(&["half"]).unwrap_err().contains("haff, janssen"));
     }
 }

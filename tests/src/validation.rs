@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result, ensure};
 
 use crate::cases::{self, Outcome};
+use crate::published::Published;
 use crate::scene_checks;
 use crate::selftests::{self, Comparison, Data};
 use crate::shapes::{self, Shapes};
@@ -31,6 +32,8 @@ pub struct Results {
     pub scenes: Vec<Outcome>,
     /// Bodies from reference shapes.
     pub shapes: Vec<Outcome>,
+    /// Published cases of the field.
+    pub published: Vec<Outcome>,
     /// Self tests of MercuryDPM and the packing that other programs run too.
     pub comparisons: Vec<Comparison>,
 }
@@ -46,7 +49,8 @@ impl Results {
 
     /// All checks of one number.
     pub(crate) fn outcomes(&self) -> impl Iterator<Item = &Outcome> {
-        self.cases.iter().chain(&self.scenes).chain(&self.shapes)
+        let outcomes = self.cases.iter().chain(&self.scenes);
+        outcomes.chain(&self.shapes).chain(&self.published)
     }
 }
 
@@ -57,6 +61,7 @@ impl Results {
 pub fn run() -> Result<Results> {
     let data = Data::find().context("the reference data of the self tests are not installed")?;
     let shapes = Shapes::find().context("the reference shapes are not installed")?;
+    let published = Published::find().context("the published curves are not installed")?;
     let outcomes = |cases: Vec<cases::Case>| cases.iter().map(cases::Case::run).collect();
     let mut comparisons = vec![selftests::energy_of_a_packing()?];
     for set_up in selftests::ALL {
@@ -66,9 +71,11 @@ pub fn run() -> Result<Results> {
         cases: outcomes(cases::all()),
         scenes: outcomes(scene_checks::all()),
         shapes: outcomes(shapes::all(&shapes)),
+        published: outcomes(published.all()?),
         comparisons,
     };
     let outcomes = results.scenes.iter().chain(&results.shapes);
+    let outcomes = outcomes.chain(&results.published);
     let mut names: Vec<&str> = outcomes.map(|row| row.name.as_str()).collect();
     names.extend(results.comparisons.iter().map(|comparison| comparison.name));
     compare_names(&names, FROZEN)?;

@@ -134,6 +134,6 @@ impl HeadOn {
 /// if the mass were off by γ dt/2; and the contact ends up to half a step too early or late, while it still pulls with γ v.
 /// Each makes γ dt/(2m*) = ζ π/steps at most. To this comes the error of the integrator without damping, below
 /// (π/steps)²/2 for the linear law and 10 times that for Hertz' law, whose contact begins with a kink of the stiffness.
-pub(super) fn lag(damping_ratio: f64, steps: f64) -> f64 {
+pub(crate) fn lag(damping_ratio: f64, steps: f64) -> f64 {
     2.0 * damping_ratio * PI / steps + 5.0 * (PI / steps).powi(2)
 }

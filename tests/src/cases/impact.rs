@@ -7,13 +7,13 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
 };
 use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::{Particle, volume};
+use mercury_solver::state::{MaterialIndex, Particle, volume};
 
 use crate::closed_forms::{
     clamped_restitution, damping_ratio, effective_modulus, effective_shear_modulus,
     hertz_contact_time,
 };
-use crate::scenes::{advance, held, particle, plan, plane, sphere, start};
+use crate::scenes::{add_material, advance, held, particle, plan, plane, sphere, start};
 
 /// Young's modulus (Pa) and Poisson's ratio of what nothing deforms.
 pub(crate) const RIGID: (f64, f64) = (f64::INFINITY, 0.0);
@@ -93,6 +93,23 @@ impl Impact {
         let plan = plan(self.time_step(), self.density, self.law());
         let anvil = held(self.large_sphere());
         self.after(plan.with_particles(vec![self.sphere(), anvil]))
+    }
+
+    /// The same on a free sphere of five times the radius and the density given (kg/m³).
+    pub(crate) fn on_heavy_sphere(&self, density: f64) -> Particle {
+        let mut plan = plan(self.time_step(), self.density, self.law());
+        let mut heavy = self.large_sphere();
+        heavy.material = MaterialIndex::new(add_material(&mut plan, density));
+        self.after(plan.with_particles(vec![self.sphere(), heavy]))
+    }
+
+    /// The same on an equal sphere that comes from the other side with the opposite velocity.
+    pub(crate) fn on_opposite(&self) -> Particle {
+        let plan = plan(self.time_step(), self.density, self.law());
+        let mut other = self.sphere();
+        other.position = -other.position;
+        other.velocity = -other.velocity;
+        self.after(plan.with_particles(vec![self.sphere(), other]))
     }
 
     fn large_sphere(&self) -> NewParticle {

@@ -1,10 +1,11 @@
 //! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
 //!
-//! A row names its case (T1 to T21, by the physics it tests), what is measured, the expected value, how near the solver must
+//! A row names its case (T1 to T22, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
 
 mod collision;
+mod decay;
 mod first_impacts;
 mod friction;
 mod golden;
@@ -18,6 +19,8 @@ mod normal;
 pub(crate) mod oblique;
 mod slope;
 mod squeezed;
+
+pub(crate) use collision::lag;
 
 /// How near a measured value must come to the expected one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,5 +135,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(mesh::cases());
     cases.extend(oblique::cases());
     cases.extend(first_impacts::cases());
+    cases.extend(decay::cases());
     cases
 }

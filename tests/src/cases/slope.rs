@@ -11,15 +11,17 @@ use mercury_solver::step::Engine;
 
 use super::Case;
 use super::Tolerance::{Absolute, Relative};
-use crate::closed_forms::{acceleration_with_rolling_resistance, slipping_angle};
+use crate::closed_forms::{
+    acceleration_with_rolling_resistance, rolling_begins_after, slipping_angle,
+};
 use crate::scenes::{advance, particle, plan, plane, sphere, start};
 
 const RADIUS: f64 = 0.005;
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 const FRICTION: f64 = 0.3;
 /// Stiff enough for δ/R = 2.6e-6, which is how far the lever R − δ/2 is off.
 const STIFFNESS: f64 = 1e6;
-const NEAR: f64 = 1e-5;
+pub(super) const NEAR: f64 = 1e-5;
 const STEP: f64 = 1e-6;
 
 /// Rows of T14 and T15.
@@ -33,23 +35,26 @@ pub(super) fn cases() -> Vec<Case> {
 
 /// What a sphere on a plane is told.
 #[derive(Clone, Copy)]
-struct OnPlane {
+pub(super) struct OnPlane {
+    /// Of sliding.
+    pub(super) friction: f64,
     /// Slope, degrees.
-    angle: f64,
-    rolling: f64,
-    torsion: f64,
+    pub(super) angle: f64,
+    pub(super) rolling: f64,
+    pub(super) torsion: f64,
     /// Of rolling and torsion, over R*.
-    lever: f64,
+    pub(super) lever: f64,
     /// Damping of the sliding and rolling springs, relative to critical damping. The more of it, the sooner they settle; the
     /// less, the more sharply sliding ends: a sliding spring begins to hold when k u < γ |du/dt|.
-    damping: f64,
+    pub(super) damping: f64,
     /// Velocity along the plane, m/s.
-    speed: f64,
+    pub(super) speed: f64,
     /// Spin about its normal, rad/s.
-    spin: f64,
+    pub(super) spin: f64,
 }
 
-const LEVEL: OnPlane = OnPlane {
+pub(super) const LEVEL: OnPlane = OnPlane {
+    friction: FRICTION,
     angle: 0.0,
     rolling: 0.0,
     torsion: 0.0,
@@ -62,6 +67,15 @@ const LEVEL: OnPlane = OnPlane {
 impl OnPlane {
     /// Sunk in to its equilibrium, with springs still relaxed.
     fn start(self) -> Engine {
+        self.start_with(self.spin * DVec3::Z)
+    }
+
+    /// The same, rolling.
+    pub(super) fn start_rolling(self) -> Engine {
+        self.start_with(self.speed / RADIUS * DVec3::Y)
+    }
+
+    fn start_with(self, angular_velocity: DVec3) -> Engine {
         let mass = 2500.0 * volume(RADIUS, 3);
         let tangential = 2.0 / 7.0 * STIFFNESS;
         let spring = |friction| FrictionSpring {
@@ -75,8 +89,8 @@ impl OnPlane {
             tangential: AnyTangential::Linear(LinearFriction {
                 stiffness: tangential,
                 dissipation: 2.0 * self.damping * (2.0 / 7.0 * mass * tangential).sqrt(),
-                friction: FRICTION,
-                static_friction: FRICTION,
+                friction: self.friction,
+                static_friction: self.friction,
                 rotation: SpringRotation::Project,
                 limits: CoulombLimits::Bounded,
             }),
@@ -98,7 +112,7 @@ impl OnPlane {
             position,
             RADIUS,
             self.speed * DVec3::X,
-            self.spin * DVec3::Z,
+            angular_velocity,
         )]))
     }
 
@@ -117,34 +131,30 @@ impl OnPlane {
             (late.angular_velocity.y - early.angular_velocity.y) / time,
         )
     }
-}
 
-/// When (s) and where (m) sliding at 1 m/s turns into rolling, and the speed (m/s) then.
-fn rolling_begins() -> [f64; 3] {
-    let mut engine = OnPlane {
-        damping: 0.002,
-        speed: 1.0,
-        ..LEVEL
+    /// When (s) and where (m) sliding turns into rolling, and the speed (m/s) then.
+    pub(super) fn rolling_begins(self) -> [f64; 3] {
+        let mut engine = self.start();
+        let slip = |engine: &Engine| {
+            let ball = particle(engine, 0);
+            ball.velocity.x - ball.angular_velocity.y * RADIUS
+        };
+        let soon = 0.9 * rolling_begins_after(self.speed, self.friction, GRAVITY);
+        advance(&mut engine, (soon / STEP) as u64);
+        let (mut before, mut position) = (slip(&engine), 0.0);
+        while slip(&engine) > 0.0 && engine.time() < 2.0 * soon {
+            (before, position) = (slip(&engine), particle(&engine, 0).position.x);
+            advance(&mut engine, 1);
+        }
+        // The slip falls linearly; where it vanished lies within the last step.
+        let share = before / (before - slip(&engine));
+        let ball = particle(&engine, 0);
+        [
+            engine.time() - (1.0 - share) * STEP,
+            position + share * (ball.position.x - position),
+            ball.velocity.x,
+        ]
     }
-    .start();
-    let slip = |engine: &Engine| {
-        let ball = particle(engine, 0);
-        ball.velocity.x - ball.angular_velocity.y * RADIUS
-    };
-    advance(&mut engine, 90_000);
-    let (mut before, mut position) = (slip(&engine), 0.0);
-    while slip(&engine) > 0.0 && engine.time() < 0.1 {
-        (before, position) = (slip(&engine), particle(&engine, 0).position.x);
-        advance(&mut engine, 1);
-    }
-    // The slip falls linearly; where it vanished lies within the last step.
-    let share = before / (before - slip(&engine));
-    let ball = particle(&engine, 0);
-    [
-        engine.time() - (1.0 - share) * STEP,
-        position + share * (ball.position.x - position),
-        ball.velocity.x,
-    ]
 }
 
 fn sliding_to_rolling() -> Vec<Case> {
@@ -155,7 +165,14 @@ fn sliding_to_rolling() -> Vec<Case> {
             expected,
             Relative(NEAR),
             SOURCE,
-            move || rolling_begins()[index],
+            move || {
+                let sliding = OnPlane {
+                    damping: 0.002,
+                    speed: 1.0,
+                    ..LEVEL
+                };
+                sliding.rolling_begins()[index]
+            },
         )
     };
     vec![

@@ -1,12 +1,16 @@
 //! Two sizes of spheres in a turning drum: how many of each are in each quarter.
 
+use std::fmt::Write;
+use std::path::Path;
+
 use anyhow::{Result, ensure};
 use glam::DVec3;
 use mercury_common::formats::ene::EnergyReader;
 use mercury_common::frames::ParticleReader;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 
-use super::outcome;
-use super::runs::Run;
+use super::runs::{Run, finished};
+use super::{Told, outcome};
 use crate::cases::Outcome;
 
 /// Particles of each material in the scene.
@@ -135,6 +139,75 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
         count += 1;
     }
     sum / f64::from(count)
+}
+
+impl Found {
+    fn text(&self) -> String {
+        let mut page = String::new();
+        let found = self;
+        let (particles, steps) = found.size;
+        let _ = write!(
+            page,
+            "\n`drum-soft`: {particles} particles, {steps} steps. 30,000 small (1 mm, m1) and 8,000 large spheres (2 mm, m2) in a drum of 0.1 m radius that turns at 2 rad/s about y, \
+             its +x side upwards: 1.6 turns. The soft variant of the benchmark. Numbers of small + large spheres in each quarter, by the signs of x and z; the benchmark asks for two opposite ones, \
+             here +x +z (where the content is carried up) and -x -z (where it comes down):\n\n| t (s) |"
+        );
+        for name in QUARTERS {
+            let _ = write!(page, " {name} |");
+        }
+        page.push_str("\n|---|---|---|---|---|\n");
+        for row in found.counts.iter().step_by(5) {
+            let _ = write!(page, "| {:.1} |", row.time);
+            for [small, large] in row.number {
+                let _ = write!(page, " {small} + {large} |");
+            }
+            page.push('\n');
+        }
+        page.push_str("\n![Share of large spheres in the number of each quarter over time](pictures/drum-quarters.svg)\n");
+        if let (Some(first), Some(last)) = (found.counts.first(), found.counts.last()) {
+            let share = |share: Option<f64>| share.map_or("none".to_owned(), |s| format!("{s:.3}"));
+            page.push_str(
+                "\nShare of large spheres, at the start and at the end (8/38 = 0.211 in all):",
+            );
+            for (k, name) in QUARTERS.iter().enumerate() {
+                let _ = write!(
+                    page,
+                    "{} {name}: {}, {}",
+                    if k == 0 { "" } else { ";" },
+                    share(first.share(k)),
+                    share(last.share(k))
+                );
+            }
+            page.push_str(".\n");
+        }
+        page
+    }
+
+    fn chart(&self) -> ChartPage {
+        let mut drum = Chart::new(
+            "Large spheres over all spheres of a quarter (from 200 spheres on)",
+            Axis::linear("time", "s"),
+            Axis::linear("share", ""),
+        );
+        for (k, name) in QUARTERS.iter().enumerate() {
+            let shares = (self.counts.iter())
+                // A few spheres that fly through make no share.
+                .filter(|row| row.number[k][0] + row.number[k][1] >= 200)
+                .filter_map(|row| Some((row.time, row.share(k)?)));
+            drum = drum.with(Series::line(name, shares.collect()));
+        }
+        ChartPage::of(drum)
+    }
+}
+
+/// Runs the scene.
+pub(super) fn tell(runs: &Path) -> Result<Told> {
+    let found = evaluate(&finished("drum-soft", "drum-soft", &[], runs)?)?;
+    Ok(Told {
+        text: found.text(),
+        pictures: vec![("drum-quarters.svg", found.chart())],
+        checks: found.checks,
+    })
 }
 
 #[cfg(test)]

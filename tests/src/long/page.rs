@@ -1,36 +1,120 @@
-//! The page as Markdown, and its charts.
+//! The page of the long scenes: an overview of all subjects, and their sections, of which those that are not run stay as they are.
 
 use std::fmt::Write;
-use std::path::Path;
 
-use anyhow::Result;
-use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
-
-use super::Results;
-use super::drum::QUARTERS;
-use super::penetration::{END, Flight, SHIFTS, SHOT, at, spread};
-use crate::validation::page::outcomes;
+use super::{FROZEN, SUBJECTS, Subject, Told};
+use crate::validation::compare_names;
+use crate::validation::page::{anchor, outcomes, quoted, share};
 
 const HEAD: &str = "# Validation: long scenes
 
-This page is written from runs of the open-source DEM benchmark (Dosta et al. 2024, *Comput. Phys. Commun.* 296, 109066); do not edit it. Scenes and particles are not part of the
-project, so the command needs the reference data beside it:
+Scenes of minutes, written by a program from real runs; do not edit this page. The other checks: [validation](validation.md).
 
 ```sh
-cargo run --release -p mercury-tests --bin validation-long -- /tmp/long
+cargo run --release -p mercury-tests --bin validation-long -- /tmp/long                # all of them
+cargo run --release -p mercury-tests --bin validation-long -- /tmp/long haff janssen   # some: the sections of the others stay as they are
 ```
 
-It runs each scene as it stands (the penetration to 0.045 s only, and nine times more from just above the bed) into folders below the one named, which takes half an hour in all; a finished run of the same plan that is there already is taken as it is.
-A check that is on the frozen list and no longer runs makes the command fail. Run times: [performance](performance.md#long-scenes). The other checks: [validation](validation.md).
+The folder gets the runs of the larger scenes; a finished run of the same plan that is there already is taken as it is. `penetration-25k` and `drum-soft` are scenes of the open-source DEM benchmark (Dosta et al. 2024, *Comput. Phys. Commun.* 296, 109066), which are not part of the \\
+project: they need the reference data beside it. A check that is on the frozen list and no longer runs makes the command fail. Run times of the two: [performance](performance.md#long-scenes).
+
+[validation-long.csv](validation-long.csv) has every check in a row of its own. *Worst* is the difference between measured and expected value over the largest difference allowed.
 ";
 
-impl Results {
+/// First line of the table of all checks.
+const COLUMNS: &str = "check,expected,measured,allowed,worst,status,source";
+
+/// What the page says, subject by subject.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Page {
+    /// Key, rows of the table, section below the heading.
+    parts: Vec<(&'static str, Vec<String>, String)>,
+}
+
+impl Page {
+    /// What the page and the table beside it say as they are; a subject that is missing in either is not on it.
+    #[must_use]
+    pub fn read(page: &str, table: &str) -> Self {
+        let mut parts = Vec::new();
+        for subject in &SUBJECTS {
+            let heading = format!("\n## {}\n", subject.title);
+            let Some((_, rest)) = page.split_once(&heading) else {
+                continue;
+            };
+            let section = rest.split("\n## ").next().unwrap_or_default();
+            let rows: Vec<String> = table
+                .lines()
+                .filter(|line| key_of(line) == Some(subject.key))
+                .map(str::to_owned)
+                .collect();
+            if !rows.is_empty() {
+                parts.push((subject.key, rows, format!("{}\n", section.trim_end())));
+            }
+        }
+        Self { parts }
+    }
+
+    /// Replaces a subject.
+    pub fn put(&mut self, subject: &Subject, told: &Told) {
+        let rows = told.checks.iter().map(|row| {
+            format!(
+                "{},{},{},{:e},{},{},{}",
+                quoted(&row.name),
+                row.expected,
+                row.measured,
+                row.allowed,
+                share(row.share()),
+                if row.holds() { "pass" } else { "FAIL" },
+                quoted(row.source)
+            )
+        });
+        let prefix = format!("{}: ", subject.key);
+        let short = |name: &'_ str| name.strip_prefix(&prefix).map_or(0, |_| prefix.len());
+        let mut section = String::new();
+        outcomes(
+            &mut section,
+            told.checks
+                .iter()
+                .map(|row| (row.name.split_at(short(&row.name)).1, row)),
+        );
+        section.push_str(&told.text);
+        let part = (subject.key, rows.collect(), section);
+        match self.parts.iter_mut().find(|part| part.0 == subject.key) {
+            Some(old) => *old = part,
+            None => self.parts.push(part),
+        }
+    }
+
+    fn rows(&self) -> impl Iterator<Item = Vec<String>> {
+        self.parts
+            .iter()
+            .flat_map(|part| &part.1)
+            .map(|row| fields(row))
+    }
+
+    /// Names of the checks that fail.
+    #[must_use]
+    pub fn failed(&self) -> Vec<String> {
+        let failed = self.rows().filter(|row| field(row, 5) != "pass");
+        failed.map(|row| field(&row, 0).to_owned()).collect()
+    }
+
+    /// Whether every check of the frozen list is on the page.
+    ///
+    /// # Errors
+    /// If one has vanished.
+    pub fn complete(&self) -> anyhow::Result<()> {
+        let rows: Vec<Vec<String>> = self.rows().collect();
+        let names: Vec<&str> = rows.iter().map(|row| field(row, 0)).collect();
+        compare_names(&names, FROZEN)
+    }
+
     /// The whole page.
     #[must_use]
-    pub fn page(&self) -> String {
+    pub fn text(&self) -> String {
         let mut page = String::from(HEAD);
         let failed = self.failed();
-        let count = self.outcomes().count();
+        let count = self.rows().count();
         let _ = writeln!(
             page,
             "\n**{} of {count} checks pass.**",
@@ -39,174 +123,149 @@ impl Results {
         for name in failed {
             let _ = writeln!(page, "\nFailed: {name}");
         }
-        outcomes(
-            &mut page,
-            self.outcomes().map(|row| (row.name.as_str(), row)),
+        page.push_str(
+            "\n| subject | checks | passed | its worst case | worst |\n|---|---|---|---|---|\n",
         );
-        self.penetration_section(&mut page);
-        self.drum_section(&mut page);
+        for subject in &SUBJECTS {
+            let Some((key, rows, _)) = self.parts.iter().find(|part| part.0 == subject.key) else {
+                continue;
+            };
+            let rows: Vec<Vec<String>> = rows.iter().map(|row| fields(row)).collect();
+            let passed = rows.iter().filter(|row| field(row, 5) == "pass").count();
+            let worst = |row: &&Vec<String>| field(row, 4).parse().unwrap_or(f64::INFINITY);
+            let Some(worst) = rows.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) else {
+                continue;
+            };
+            let bold = if passed < rows.len() { "**" } else { "" };
+            let name = field(worst, 0);
+            let _ = writeln!(
+                page,
+                "| [{}](#{}) | {} | {bold}{passed}{bold} | {} | {} |",
+                subject.title,
+                anchor(subject.title),
+                rows.len(),
+                name.strip_prefix(&format!("{key}: ")).unwrap_or(name),
+                field(worst, 4)
+            );
+        }
+        let missing = SUBJECTS
+            .iter()
+            .filter(|s| self.parts.iter().all(|part| part.0 != s.key));
+        let missing: Vec<String> = missing
+            .map(|s| format!("`{}` ({})", s.key, s.title))
+            .collect();
+        if !missing.is_empty() {
+            let _ = writeln!(
+                page,
+                "\n**Not run yet**: {}. The command for all of them fails until they are.",
+                missing.join(", ")
+            );
+        }
+        for subject in &SUBJECTS {
+            if let Some((_, _, section)) = self.parts.iter().find(|part| part.0 == subject.key) {
+                let _ = write!(page, "\n## {}\n{section}", subject.title);
+            }
+        }
         page
     }
 
-    fn penetration_section(&self, page: &mut String) {
-        let found = &self.penetration;
-        let (particles, steps) = found.size;
-        let [low_time, low] = found.lowest();
-        let [end, last] = found.last();
-        let _ = write!(
-            page,
-            "\n## A sphere is shot into a bed\n\n`penetration-25k` to 0.045 s of its 0.1 s (then the intruder flies): {particles} particles, {steps} steps. A steel sphere of 10 mm radius hits a bed \
-             of 25,000 spheres of 1 mm radius at 5.2 m/s, goes through it to the floor and is thrown back. Gravity 9.81 m/s², stiffness factor 2/3, damping √(2/3) β_n while sticking.\n\n\
-             Height of its centre by both codes:\n\n| t (ms) | Mercury (mm) | LIGGGHTS (mm) | difference (mm) |\n|---|---|---|---|\n"
-        );
-        for &[time, theirs] in &found.theirs {
-            let ms = (time * 1e3).round();
-            let shown = ms >= 18.0 && (ms as u64).is_multiple_of(3);
-            if let (true, Some(ours)) = (shown, at(&found.ours, time)) {
-                let _ = writeln!(
-                    page,
-                    "| {ms} | {:.3} | {:.3} | {:+.3} |",
-                    1e3 * ours,
-                    1e3 * theirs,
-                    1e3 * (ours - theirs)
-                );
+    /// Every check in a row of its own, as comma-separated values.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text = format!("{COLUMNS}\n");
+        for subject in &SUBJECTS {
+            let part = self.parts.iter().find(|part| part.0 == subject.key);
+            for row in part.into_iter().flat_map(|part| &part.1) {
+                text.push_str(row);
+                text.push('\n');
             }
         }
-        let _ = writeln!(
-            page,
-            "\nLowest height written: {:.2} mm at {:.0} ms (at -80.24 mm it would touch the floor). At the end, {:.0} ms: {:.2} mm.\n\n\
-             The dive is the same to a quarter of a millimetre. What throws the intruder back are the few beads that it crushes against the floor, and how they lie decides the speed of the rebound: no code can \
-             repeat that of another one (shots below that differ by a thousandth of a bead's radius scatter by more). So a single path says nothing from the floor on.\n\n\
-             ![Height of the intruder over time by both codes](pictures/penetration.svg)",
-            1e3 * low,
-            1e3 * low_time,
-            1e3 * end,
-            1e3 * last
-        );
-        self.shots_section(page);
+        text
     }
+}
 
-    /// What the scatter leaves to compare: means.
-    fn shots_section(&self, page: &mut String) {
-        let shots = &self.penetration.shots;
-        let [begin, lasts] = SHOT;
-        let rest = END - begin - lasts;
-        let _ = write!(
-            page,
-            "\n### Nine shots by both codes\n\nThe same from just above the bed ({:.1} ms, -43.0015 mm, -5.198162 m/s), shifted sideways by up to 1e-5 m (a hundredth of a bead's radius), with the Mindlin factor 1 in Mercury too, so that \
-             the laws are the same. Height and speed {:.1} ms after the start of the scene, when the intruder flies:\n\n\
-             | shift in x, y (m) | Mercury (mm) | (m/s) | LIGGGHTS (mm) | (m/s) |\n|---|---|---|---|---|\n",
-            1e3 * begin,
-            1e3 * (begin + lasts)
-        );
-        for ([x, y], [ours, theirs]) in SHIFTS.iter().zip(shots) {
-            let _ = writeln!(
-                page,
-                "| {x:e}, {y:e} | {:.3} | {:.3} | {:.3} | {:.3} |",
-                1e3 * ours.height,
-                ours.speed,
-                1e3 * theirs.height,
-                theirs.speed
-            );
+fn field(row: &[String], k: usize) -> &str {
+    row.get(k).map_or("", String::as_str)
+}
+
+/// The key of the subject that a row of the table belongs to.
+fn key_of(row: &str) -> Option<&'static str> {
+    let fields = fields(row);
+    let name = fields.first()?;
+    let subject = SUBJECTS
+        .iter()
+        .find(|subject| name.starts_with(&format!("{}: ", subject.key)));
+    Some(subject?.key)
+}
+
+/// The fields of a row of comma-separated values, of which some are quoted.
+fn fields(row: &str) -> Vec<String> {
+    let (mut fields, mut inside) = (vec![String::new()], false);
+    let mut rest = row.chars().peekable();
+    while let Some(c) = rest.next() {
+        match c {
+            '"' if inside && rest.peek() == Some(&'"') => {
+                rest.next();
+                fields.last_mut().into_iter().for_each(|f| f.push('"'));
+            }
+            '"' => inside = !inside,
+            ',' if !inside => fields.push(String::new()),
+            c => fields.last_mut().into_iter().for_each(|f| f.push(c)),
         }
-        let all = |code: usize, value: fn(Flight, f64) -> f64| {
-            spread(shots.iter().map(move |shot| value(shot[code], rest)))
-        };
-        let difference = |value: fn(Flight, f64) -> f64| {
-            let [[ours, s], [theirs, t]] = [all(0, value), all(1, value)];
-            [ours - theirs, ((s * s + t * t) / shots.len() as f64).sqrt()]
-        };
-        let heights = |code| all(code, |flight, _| 1e3 * flight.height);
-        let speeds = |code| all(code, |flight, _| flight.speed);
-        let row = |name: &str, k: usize| {
-            format!(
-                "| {name} | {:.3} | {:.3} | {:.3} | {:.3} |\n",
-                heights(0)[k],
-                speeds(0)[k],
-                heights(1)[k],
-                speeds(1)[k]
-            )
-        };
-        page.push_str(&row("mean", 0));
-        page.push_str(&row("standard deviation", 1));
-        let [now, error] = difference(|flight, _| 1e3 * flight.height);
-        let [later, later_error] = difference(|flight, rest| 1e3 * flight.after(rest));
-        let _ = writeln!(
-            page,
-            "\nThe mean heights differ by {now:+.2} mm, with a standard error of {error:.2} mm; flown on freely to {:.0} ms, by {later:+.2} mm with one of {later_error:.2} mm.",
-            1e3 * END
-        );
     }
+    fields
+}
 
-    fn drum_section(&self, page: &mut String) {
-        let found = &self.drum;
-        let (particles, steps) = found.size;
-        let _ = write!(
-            page,
-            "\n## Two sizes in a drum\n\n`drum-soft`: {particles} particles, {steps} steps. 30,000 small (1 mm, m1) and 8,000 large spheres (2 mm, m2) in a drum of 0.1 m radius that turns at 2 rad/s about y, \
-             its +x side upwards: 1.6 turns. The soft variant of the benchmark. Numbers of small + large spheres in each quarter, by the signs of x and z; the benchmark asks for two opposite ones, \
-             here +x +z (where the content is carried up) and -x -z (where it comes down):\n\n| t (s) |"
-        );
-        for name in QUARTERS {
-            let _ = write!(page, " {name} |");
-        }
-        page.push_str("\n|---|---|---|---|---|\n");
-        for row in found.counts.iter().step_by(5) {
-            let _ = write!(page, "| {:.1} |", row.time);
-            for [small, large] in row.number {
-                let _ = write!(page, " {small} + {large} |");
-            }
-            page.push('\n');
-        }
-        page.push_str("\n![Share of large spheres in the number of each quarter over time](pictures/drum-quarters.svg)\n");
-        if let (Some(first), Some(last)) = (found.counts.first(), found.counts.last()) {
-            let share = |share: Option<f64>| share.map_or("none".to_owned(), |s| format!("{s:.3}"));
-            page.push_str(
-                "\nShare of large spheres, at the start and at the end (8/38 = 0.211 in all):",
-            );
-            for (k, name) in QUARTERS.iter().enumerate() {
-                let _ = write!(
-                    page,
-                    "{} {name}: {}, {}",
-                    if k == 0 { "" } else { ";" },
-                    share(first.share(k)),
-                    share(last.share(k))
-                );
-            }
-            page.push_str(".\n");
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::long::outcome;
+
+    fn told(measured: f64, text: &str) -> Told {
+        Told {
+            checks: vec![
+                outcome(
+                    "haff: a line, \"straight\"",
+                    1.0,
+                    measured,
+                    0.1,
+                    "theory, 1983",
+                ),
+                outcome("haff: b", 0.0, 0.0, 0.0, "theory"),
+            ],
+            text: text.to_owned(),
+            pictures: Vec::new(),
         }
     }
 
-    /// Draws the charts into a folder.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder)?;
-        let heights = |rows: &[[f64; 2]]| rows.iter().map(|row| (row[0], row[1])).collect();
-        let penetration = Chart::new(
-            "Height of the centre of the intruder",
-            Axis::linear("time", "s"),
-            Axis::linear("height", "m"),
-        )
-        .with(Series::line("Mercury", heights(&self.penetration.ours)))
-        .with(Series::points(
-            "LIGGGHTS",
-            heights(&self.penetration.theirs),
-        ));
-        ChartPage::of(penetration).write_svg(&folder.join("penetration.svg"))?;
-        let mut drum = Chart::new(
-            "Large spheres over all spheres of a quarter (from 200 spheres on)",
-            Axis::linear("time", "s"),
-            Axis::linear("share", ""),
+    /// What is written is read back, and a subject that is run again takes the place of the old one.
+    #[test]
+    fn sections_stay_until_they_are_run_again() {
+        let haff = &SUBJECTS[0];
+        let mut page = Page::default();
+        page.put(haff, &told(1.2, "\nold\n"));
+        let drum = &SUBJECTS[6];
+        let mut other = told(0.0, "\nof the drum\n\n### More\n\nmore\n");
+        other.checks = vec![outcome("drum-soft: c", 0.0, 0.5, 1.0, "theory")];
+        page.put(drum, &other);
+        let again = Page::read(&page.text(), &page.table());
+        assert_eq!(again, page);
+        assert_eq!(again.failed(), ["haff: a line, \"straight\""]);
+        let mut again = again;
+        again.put(haff, &told(1.05, "\nnew\n"));
+        assert!(again.failed().is_empty());
+        let text = again.text();
+        assert!(
+            text.contains("new") && !text.contains("old\n") && text.contains("### More\n\nmore")
         );
-        for (k, name) in QUARTERS.iter().enumerate() {
-            let shares = (self.drum.counts.iter())
-                // A few spheres that fly through make no share.
-                .filter(|row| row.number[k][0] + row.number[k][1] >= 200)
-                .filter_map(|row| Some((row.time, row.share(k)?)));
-            drum = drum.with(Series::line(name, shares.collect()));
-        }
-        Ok(ChartPage::of(drum).write_svg(&folder.join("drum-quarters.svg"))?)
+        assert!(
+            text.contains(
+                "| [Gases that cool](#gases-that-cool) | 2 | 2 | a line, \"straight\" | 0.50 |"
+            ),
+            "{text}"
+        );
+        assert!(text.contains("**3 of 3 checks pass.**"));
+        assert!(again.complete().is_err());
+        assert!(text.contains("**Not run yet**: `janssen` (A silo"));
     }
 }

@@ -20,6 +20,11 @@ pub(super) struct Run {
 }
 
 impl Run {
+    /// Its folder.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// The path of the file `<prefix>.<ending>`.
     pub(super) fn file(&self, ending: &str) -> PathBuf {
         self.folder.join(format!("{}.{ending}", self.prefix))
@@ -75,7 +80,17 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
         "{}: the scene of the benchmark is not installed",
         path.display()
     );
-    let plan = plan(&read_scene(&path, overrides).map_err(|e| anyhow!("{e}"))?)
+    finished_at(&path, name, overrides, runs)
+}
+
+/// The same of the scene in a file.
+pub(super) fn finished_at(
+    path: &Path,
+    name: &str,
+    overrides: &[String],
+    runs: &Path,
+) -> Result<Run> {
+    let plan = plan(&read_scene(path, overrides).map_err(|e| anyhow!("{e}"))?)
         .map_err(|e| anyhow!("{e}"))?;
     let (folder, prefix) = (runs.join(name), plan.outputs().prefix().to_owned());
     let document = document(&plan, &memory(&plan))?;
@@ -93,7 +108,7 @@ pub(super) fn finished(scene: &str, name: &str, overrides: &[String], runs: &Pat
                 &plan,
                 std::thread::available_parallelism().map_or(1, Into::into),
             ),
-            command_line: format!("validation-long, scene {scene}"),
+            command_line: format!("validation-long, scene {}", path.display()),
             plan_document: Some(document),
             ..RunOptions::default()
         };

@@ -12,6 +12,7 @@ use mercury_solver::contact::{
 use mercury_solver::state::volume;
 
 use super::Results;
+use crate::published::Published;
 use crate::scene_checks::{hertz_wall_rebound, two_spheres_collide};
 use crate::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
 
@@ -23,6 +24,9 @@ pub fn draw(results: &Results, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     hertz_phase(&folder.join("hertz-phase.svg"))?;
     convergence(&folder.join("convergence.svg"))?;
+    if let Some(published) = Published::find() {
+        published.draw(folder)?;
+    }
     oblique_impact(results, &folder.join("oblique-impact.svg"))
 }
 

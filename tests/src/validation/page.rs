@@ -35,7 +35,7 @@ fn mark(holds: bool) -> &'static str {
 }
 
 /// Difference over what is allowed, for a table.
-fn share(value: f64) -> String {
+pub(crate) fn share(value: f64) -> String {
     if value == 0.0 {
         "0".to_owned()
     } else if value >= 0.005 {
@@ -277,18 +277,20 @@ pub fn page(results: &Results) -> String {
     page
 }
 
+/// A field of comma-separated values.
+pub(crate) fn quoted(field: &str) -> String {
+    if field.contains([',', '"']) {
+        format!("\"{}\"", field.replace('"', "\"\""))
+    } else {
+        field.to_owned()
+    }
+}
+
 /// Every check in a row of its own, as comma-separated values.
 #[must_use]
 pub fn table(results: &Results) -> String {
     let mut text =
         String::from("subject,section,check,expected,measured,allowed,worst,status,source\n");
-    let quoted = |field: &str| {
-        if field.contains([',', '"']) {
-            format!("\"{}\"", field.replace('"', "\"\""))
-        } else {
-            field.to_owned()
-        }
-    };
     let status = |holds| if holds { "pass" } else { "FAIL" };
     for (subject, _, parts) in parts(results) {
         for part in parts {
@@ -344,6 +346,7 @@ mod tests {
             cases: vec![outcome("T1 law: a", 1.05), outcome("X law: b", f64::NAN)],
             scenes: vec![outcome("scene c", 2.0)],
             shapes: Vec::new(),
+            published: Vec::new(),
             comparisons: Vec::new(),
         };
         let page = page(&results);
@@ -370,6 +373,7 @@ mod tests {
             ],
             scenes: vec![outcome("of no subject", 1.0)],
             shapes: Vec::new(),
+            published: Vec::new(),
             comparisons: Vec::new(),
         };
         let table = table(&results);
