@@ -16,6 +16,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
+use super::saved::{SAVED_BYTES, put_slots};
 use super::{
     Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
     Needs, Observation, Partner, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext,
@@ -109,6 +110,54 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     pub fn range(&self) -> f64 {
         let ranges = self.laws.iter().map(|law| law.adhesion.range());
         ranges.fold(0.0, f64::max)
+    }
+
+    /// The numbers of a history that remembers nothing.
+    fn nothing() -> Vec<f64> {
+        let mut nothing = Vec::new();
+        <Histories<N, T, R, A>>::default().write(&mut nothing);
+        nothing
+    }
+
+    /// Every listed pair and its history, in order.
+    fn saved_pairs(
+        &self,
+    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> + Clone {
+        self.blocks.iter().flat_map(move |block| {
+            let first = block.rows.start;
+            block.slots.iter().map(move |slot| {
+                let saved = SavedSlot {
+                    row: (first + slot.owner()) as u32,
+                    partner: slot.partner,
+                    image: slot.state & IMAGE,
+                    state: SlotState::of(slot.state),
+                    feature: FREE,
+                    history: &[],
+                };
+                (saved, &slot.history)
+            })
+        })
+    }
+
+    /// Every slot at a wall and its history, in order.
+    fn saved_near_walls(
+        &self,
+    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> + Clone {
+        self.blocks.iter().flat_map(|block| {
+            let near = block.near_walls.iter();
+            let near = near.flat_map(|near| std::iter::repeat_n(near, near.features as usize));
+            near.zip(&block.wall_slots).map(|(near, slot)| {
+                let saved = SavedSlot {
+                    row: near.row,
+                    partner: u32::from(near.wall.number()),
+                    image: near.image,
+                    state: SlotState::of(slot.state),
+                    feature: slot.feature,
+                    history: &[],
+                };
+                (saved, &slot.history)
+            })
+        })
     }
 
     /// Cuts `rows` rows into empty blocks.
@@ -293,46 +342,51 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         self.blocks.iter().map(|block| block.slots.len()).sum()
     }
 
+    fn listed_at_walls(&self) -> usize {
+        self.blocks.iter().map(|block| block.wall_slots.len()).sum()
+    }
+
     fn touching(&self) -> usize {
         let slots = self.blocks.iter().flat_map(|block| &block.slots);
         slots.filter(|slot| slot.state & HELD != 0).count()
     }
 
     fn save(&self) -> (SavedSlots, SavedSlots) {
-        let mut nothing = Vec::new();
-        <Histories<N, T, R, A>>::default().write(&mut nothing);
+        let nothing = Self::nothing();
         let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
         pairs.reserve(self.listed());
-        for block in &self.blocks {
-            for slot in &block.slots {
-                let saved = SavedSlot {
-                    row: (block.rows.start + slot.owner()) as u32,
-                    partner: slot.partner,
-                    image: slot.state & IMAGE,
-                    state: SlotState::of(slot.state),
-                    feature: FREE,
-                    history: &[],
-                };
-                pairs.push(saved, |numbers| slot.history.write(numbers));
-            }
-            let mut first = 0;
-            for near in &block.near_walls {
-                let slots = &block.wall_slots[first..first + near.features as usize];
-                for slot in slots {
-                    let saved = SavedSlot {
-                        row: near.row,
-                        partner: u32::from(near.wall.number()),
-                        image: near.image,
-                        state: SlotState::of(slot.state),
-                        feature: slot.feature,
-                        history: &[],
-                    };
-                    walls.push(saved, |numbers| slot.history.write(numbers));
-                }
-                first += near.features as usize;
-            }
+        for (slot, history) in self.saved_pairs() {
+            pairs.push(slot, |numbers| history.write(numbers));
+        }
+        for (slot, history) in self.saved_near_walls() {
+            walls.push(slot, |numbers| history.write(numbers));
         }
         (pairs, walls)
+    }
+
+    fn put_pairs(&self, bytes: &mut Vec<u8>) {
+        let write =
+            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
+        let slots = self.saved_pairs();
+        put_slots(bytes, &Self::nothing(), self.listed(), slots, write);
+    }
+
+    fn put_near_walls(&self, bytes: &mut Vec<u8>) {
+        let write =
+            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
+        let slots = self.saved_near_walls();
+        put_slots(
+            bytes,
+            &Self::nothing(),
+            self.listed_at_walls(),
+            slots,
+            write,
+        );
+    }
+
+    fn saved_bytes(&self, slots: f64, remembering: f64) -> f64 {
+        let history = <Histories<N, T, R, A>>::LENGTH * size_of::<f64>();
+        slots * SAVED_BYTES as f64 + remembering * history as f64
     }
 
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {

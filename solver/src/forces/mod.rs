@@ -150,6 +150,18 @@ pub trait ContactForces: Send {
     /// Every slot in order, pairs first, then walls: the state that a restart needs.
     fn save(&self) -> (SavedSlots, SavedSlots);
 
+    /// Appends the bytes of the first of [`ContactForces::save`], without making it.
+    fn put_pairs(&self, bytes: &mut Vec<u8>);
+
+    /// Appends the bytes of the second.
+    fn put_near_walls(&self, bytes: &mut Vec<u8>);
+
+    /// About how many bytes both are, of so many slots of which so many remember something.
+    fn saved_bytes(&self, slots: f64, remembering: f64) -> f64;
+
+    /// Slots of particles near walls.
+    fn listed_at_walls(&self) -> usize;
+
     /// Takes back what [`ContactForces::save`] gave for `rows` particles.
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
 

@@ -41,6 +41,59 @@ struct Head {
     remembers: bool,
 }
 
+/// Bytes of a slot in a state, but for its history.
+pub(super) const SAVED_BYTES: usize = 4 * size_of::<u32>() + 2;
+
+impl Head {
+    fn of(slot: &SavedSlot<'_>, remembers: bool) -> Self {
+        Self {
+            row: slot.row,
+            partner: slot.partner,
+            feature: slot.feature,
+            image: slot.image,
+            state: slot.state,
+            remembers,
+        }
+    }
+}
+
+/// Whether a history is another one than that which remembers nothing. To the bit: a zero with a sign is something else.
+fn remembers(history: &[f64], nothing: &[f64]) -> bool {
+    let bits = |number: &f64| number.to_bits();
+    !history.iter().map(bits).eq(nothing.iter().map(bits))
+}
+
+/// Appends the bytes of the [`SavedSlots`] of these `count` slots, without making them: for a million particles they would take as long
+/// as all else. `write` appends the numbers of a history.
+pub(super) fn put_slots<H>(
+    bytes: &mut Vec<u8>,
+    nothing: &[f64],
+    count: usize,
+    slots: impl Iterator<Item = (SavedSlot<'static>, H)> + Clone,
+    write: impl Fn(H, &mut Vec<f64>),
+) {
+    nothing.to_vec().put(bytes);
+    count.put(bytes);
+    let (mut history, mut remembering) = (Vec::with_capacity(nothing.len()), 0);
+    for (slot, own) in slots.clone() {
+        history.clear();
+        write(own, &mut history);
+        let remembers = remembers(&history, nothing);
+        remembering += usize::from(remembers);
+        Head::of(&slot, remembers).put(bytes);
+    }
+    (remembering * nothing.len()).put(bytes);
+    for (_, own) in slots {
+        history.clear();
+        write(own, &mut history);
+        if remembers(&history, nothing) {
+            for number in &history {
+                number.put(bytes);
+            }
+        }
+    }
+}
+
 impl SavedSlots {
     /// No slots yet, for histories like this one, which remembers nothing.
     #[must_use]
@@ -67,22 +120,11 @@ impl SavedSlots {
     pub fn push(&mut self, slot: SavedSlot<'_>, write: impl FnOnce(&mut Vec<f64>)) {
         let begin = self.histories.len();
         write(&mut self.histories);
-        // To the bit: a zero with a sign is something else.
-        let written = self.histories[begin..]
-            .iter()
-            .map(|number| number.to_bits());
-        let remembers = !written.eq(self.nothing.iter().map(|number| number.to_bits()));
+        let remembers = remembers(&self.histories[begin..], &self.nothing);
         if !remembers {
             self.histories.truncate(begin);
         }
-        self.heads.push(Head {
-            row: slot.row,
-            partner: slot.partner,
-            feature: slot.feature,
-            image: slot.image,
-            state: slot.state,
-            remembers,
-        });
+        self.heads.push(Head::of(&slot, remembers));
     }
 
     /// How many there are.
@@ -95,12 +137,6 @@ impl SavedSlots {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.heads.is_empty()
-    }
-
-    /// About what they take as bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.heads.len() * size_of::<Head>() + self.histories.len() * size_of::<f64>()
     }
 
     /// How many numbers each history has.
@@ -137,14 +173,30 @@ impl SavedSlots {
     }
 }
 
-crate::state::plain!(Head {
-    row,
-    partner,
-    feature,
-    image,
-    state,
-    remembers
-});
+impl Plain for Head {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        // At once: there are several for each particle.
+        let mut raw = [0; SAVED_BYTES];
+        let numbers = [self.row, self.partner, self.feature, self.image];
+        for (raw, number) in raw.chunks_exact_mut(size_of::<u32>()).zip(numbers) {
+            raw.copy_from_slice(&number.to_le_bytes());
+        }
+        raw[SAVED_BYTES - 2] = self.state as u8;
+        raw[SAVED_BYTES - 1] = u8::from(self.remembers);
+        bytes.extend_from_slice(&raw);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok(Self {
+            row: Plain::take(bytes)?,
+            partner: Plain::take(bytes)?,
+            feature: Plain::take(bytes)?,
+            image: Plain::take(bytes)?,
+            state: Plain::take(bytes)?,
+            remembers: Plain::take(bytes)?,
+        })
+    }
+}
 
 impl Plain for SavedSlots {
     fn put(&self, bytes: &mut Vec<u8>) {

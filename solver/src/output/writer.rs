@@ -1,7 +1,7 @@
 //! The thread that formats and writes, so that stepping need not wait for it.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
@@ -35,6 +35,8 @@ const QUEUE: usize = 4;
 #[derive(Debug)]
 pub struct Writer {
     sender: SyncSender<Message>,
+    /// Of checkpoints that are written.
+    memory: Receiver<Vec<u8>>,
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
@@ -133,14 +135,23 @@ impl Writer {
         let images = plan.physics().images();
         let (gravity, dimensions) = (plan.physics().gravity(), plan.physics().dimensions());
         let (sender, receiver) = sync_channel(QUEUE);
+        let (spent, memory) = channel();
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
-            .spawn(move || write_all(receiver, streams, sums, &images, gravity, dimensions))
+            .spawn(move || {
+                write_all(
+                    receiver, streams, sums, &images, gravity, dimensions, &spent,
+                )
+            })
             .map_err(FileError::of(
                 folder,
                 "the thread that writes cannot be started",
             ))?;
-        Ok(Self { sender, thread })
+        Ok(Self {
+            sender,
+            memory,
+            thread,
+        })
     }
 
     /// Hands over a state; waits only while the queue is full. False if the writer has given up: [`Writer::finish`] says why.
@@ -156,6 +167,12 @@ impl Writer {
         let (answer, told) = sync_channel(1);
         self.sender.send(Message::Tell(answer)).ok()?;
         told.recv().ok()
+    }
+
+    /// The memory of a checkpoint that is written, for the next one; without any if there is none yet.
+    #[must_use]
+    pub fn spent_memory(&self) -> Vec<u8> {
+        self.memory.try_iter().last().unwrap_or_default()
     }
 
     /// Hands over a checkpoint, to be written once all that was handed over before is on the disk, with how far it came as its
@@ -252,6 +269,7 @@ fn write_all(
     images: &Images,
     gravity: DVec3,
     dimensions: u8,
+    spent: &Sender<Vec<u8>>,
 ) -> Result<Written, OutputError> {
     let mut last = None;
     for message in receiver {
@@ -278,7 +296,10 @@ fn write_all(
                     stream.sync()?;
                 }
                 state.section(POSITIONS, &positions(&streams, &sums));
-                write_whole(&path, &state.finish())?;
+                let bytes = state.finish();
+                write_whole(&path, &bytes)?;
+                // Nobody may want it any more.
+                let _ = spent.send(bytes);
             }
         }
     }

@@ -20,13 +20,15 @@ pub struct Memory {
     pub kept_free: f64,
     /// At most: while a candidate list is built, or a frame is written.
     pub most: f64,
+    /// Besides, from the first checkpoint on: its bytes, whose memory is kept for the next one.
+    pub checkpoint: f64,
 }
 
 impl Memory {
     /// The most that is needed at any time, bytes.
     #[must_use]
     pub fn peak(&self) -> f64 {
-        self.most.max(self.start)
+        (self.most + self.checkpoint).max(self.start)
     }
 }
 

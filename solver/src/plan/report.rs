@@ -118,6 +118,11 @@ fn write_memory(text: &mut String, memory: &Memory) -> std::fmt::Result {
         bytes(memory.most)
     );
     line(text, "at most", &most)?;
+    let checkpoint = format!(
+        "{} besides, from the first one on",
+        bytes(memory.checkpoint)
+    );
+    line(text, "checkpoints", &checkpoint)?;
     let start = format!(
         "{}, while tables are read and overlaps looked for; given back before the first step",
         bytes(memory.start)

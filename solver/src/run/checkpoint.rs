@@ -107,7 +107,7 @@ pub(super) fn encode(run: &Run, scene: &BTreeMap<String, String>) -> Encoder {
         rest: run.rest.clone(),
         at_start: run.at_start,
     };
-    let mut encoder = Encoder::new();
+    let mut encoder = Encoder::reusing(run.writer.spent_memory());
     encoder.section("head", &head);
     encoder.section("run", &known);
     run.engine.add_state_to(&mut encoder);

@@ -207,7 +207,12 @@ impl<A: Plain, B: Plain> Plain for (A, B) {
 
 impl Plain for DVec3 {
     fn put(&self, bytes: &mut Vec<u8>) {
-        self.to_array().put(bytes);
+        // At once: most of a state is vectors.
+        let mut raw = [0; 3 * size_of::<f64>()];
+        for (raw, number) in raw.chunks_exact_mut(8).zip(self.to_array()) {
+            raw.copy_from_slice(&number.to_le_bytes());
+        }
+        bytes.extend_from_slice(&raw);
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
@@ -259,7 +264,15 @@ impl Encoder {
     /// A head and no section yet.
     #[must_use]
     pub fn new() -> Self {
-        let mut bytes = MAGIC.to_vec();
+        Self::reusing(Vec::new())
+    }
+
+    /// The same in the memory of what an earlier one gave: the system takes longer to hand out new memory for a million particles
+    /// than it takes to fill it.
+    #[must_use]
+    pub fn reusing(mut bytes: Vec<u8>) -> Self {
+        bytes.clear();
+        bytes.extend_from_slice(MAGIC);
         VERSION.put(&mut bytes);
         Self {
             bytes,
@@ -274,11 +287,16 @@ impl Encoder {
 
     /// Appends a section.
     pub fn section(&mut self, name: &str, value: &impl Plain) {
+        self.section_by(name, |bytes| value.put(bytes));
+    }
+
+    /// Appends a section whose content `put` appends to the bytes.
+    pub fn section_by(&mut self, name: &str, put: impl FnOnce(&mut Vec<u8>)) {
         name.to_owned().put(&mut self.bytes);
         let length_at = self.bytes.len();
         self.bytes.extend_from_slice(&[0; 12]);
         let begin = self.bytes.len();
-        value.put(&mut self.bytes);
+        put(&mut self.bytes);
         let length = (self.bytes.len() - begin) as u64;
         self.bytes[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
         self.checksums.push((length_at + 8, self.bytes.len()));

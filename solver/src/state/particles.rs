@@ -69,6 +69,16 @@ impl Particles {
             + orientation
     }
 
+    /// Bytes of all columns and bodies.
+    #[must_use]
+    pub fn bytes(&self) -> f64 {
+        let rows = self.len() as f64;
+        let bodies = self.bodies.as_ref().map_or(0.0, |bodies| {
+            Bodies::bytes(bodies.all.len() as f64, bodies.pebbles.len() as f64, rows)
+        });
+        rows * Self::bytes_per_row(self.orientations.is_some()) as f64 + bodies
+    }
+
     /// Number of particles.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -42,8 +42,8 @@ pub struct Snapshot {
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
 
-/// About what a particle takes in the state, with an orientation and its place in the lists.
-const BYTES_PER_PARTICLE: usize = 300;
+/// Room for what does not grow with the particles, bytes.
+const EVERYTHING_ELSE: usize = 1 << 16;
 
 impl Snapshot {
     /// As bytes, with a version and checksums.
@@ -55,10 +55,11 @@ impl Snapshot {
     }
 
     fn add_to(&self, encoder: &mut Encoder) {
-        let forces = (&self.pairs, &self.near_walls, &self.other_forces);
         encoder.section("clock", &(self.step, self.kick_due));
         encoder.section("particles", &self.particles);
-        add_forces(encoder, forces);
+        encoder.section("pairs", &self.pairs);
+        encoder.section("near walls", &self.near_walls);
+        encoder.section("other forces", &self.other_forces);
         encoder.section("lists", &self.lists);
         encoder.section("walls", &self.walls);
         encoder.section("boundaries", &self.boundaries);
@@ -130,24 +131,21 @@ impl Snapshot {
     }
 }
 
-type SavedForces<'a> = (&'a SavedSlots, &'a SavedSlots, &'a Vec<(String, Vec<u8>)>);
-
-fn add_forces(encoder: &mut Encoder, (pairs, near_walls, others): SavedForces<'_>) {
-    encoder.section("pairs", pairs);
-    encoder.section("near walls", near_walls);
-    encoder.section("other forces", others);
-}
-
 impl Engine {
     /// Appends the sections of [`Engine::snapshot`] without making one: the particles are as large as all the rest.
     pub fn add_state_to(&self, encoder: &mut Encoder) {
-        let (pairs, near_walls) = self.forces.contacts.save();
+        let contacts = &self.forces.contacts;
         // Growing in steps would copy it over and over.
-        let slots = pairs.bytes() + near_walls.bytes();
-        encoder.reserve(slots + self.particles.len() * BYTES_PER_PARTICLE);
+        let slots = (contacts.listed() + contacts.listed_at_walls()) as f64;
+        // A sphere at a wall has a history there, too.
+        let remembering = (contacts.touching() + contacts.listed_at_walls()) as f64;
+        let expected = self.particles.bytes() + contacts.saved_bytes(slots, remembering);
+        encoder.reserve(expected as usize + EVERYTHING_ELSE);
         encoder.section("clock", &(self.step, self.kick_due));
         encoder.section("particles", &self.particles);
-        add_forces(encoder, (&pairs, &near_walls, &self.saved_others()));
+        encoder.section_by("pairs", |bytes| contacts.put_pairs(bytes));
+        encoder.section_by("near walls", |bytes| contacts.put_near_walls(bytes));
+        encoder.section("other forces", &self.saved_others());
         encoder.section("lists", &self.lists);
         encoder.section("walls", &self.saved_walls());
         encoder.section("boundaries", &self.boundaries.state());
