@@ -67,15 +67,21 @@ def main():
         plan = json.loads(subprocess.check_output([*solve, "--check", "--json"], cwd=folder))
         check = subprocess.Popen([*solve, "--check"], cwd=folder, stdout=subprocess.DEVNULL)
         start = max(most for _, _, most in sizes(check))
-        run = subprocess.Popen(solve, cwd=folder)
+        run = subprocess.Popen([*solve, "--checkpoint-every", "never"], cwd=folder)
         found = sizes(run)
         print((folder / "large" / "run.log").read_text())
+        interval = f"output.restart_interval={arguments.end / 2.5}"
+        again = subprocess.Popen([*solve, "--force", "--set", interval], cwd=folder)
+        with_checkpoints = max(most for _, _, most in sizes(again))
     # The second half of the run lies in the time loop, but for its end.
     half = [size for when, size, _ in found if 0.5 < when / found[-1][0] < 0.9]
     measured = {"at_start": start, "time_loop": statistics.median(half), "at_most": max(most for _, _, most in found)}
+    measured["with_checkpoints"] = with_checkpoints
+    memory = plan["memory"]
+    memory["with_checkpoints"] = memory["at_most"] + memory["checkpoint"]
     for name, size in measured.items():
-        said = plan["memory"][name]
-        print(f"{name:10} plan {said / 1e6:8.0f} MB, resident {size / 1e6:8.0f} MB, ratio {said / size:.3f}")
+        said = memory[name]
+        print(f"{name:16} plan {said / 1e6:8.0f} MB, resident {size / 1e6:8.0f} MB, ratio {said / size:.3f}")
 
 
 if __name__ == "__main__":

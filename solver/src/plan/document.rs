@@ -45,6 +45,7 @@ struct MemoryBytes {
     time_loop: f64,
     at_most: f64,
     at_start: f64,
+    checkpoint: f64,
 }
 
 #[derive(Serialize)]
@@ -211,6 +212,7 @@ impl<'a> Document<'a> {
                 time_loop: memory.steps.round(),
                 at_most: memory.most.round(),
                 at_start: memory.start.round(),
+                checkpoint: memory.checkpoint.round(),
             },
             domain: Domain {
                 min: plan.physics().domain_min().to_array(),
