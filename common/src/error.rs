@@ -8,6 +8,9 @@ use crate::readable::shortened;
 /// Characters of each part of a message that are printed: they quote the file, which may hold anything.
 const LONGEST: usize = 1000;
 
+/// Characters of a path that are printed, as many as any system takes.
+const LONGEST_PATH: usize = 4096;
+
 /// What is wrong with an input file, in words a user can act on.
 ///
 /// Printed as `path:line:column: found ..., expected ...`, the form that editors make clickable.
@@ -78,7 +81,8 @@ impl FormatError {
 
 impl fmt::Display for FormatError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.path.display())?;
+        let path = self.path.display().to_string();
+        write!(f, "{}", shortened(&path, LONGEST_PATH))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {

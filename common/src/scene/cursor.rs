@@ -81,6 +81,17 @@ pub(super) struct Fields<'a> {
     table: &'a Table,
     place: Place,
     asked: RefCell<Vec<&'static str>>,
+    /// What [`finish`](Self::finish) says better: keys that are missing where a misspelt one stands. Who reads on only if they are
+    /// there never gets to finish.
+    left_to_finish: RefCell<Vec<SceneError>>,
+}
+
+impl Drop for Fields<'_> {
+    fn drop(&mut self) {
+        for error in self.left_to_finish.take() {
+            self.context.report(error);
+        }
+    }
 }
 
 impl<'a> Fields<'a> {
@@ -90,6 +101,7 @@ impl<'a> Fields<'a> {
             table,
             place,
             asked: RefCell::new(Vec::new()),
+            left_to_finish: RefCell::new(Vec::new()),
         }
     }
 
@@ -124,16 +136,20 @@ impl<'a> Fields<'a> {
         let item = self.get(key);
         if item.is_none() {
             // A misspelt key is reported once, as unknown, with the right spelling.
-            let misspelt = self.table.entries.iter().any(|entry| {
+            let misspelt = self.table.entries.iter().find(|entry| {
                 !self.asked.borrow().contains(&entry.key.as_str())
                     && nearest(&entry.key, [key]).is_some()
             });
-            if !misspelt {
-                let error = self.absent(key).error("is missing");
-                self.context.report(SceneError {
+            let error = self.absent(key).error("is missing");
+            match misspelt {
+                Some(entry) => {
+                    let error = error.with_help(format!("is it meant by `{}`?", entry.key));
+                    self.left_to_finish.borrow_mut().push(error);
+                }
+                None => self.context.report(SceneError {
                     help: help.map(str::to_owned),
                     ..error
-                });
+                }),
             }
         }
         item
@@ -200,10 +216,12 @@ impl<'a> Fields<'a> {
                         !self.asked.borrow().contains(&entry.key.as_str())
                             && nearest(&entry.key, keys.iter().copied()).is_some()
                     });
-                    if !misspelt {
-                        let keys: Vec<String> = keys.iter().map(|k| format!("`{k}`")).collect();
-                        self.context
-                            .report(self.place.error(format!("needs {}", keys.join(" or "))));
+                    let keys: Vec<String> = keys.iter().map(|k| format!("`{k}`")).collect();
+                    let error = self.place.error(format!("needs {}", keys.join(" or ")));
+                    if misspelt {
+                        self.left_to_finish.borrow_mut().push(error);
+                    } else {
+                        self.context.report(error);
                     }
                 }
                 false
@@ -218,6 +236,7 @@ impl<'a> Fields<'a> {
 
     /// Reports every key that nobody asked for.
     pub(super) fn finish(&self) {
+        self.left_to_finish.take();
         let asked = self.asked.borrow();
         for entry in &self.table.entries {
             if asked.contains(&entry.key.as_str()) {

@@ -57,6 +57,9 @@ impl Images {
         }
     }
 
+    /// Codes below this are those of the domain and its 26 neighbours.
+    pub const NEIGHBOURS: u32 = 27;
+
     /// Periods along each axis up to which images have codes.
     pub const MOST_PERIODS: i32 = 511;
 

@@ -62,6 +62,12 @@ impl Skin {
             .clamp(self.least, self.largest);
     }
 
+    /// Whether the thickness lies between the limits, as that of every run does.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        self.thickness >= 0.0 && self.least <= self.largest && self.thickness.is_finite()
+    }
+
     /// Keeps the skin below the room that a periodic domain leaves (m).
     fn limit(&mut self, largest: f64) {
         self.largest = self.largest.min(largest);

@@ -1,5 +1,7 @@
 //! Whether the scene makes sense as a whole: places, overlaps, periodic axes, two dimensions.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError, Shape};
 
@@ -273,6 +275,19 @@ pub(super) fn overlaps(
         (*scene.contact.overlap_error, *scene.contact.overlap_warning);
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
     let spheres: Vec<StartingSphere> = start.spheres(clumps).collect();
+    if let Some((a, b)) = crowded(&spheres, error_limit) {
+        let message = format!(
+            "{} and {} lie so close to each other, and to others, that the pairs that overlap are not counted; the limit is contact.overlap_error = {error_limit}",
+            name(scene, start, a),
+            name(scene, start, b)
+        );
+        errors.push(
+            place(scene, start, b)
+                .error(message)
+                .with_help("move them apart; does a table hold the same particles more than once?"),
+        );
+        return [0, 0];
+    }
     let mut touching = 0;
     let listed = for_each_touching_pair(scene, &spheres, radii, |a, b, overlap| {
         let smaller = spheres[a].radius.min(spheres[b].radius);
@@ -389,6 +404,35 @@ pub(super) fn overlaps(
         ));
     }
     [touching, listed]
+}
+
+/// Spheres in a cube any two of which overlap by more than the limit; so many make a list of all pairs long.
+const CROWD: u32 = 16;
+
+/// Two grains of a crowd, if there is one: spheres that are no pebbles of one body nor both fixed, each two of which overlap by more than
+/// `limit` of the smaller radius. Asked before all pairs are listed, as those of a thousand spheres at one point are a million.
+fn crowded(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
+    if limit >= 2.0 {
+        return None;
+    }
+    let mut crowds: HashMap<(i32, [u64; 3]), (u32, usize)> = HashMap::new();
+    for sphere in spheres.iter().filter(|sphere| !sphere.fixed) {
+        // Radii of a class differ by less than a factor of two: centres nearer than (2 - limit) of the least overlap by more than the limit.
+        let class = libm::ilogb(sphere.radius);
+        let edge = (2.0 - limit) * libm::scalbn(1.0, class) / 3.0_f64.sqrt();
+        // Cells by the bits of their coordinates, which may be beyond all whole numbers.
+        let cell = (sphere.centre / edge).floor() + DVec3::ZERO;
+        let key = (class, cell.to_array().map(f64::to_bits));
+        let (count, first) = crowds.entry(key).or_insert((0, sphere.grain));
+        if *first == sphere.grain {
+            continue;
+        }
+        *count += 1;
+        if *count >= CROWD {
+            return Some((*first, sphere.grain));
+        }
+    }
+    None
 }
 
 /// Calls `found` with the places (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of

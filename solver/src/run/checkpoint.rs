@@ -133,6 +133,12 @@ pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
             size: bytes.len(),
         };
         decoder.finish()?;
+        if checkpoint.head.step != checkpoint.snapshot.step {
+            return Err(DecodeError::Wrong {
+                section: "clock".to_owned(),
+                reason: "another number of steps than in the head".to_owned(),
+            });
+        }
         Ok(checkpoint)
     };
     decode().map_err(|error| CheckpointError::Bytes {

@@ -13,6 +13,12 @@ pub struct LoadSeries {
 }
 
 impl LoadSeries {
+    /// The largest of its counts.
+    pub(super) fn most_evaluations(&self) -> u64 {
+        let series = self.frames.evaluations.max(self.vtk.evaluations);
+        series.max(self.pending)
+    }
+
     /// A force evaluation was made.
     pub(super) fn note_evaluation(&mut self) {
         self.pending += 1;

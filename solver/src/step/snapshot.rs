@@ -6,6 +6,7 @@ use super::guard::Guard;
 use super::{Audit, Engine, Lists, LoadSeries, RunError, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
+use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
@@ -44,6 +45,9 @@ pub struct Snapshot {
 
 /// Room for what does not grow with the particles, bytes.
 const EVERYTHING_ELSE: usize = 1 << 16;
+
+/// More steps have no time of their own: above it not every whole number is an `f64`.
+const MOST_STEPS: u64 = 1 << 53;
 
 impl Snapshot {
     /// As bytes, with a version and checksums.
@@ -123,6 +127,22 @@ impl Snapshot {
         }
         if !self.near_walls.iter().all(|slot| is_row(slot.row)) {
             return Err(wrong("near walls", "a wall is near no particle"));
+        }
+        let image = |slot: SavedSlot<'_>| slot.image < Images::NEIGHBOURS;
+        if !self.pairs.iter().all(image) {
+            return Err(wrong("pairs", "a listed pair is of an image that is not"));
+        }
+        if !self.lists.skin.is_possible() {
+            return Err(wrong("lists", "a skin that cannot be"));
+        }
+        let counts = [
+            ("clock", self.step),
+            ("lists", self.lists.rebuilds),
+            ("lists", self.lists.validity.steps),
+            ("feature loads", self.feature_loads.1.most_evaluations()),
+        ];
+        if let Some((section, _)) = counts.iter().find(|(_, count)| *count > MOST_STEPS) {
+            return Err(wrong(section, "more steps than a run can make"));
         }
         if ![0, rows].contains(&self.lists.extra_skin.len()) {
             return Err(wrong("lists", "not one extra skin for each particle"));

@@ -6,6 +6,7 @@ use std::fmt;
 use glam::{DMat3, DVec3};
 
 use super::{ClumpFile, Remark};
+use crate::readable::significant;
 
 /// Mass and density times volume may differ by this fraction: enough for rounded numbers, too little for a wrong unit.
 const MASS_TOLERANCE: f64 = 1e-3;
@@ -101,7 +102,7 @@ impl Found {
         if !value.is_finite() {
             self.add(key, format!("must be finite, got {value}"));
         } else if value <= 0.0 {
-            self.add(key, format!("must be > 0, got {value}"));
+            self.add(key, format!("must be > 0, got {}", significant(value, 9)));
         }
     }
 
@@ -120,7 +121,10 @@ fn moments(found: &mut Found, moments: DVec3) {
     } else if moments.min_element() <= 0.0 {
         found.add(
             key,
-            format!("must all be > 0, got {}", moments.min_element()),
+            format!(
+                "must all be > 0, got {}",
+                significant(moments.min_element(), 9)
+            ),
         );
     } else if a > b || b > c {
         found.add(key, "must be ascending");

@@ -39,6 +39,34 @@ fn errors_of(part: &str) -> String {
     }
 }
 
+/// What is read no further without the key must not vanish in silence.
+#[test]
+fn a_misspelt_key_on_which_the_rest_hangs_is_named() {
+    let wall = "[[walls]]\nname = \"a\"\nshape = \"plane\"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = \"glass\"\n";
+    for (part, misspelt) in [
+        (
+            format!("{wall}motion = [{{ knd = \"rotation\" }}]\n"),
+            "knd",
+        ),
+        (
+            "[[regions]]\nname = \"r\"\nregion = { shpe = \"box\" }\n".to_owned(),
+            "shpe",
+        ),
+        (
+            "[materials.glass]\ndensity = 1.0\nnormal = { lw = \"linear\", stiffness = 1.0 }\n"
+                .to_owned(),
+            "lw",
+        ),
+    ] {
+        let errors = errors_of(&part);
+        let help = format!("help: is it meant by `{misspelt}`?");
+        assert!(
+            errors.contains("is missing") && errors.contains(&help),
+            "{errors}"
+        );
+    }
+}
+
 #[test]
 fn every_mistake_is_named() {
     let cases: Vec<&str> = include_str!("bad_scenes.txt")

@@ -80,7 +80,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 site.b
                     .map_or(DVec3::ZERO, |b| normal * (b.radius - 0.5 * contact.overlap)),
             ],
-            point: a.position + self.context.images.shift(image) + arm,
+            point: a.position + self.context.images.any_shift(image) + arm,
             force: action.force.into(),
             lossy: normal * lossy,
             tangential: action.tangential.into(),

@@ -177,7 +177,7 @@ fn pack(random: &mut Random, plain: Vec<u8>) -> Vec<u8> {
     let plain = if random.one_in(30) {
         let byte = *random.pick(b" 0\n#\0");
         let mut bomb = plain;
-        bomb.resize(bomb.len() + (1 << 20 << random.below(7)), byte);
+        bomb.resize(bomb.len() + (1 << 20 << random.below(6)), byte);
         bomb
     } else {
         plain

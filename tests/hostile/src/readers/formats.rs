@@ -52,8 +52,8 @@ pub(super) const READERS: &[Reader] = &[
     )
     .bound(
         64 * KB,
-        56,
-        "the text; cells of 24 bytes from 2, three times while the list grows; or a pebble of 32 bytes from 8",
+        80,
+        "the text; cells of 24 bytes from 1 (`,`), three times while the list grows; or a pebble of 32 bytes from 8",
     ),
     Reader::new("stl", Binary, stl_binary_samples, |bytes, place| {
         mesh(bytes, place, "mesh.stl");
