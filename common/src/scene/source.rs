@@ -8,7 +8,7 @@ use super::error::SceneError;
 use crate::readable::shortened;
 
 /// Characters of a line of the source that a message shows.
-const WIDTH: usize = 200;
+const WIDTH: usize = 400;
 
 /// A text that values come from: a scene file, or one `--set KEY=VALUE` of the command line.
 #[derive(Debug)]
