@@ -311,6 +311,15 @@ fn what_cannot_go_on_is_refused_by_name() {
     assert!(String::from_utf8_lossy(&own.stderr).contains("its own folder"));
     assert!(path.join("first/summary.json").exists());
 
+    // Pebbles as large, and elsewhere.
+    let clump = fs::read_to_string(path.join("rod.clump.toml")).unwrap();
+    let moved = clump.replace("{ position = [0.0, 0.0", "{ position = [0.1, 0.0");
+    assert_ne!(moved, clump);
+    fs::write(path.join("rod.clump.toml"), moved).unwrap();
+    let said = refusal(path, "second.toml");
+    fs::write(path.join("rod.clump.toml"), clump).unwrap();
+    assert!(said.contains("other pebbles"), "{said}");
+
     // A damaged file is named; without another one there is no start.
     let file = left_by(path, "first", "first").path;
     let mut bytes = fs::read(&file).unwrap();

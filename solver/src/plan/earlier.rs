@@ -5,7 +5,7 @@
 //! bodies, so the slots of the other run are translated row by row; the first candidate list carries their histories over as
 //! every later one does.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::clump::Pebble;
@@ -18,7 +18,8 @@ use crate::bodies::{BodyStep, Clump};
 use crate::contact::registry::LawTable;
 use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
 use crate::state::{
-    DecodeError, Decoder, FIXED, MaterialIndex, PEBBLE, Particles, inverse_inertia_factor,
+    BodyPebble, DecodeError, Decoder, FIXED, MaterialIndex, PEBBLE, Particles, Prescribed,
+    PrescribedBody, inverse_inertia_factor,
 };
 use crate::walls::Wall;
 
@@ -49,8 +50,6 @@ pub(super) struct Earlier {
     /// Of the whole file.
     checksum: u32,
     head: Head,
-    /// Its materials in this scene.
-    materials: Vec<usize>,
     /// Of each row there.
     rows: Vec<EarlierRow>,
     pairs: SavedSlots,
@@ -67,8 +66,8 @@ pub(super) struct Earlier {
 #[derive(Debug, Clone, Copy)]
 struct EarlierRow {
     grain: Grain,
-    /// Its material there.
-    material: usize,
+    /// Its material there, and here.
+    material: [usize; 2],
 }
 
 /// Which of [`Earlier::particles`], or pebble of which of [`Earlier::bodies`].
@@ -123,8 +122,10 @@ pub(super) fn take_up(
             folder.error(message).with_help(format!("add [materials.{name}]"))
         })
     };
-    // Of those that particles are made of: walls may have been of others.
-    let used: BTreeSet<usize> = (state.records.iter())
+    // Of those that particles are made of: walls may have been of others, and bodies are of what their clump says here.
+    let spheres = state.records.iter();
+    let used: BTreeSet<usize> = spheres
+        .filter(|record| record.flags & PEBBLE == 0)
         .map(|record| record.material.index())
         .collect();
     let materials = (head.materials.iter().enumerate())
@@ -134,6 +135,9 @@ pub(super) fn take_up(
         })
         .collect::<Result<Vec<usize>, SceneError>>()?;
 
+    let prescribed = state.prescribed.iter();
+    let prescribed: HashMap<usize, &Prescribed> =
+        prescribed.map(|one| (one.row.index(), one)).collect();
     let mut rows = vec![None; state.len()];
     let mut particles = Vec::new();
     for row in state.rows_by_id() {
@@ -145,9 +149,9 @@ pub(super) fn take_up(
         let there = record.material.index();
         rows[row] = Some(EarlierRow {
             grain: Grain::Particle(particles.len()),
-            material: there,
+            material: [there, materials[there]],
         });
-        let prescribed = (state.prescribed.iter()).find(|one| one.row.index() == row);
+        let prescribed = prescribed.get(&row);
         particles.push(NewParticle {
             velocity: record.velocity,
             angular_velocity: record.angular_velocity,
@@ -162,6 +166,10 @@ pub(super) fn take_up(
         });
     }
     let mut bodies = Vec::new();
+    let prescribed_bodies = state.bodies.iter().flat_map(|all| &all.prescribed);
+    let prescribed_bodies: HashMap<usize, &PrescribedBody> = prescribed_bodies
+        .map(|one| (one.body.index(), one))
+        .collect();
     for (index, body) in state.bodies().iter().enumerate() {
         // There are bodies.
         let Some(all) = &state.bodies else { break };
@@ -181,22 +189,23 @@ pub(super) fn take_up(
             // But for round-off of the division.
             scale = 1.0;
         }
-        let same =
-            |(here, there): (&Pebble, f64)| (here.radius * scale - there).abs() <= 1e-9 * there;
-        let radii = pebbles
-            .iter()
-            .map(|pebble| state.records[pebble.row.index()].radius);
-        if pebbles.len() != template.pebbles.len() || !template.pebbles.iter().zip(radii).all(same)
+        let same = |(here, there): (&Pebble, &BodyPebble)| {
+            let radius = state.records[there.row.index()].radius;
+            let off = (here.position * scale - there.offset).length();
+            (here.radius * scale - radius).abs().max(off) <= 1e-9 * body.radius
+        };
+        if pebbles.len() != template.pebbles.len()
+            || !template.pebbles.iter().zip(pebbles).all(same)
         {
             return Err(folder.error(format!("the clump `{name}` has other pebbles in that run")));
         }
         for (number, pebble) in pebbles.iter().enumerate() {
             rows[pebble.row.index()] = Some(EarlierRow {
                 grain: Grain::Pebble(index, number),
-                material: body.material.index(),
+                material: [body.material.index(), template.material.index()],
             });
         }
-        let prescribed = (all.prescribed.iter()).find(|one| one.body.index() == index);
+        let prescribed = prescribed_bodies.get(&index);
         bodies.push(NewBody {
             scale,
             orientation: body.orientation,
@@ -214,7 +223,6 @@ pub(super) fn take_up(
         key: folder.place.key().to_owned(),
         checksum,
         head,
-        materials,
         rows: rows.ok_or_else(|| folder.error("a pebble of that run is of no body"))?,
         pairs,
         near_walls,
@@ -423,10 +431,8 @@ pub(super) fn carried(
             .iter()
             .filter(|slot| slot.state != SlotState::Near)
         {
-            let there = [slot.row, slot.partner].map(|row| run.rows[row as usize].material);
-            if run.pairs.numbers() != numbers
-                || !is_alike(there, there.map(|material| run.materials[material]))
-            {
+            let [a, b] = [slot.row, slot.partner].map(|row| run.rows[row as usize].material);
+            if run.pairs.numbers() != numbers || !is_alike([a[0], b[0]], [a[1], b[1]]) {
                 anew += 1;
                 continue;
             }
@@ -445,12 +451,12 @@ pub(super) fn carried(
             })
             .collect();
         for slot in (run.near_walls.iter()).filter(|slot| slot.state != SlotState::Near) {
-            let material = run.rows[slot.row as usize].material;
+            let [material, here_material] = run.rows[slot.row as usize].material;
             let wall = walls[slot.partner as usize].filter(|&wall| {
                 let of_wall = here.walls[wall].material.index();
                 let there = run.head.wall_materials[slot.partner as usize] as usize;
                 run.near_walls.numbers() == numbers
-                    && is_alike([material, there], [run.materials[material], of_wall])
+                    && is_alike([material, there], [here_material, of_wall])
             });
             let Some(wall) = wall else {
                 anew += 1;
