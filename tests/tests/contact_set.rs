@@ -1,15 +1,21 @@
-//! The engine finds the contacts that brute force finds, in every step, while particles move and lists are rebuilt.
+//! The engine finds the contacts that brute force finds, in every step, while particles, bodies and walls move and lists are rebuilt.
 
 use std::collections::BTreeSet;
+use std::f64::consts::TAU;
 
 use glam::{DVec3, dvec3};
+use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
+use mercury_solver::bodies::Clump;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
-use mercury_solver::plan::{Draft, NewParticle};
-use mercury_solver::state::{Id, MaterialIndex};
+use mercury_solver::plan::{Draft, NewBody, NewParticle};
+use mercury_solver::state::{Id, MaterialIndex, WallIndex};
 use mercury_solver::step::Engine;
-use mercury_tests::scenes::{RECORDS, frictionless, start};
+use mercury_solver::walls::{
+    Component, Cylinder, Disc, Motion, Plane, Shape, Side, SphereShell, Touches,
+};
+use mercury_tests::scenes::{RECORDS, frictionless, row, start, wall};
 use proptest::prelude::*;
 
 /// Ids of all pairs that the last step's records name; fails if one is named twice.
@@ -41,7 +47,10 @@ fn overlapping(engine: &Engine, size: DVec3, periodic: [bool; 3]) -> BTreeSet<(I
                 }
             }
             let fixed = engine.particles.is_fixed(i) && engine.particles.is_fixed(j);
-            if branch.length() < records[i].radius + records[j].radius && !fixed {
+            let bodies = engine.particles.bodies.as_ref();
+            let body = |row: usize| bodies.and_then(|bodies| bodies.body_of_row(row));
+            let apart = body(i).is_none() || body(i) != body(j);
+            if branch.length() < records[i].radius + records[j].radius && !fixed && apart {
                 pairs.insert((ids[i].min(ids[j]), ids[i].max(ids[j])));
             }
         }
@@ -160,6 +169,95 @@ fn few_are_fast(
     Ok(with_extra_skin)
 }
 
+/// Two shoot through a lattice of hundreds that nearly touch each other and hardly move. They are so much faster that only the largest skin bounds
+/// their extra skin, and they use up all of it while they meet one after the other.
+#[test]
+fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
+    let radius = 0.01;
+    let spacing = 2.05 * radius;
+    let size = DVec3::splat(8.0 * spacing);
+    let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
+    let mut plan = Draft::new(1e-4, (DVec3::ZERO, size), 1000.0, law);
+    plan.periodic = [true; 3];
+    let mut random = Stream::new(9, "lattice", 0);
+    let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform()) * 2.0 - 1.0;
+    let lattice = (0..512u32).map(|k| {
+        let site = dvec3(f64::from(k % 8), f64::from(k / 8 % 8), f64::from(k / 64)) + 0.5;
+        NewParticle {
+            velocity: 1e-3 * vector(),
+            ..NewParticle::at(site * spacing, radius, MaterialIndex::new(0))
+        }
+    });
+    let mut particles: Vec<NewParticle> = lattice.collect();
+    for (k, direction) in [dvec3(1.0, 0.3, 0.2), dvec3(-0.1, 0.4, -1.0)]
+        .into_iter()
+        .enumerate()
+    {
+        let place = (0.3 + 0.4 * k as f64) * size;
+        let mut fast = NewParticle::at(place, radius, MaterialIndex::new(0));
+        fast.velocity = 4.0 * direction;
+        particles.push(fast);
+    }
+    let mut engine = start(plan.with_particles(particles));
+    let (mut seen, mut begun, mut bounded) = (BTreeSet::new(), 0, 0);
+    for _ in 0..600 {
+        engine.step(RECORDS).unwrap();
+        let expected = overlapping(&engine, size, [true; 3]);
+        assert_eq!(recorded(&engine), expected, "in step {}", engine.steps());
+        begun += expected.difference(&seen).count();
+        seen.extend(expected);
+        let lists = engine.snapshot().lists;
+        let most = 0.5 * (lists.skin.largest - lists.skin.thickness);
+        bounded += usize::from(lists.extra_skin.contains(&most));
+    }
+    assert!(
+        begun > 50 && bounded > 100,
+        "{begun} contacts, bounded in {bounded} steps"
+    );
+}
+
+/// Pairs that approach each other head-on, each with another gap: both of a pair use up all of their half of the skin, and the pair
+/// that had just no place in a list must be in the next one in time.
+#[test]
+fn a_list_lasts_no_longer_than_its_skin() {
+    let (radius, speed, time_step) = (0.01, 0.5, 1e-5);
+    let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
+    let mut plan = Draft::new(time_step, (DVec3::ZERO, DVec3::ONE), 1000.0, law);
+    plan.periodic = [true; 3];
+    // Gaps up to four of the first skins of a tenth of a radius, each a hundredth of it larger than the last.
+    let particles = (0..400u32).flat_map(|k| {
+        let middle = dvec3(0.5, f64::from(k % 20), f64::from(k / 20)) * dvec3(1.0, 0.05, 0.05);
+        let gap = 1e-3 * radius * f64::from(k);
+        [-1.0, 1.0].map(|side| NewParticle {
+            velocity: -side * speed * DVec3::X,
+            ..NewParticle::at(
+                middle + side * (radius + 0.5 * gap) * DVec3::X,
+                radius,
+                MaterialIndex::new(0),
+            )
+        })
+    });
+    let mut engine = start(plan.with_particles(particles.collect()));
+    for _ in 0..400 {
+        engine.step(RECORDS).unwrap();
+        let found: BTreeSet<u32> = recorded(&engine)
+            .iter()
+            .map(|(a, _)| a.number() / 2)
+            .collect();
+        let records = &engine.particles.records;
+        let touching = (0..400).filter(|k| {
+            let [a, b] = [2 * k, 2 * k + 1].map(|id| records[row(&engine, id)].position);
+            a.distance(b) < 2.0 * radius
+        });
+        assert_eq!(found, touching.collect(), "in step {}", engine.steps());
+    }
+    assert!(
+        engine.list_statistics().0 >= 3,
+        "{:?}",
+        engine.list_statistics()
+    );
+}
+
 /// The list must be rebuilt for a particle that moves only because its velocity is prescribed, even where a kick of gravity
 /// happens to cancel that velocity before it is put back.
 #[test]
@@ -183,4 +281,225 @@ fn sees_a_particle_whose_prescribed_velocity_gravity_would_cancel() {
         recorded(&engine),
         BTreeSet::from([(Id::new(0), Id::new(1))])
     );
+}
+
+/// A rod of seven pebbles, six radii long to either side.
+fn rod(radius: f64) -> Clump {
+    let pebbles = (-3..=3).map(|k| Pebble {
+        position: DVec3::X * (2.0 * radius * f64::from(k)),
+        radius,
+    });
+    // Seven balls of mass m: I = m R^2 (2.8, 2.8 + 112, 2.8 + 112), as the sum of k^2 is 28.
+    let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let mass = 1000.0 * volume;
+    let moments = dvec3(2.8, 114.8, 114.8) * (mass * radius * radius);
+    let material = MaterialIndex::new(0);
+    Clump::new(
+        "rod",
+        material,
+        pebbles.collect(),
+        7.0 * mass,
+        7.0 * volume,
+        moments,
+    )
+    .unwrap()
+}
+
+/// Rods that spin beside each other: their ends are many times as fast as their centres, which hardly move.
+#[test]
+fn bodies_that_spin_meet_whom_they_overlap() {
+    for periodic in [[false; 3], [true; 3]] {
+        let size = DVec3::splat(0.4);
+        let mut random = Stream::new(3, "spinning rods", 0);
+        let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
+        let mut plan = Draft::new(2e-4, (DVec3::ZERO, size), 1000.0, law);
+        plan.periodic = periodic;
+        let bodies = (0..60).map(|_| {
+            let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
+            let (place, velocity, spin) = (vector(), vector() * 2.0 - 1.0, vector() * 2.0 - 1.0);
+            NewBody {
+                orientation: random.unit_quaternion(),
+                velocity: 0.02 * velocity,
+                angular_velocity: 100.0 * spin,
+                ..NewBody::at(place * size, 0)
+            }
+        });
+        let mut engine = start(plan.with_bodies(vec![rod(0.008)], bodies.collect()));
+        let (mut seen, mut begun) = (BTreeSet::new(), 0);
+        for _ in 0..600 {
+            engine.step(RECORDS).unwrap();
+            let found = recorded(&engine);
+            let expected = overlapping(&engine, size, periodic);
+            assert_eq!(found, expected, "in step {}", engine.steps());
+            begun += expected.difference(&seen).count();
+            seen.extend(expected);
+        }
+        // Contacts begin all the time: the tips pass the reach of a list in some steps.
+        assert!(begun > 100, "{begun} contacts");
+        assert!(
+            engine.list_statistics().0 > 10,
+            "{:?}",
+            engine.list_statistics()
+        );
+    }
+}
+
+/// Which particle touches which feature of which wall, by the records of the last step.
+fn recorded_at_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
+    let records = engine.observation().records;
+    let of_wall = records.iter().filter_map(|record| match record.partner {
+        Partner::Wall { wall, .. } => Some((
+            engine.particles.ids[record.row as usize],
+            wall,
+            record.feature,
+        )),
+        Partner::Particle { .. } => None,
+    });
+    of_wall.collect()
+}
+
+/// The same by asking every wall, where it stands, for every particle.
+fn touching_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
+    let mut touching = BTreeSet::new();
+    let mut touches = Touches::new();
+    for (number, wall) in (0u16..).zip(engine.walls()) {
+        for (record, &id) in engine.particles.records.iter().zip(&engine.particles.ids) {
+            let place = wall.state.into_wall(record.position);
+            wall.shape().touches(place, record.radius, &mut touches);
+            let features = touches.iter().map(|touch| touch.feature);
+            touching.extend(features.map(|feature| (id, WallIndex::new(number), feature)));
+        }
+    }
+    touching
+}
+
+/// Walls that are as fast as the particles that come towards them, so that both use up what the list has room for: who touches is who
+/// does when every particle is asked in every step.
+#[test]
+fn walls_that_are_fast_meet_whom_they_touch() {
+    let size = DVec3::ONE;
+    let middle = 0.5 * size;
+    let swing = |amplitude: DVec3, phase: f64| Component::Oscillation {
+        amplitude,
+        frequency: 2.0,
+        phase,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let turn = |axis: DVec3, angular_velocity: f64| Component::Rotation {
+        axis,
+        origin: middle,
+        angular_velocity,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let shapes = [
+        Shape::Plane(Plane::new(dvec3(0.0, 0.0, 0.2), DVec3::Z).unwrap()),
+        Shape::Disc(Disc::new(dvec3(0.2, 0.1, 1.0), middle, 0.4).unwrap()),
+        Shape::Cylinder(
+            Cylinder::new(DVec3::X, middle, 0.3, Some([-0.3, 0.3]), Side::Both).unwrap(),
+        ),
+        Shape::Sphere(SphereShell::new(middle, 0.3, Side::Both).unwrap()),
+    ];
+    for (k, shape) in shapes.into_iter().enumerate() {
+        for components in [
+            vec![swing(dvec3(0.1, 0.05, 0.15), 0.3 * k as f64)],
+            vec![turn(dvec3(1.0, 0.3, -0.2), 0.5 * TAU)],
+            vec![turn(DVec3::Y, TAU), swing(DVec3::Z * 0.1, 1.0)],
+        ] {
+            let mut random = Stream::new(5, "fast walls", k as u64);
+            let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
+            let mut plan = Draft::new(1e-3, (-size, 2.0 * size), 1000.0, law);
+            plan.walls
+                .push(wall(shape.clone(), Motion::new(components).unwrap()));
+            let particles = (0..150).map(|_| {
+                let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
+                let (place, velocity) = (vector(), vector() * 2.0 - 1.0);
+                NewParticle {
+                    velocity: 2.0 * velocity,
+                    ..NewParticle::at(place * size, 0.02, MaterialIndex::new(0))
+                }
+            });
+            let mut engine = start(plan.with_particles(particles.collect()));
+            let (mut seen, mut begun) = (BTreeSet::new(), 0);
+            for _ in 0..200 {
+                engine.step(RECORDS).unwrap();
+                let found = recorded_at_walls(&engine);
+                let expected = touching_walls(&engine);
+                assert_eq!(found, expected, "{shape:?} in step {}", engine.steps());
+                begun += expected.difference(&seen).count();
+                seen.extend(expected);
+            }
+            assert!(begun > 20, "{shape:?}: {begun} contacts");
+            assert!(
+                engine.list_statistics().0 > 5,
+                "the list was hardly ever rebuilt"
+            );
+        }
+    }
+}
+
+/// A plate that rises twice as fast as a layer of particles sinks towards it, each with another gap. When it has gone its half of the skin,
+/// the list is built anew, although the particles have gone a fourth of it only.
+#[test]
+fn a_list_lasts_no_longer_than_the_walls_half_of_its_skin() {
+    let (radius, speed) = (0.01, 0.2);
+    let up = |velocity: DVec3| Component::Translation {
+        velocity,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let tilt = Component::Rotation {
+        axis: DVec3::Y,
+        origin: DVec3::ZERO,
+        angular_velocity: -2.0 * speed,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let plane = || Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z).unwrap());
+    let disc = Shape::Disc(Disc::new(DVec3::Z, DVec3::ZERO, 2.0).unwrap());
+    for (shape, motion) in [
+        (plane(), up(2.0 * speed * DVec3::Z)),
+        (disc, up(2.0 * speed * DVec3::Z)),
+        // About one metre from the axis, where the particles are.
+        (plane(), tilt),
+    ] {
+        let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
+        let domain = (-2.0 * DVec3::ONE, 2.0 * DVec3::ONE);
+        let mut plan = Draft::new(1e-5, domain, 1000.0, law);
+        plan.walls
+            .push(wall(shape.clone(), Motion::new(vec![motion]).unwrap()));
+        let particles = (0..300u32).map(|k| {
+            let place = dvec3(1.0, 0.021 * (f64::from(k % 20) - 10.0), 0.0)
+                + DVec3::X * (0.021 * f64::from(k / 20));
+            let gap = 1e-3 * radius * f64::from(k);
+            NewParticle {
+                velocity: -speed * DVec3::Z,
+                ..NewParticle::at(
+                    place + (radius + gap) * DVec3::Z,
+                    radius,
+                    MaterialIndex::new(0),
+                )
+            }
+        });
+        let mut engine = start(plan.with_particles(particles.collect()));
+        let mut most = 0;
+        for _ in 0..400 {
+            engine.step(RECORDS).unwrap();
+            let expected = touching_walls(&engine);
+            assert_eq!(
+                recorded_at_walls(&engine),
+                expected,
+                "{shape:?} in step {}",
+                engine.steps()
+            );
+            most = most.max(expected.len());
+        }
+        assert!(most > 200, "{most}");
+        assert!(
+            engine.list_statistics().0 >= 3,
+            "{:?}",
+            engine.list_statistics()
+        );
+    }
 }
