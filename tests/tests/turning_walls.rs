@@ -1,14 +1,17 @@
-//! What sticks to a wall that turns stays where it is on the wall.
+//! Walls that turn: what sticks to one stays where it is on it, and what they feel and give balances, through periodic faces too.
 
 use glam::{DVec3, dvec3};
+use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     Luding, PairLaw, SpringRotation,
 };
+use mercury_solver::plan::Draft;
 use mercury_solver::state::volume;
-use mercury_solver::walls::{Component, Motion, Plane, Shape};
-use mercury_tests::scenes::{advance, particle, plan, sphere, start, wall};
+use mercury_solver::step::Engine;
+use mercury_solver::walls::{Component, Cylinder, Disc, Motion, Plane, Shape, Side};
+use mercury_tests::scenes::{RECORDS, advance, particle, plan, sphere, start, wall};
 
 const RADIUS: f64 = 0.05;
 const DENSITY: f64 = 2500.0;
@@ -17,23 +20,23 @@ const GRAVITY: f64 = 1.0;
 /// Of the table, rad/s.
 const SPIN: f64 = 0.1;
 
-/// How far (m) a sphere that cannot slide or roll moves outwards in one turn of the table that it lies on, 1 m from the axis; steps of `dt`.
-fn outwards_per_turn(dt: f64) -> f64 {
+/// Resistance to sliding, rolling and torsion, each with a coefficient of `friction`.
+fn law(friction: f64) -> AnyPairLaw {
     let mass = DENSITY * volume(RADIUS, 3);
     let stiffness = 2.0 / 7.0 * STIFFNESS;
     let spring = FrictionSpring {
         stiffness: Some(stiffness),
         dissipation: (mass * stiffness).sqrt(),
-        friction: 1.0,
-        static_friction: 1.0,
+        friction,
+        static_friction: friction,
     };
-    let law = PairLaw {
+    PairLaw {
         normal: AnyNormal::Linear(Linear::with_damping_ratio(STIFFNESS, 0.5)),
         tangential: AnyTangential::Linear(LinearFriction {
             stiffness,
             dissipation: 0.5 * (mass * stiffness).sqrt(),
-            friction: 1.0,
-            static_friction: 1.0,
+            friction,
+            static_friction: friction,
             rotation: SpringRotation::Project,
             limits: CoulombLimits::Bounded,
         }),
@@ -44,8 +47,13 @@ fn outwards_per_turn(dt: f64) -> f64 {
             rotation: SpringRotation::Project,
         }),
         adhesion: AnyAdhesion::None,
-    };
-    let mut plan = plan(dt, DENSITY, law);
+    }
+}
+
+/// How far (m) a sphere that cannot slide or roll moves outwards in one turn of the table that it lies on, 1 m from the axis; steps of `dt`.
+fn outwards_per_turn(dt: f64) -> f64 {
+    let mass = DENSITY * volume(RADIUS, 3);
+    let mut plan = plan(dt, DENSITY, law(1.0));
     plan.gravity = -GRAVITY * DVec3::Z;
     let turn = Component::Rotation {
         axis: DVec3::Z,
@@ -82,4 +90,166 @@ fn a_sticking_sphere_does_not_creep() {
     let (way, coarse) = (outwards_per_turn(5e-3), outwards_per_turn(1e-2));
     assert!(way.abs() < 4e-6, "{way} m outwards in one turn");
     assert!((way - coarse).abs() < 5e-7, "{way} m, and {coarse} m");
+}
+
+/// Of the walls below, rad/s, about an axis through their reference point.
+const TURN: DVec3 = dvec3(3.0, -2.0, 5.0);
+
+/// Three balls, some spinning, that come to a wall which turns about `origin`.
+fn balls_and_wall(shape: Shape, origin: DVec3, places: [DVec3; 3]) -> Draft {
+    let turn = Component::Rotation {
+        axis: TURN,
+        origin,
+        angular_velocity: TURN.length(),
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let mut plan = plan(1e-4, DENSITY, law(0.4));
+    let mut wall = wall(shape, Motion::new(vec![turn]).unwrap());
+    wall.reference = origin;
+    plan.walls.push(wall);
+    let ball = |k: usize| {
+        let inwards = (origin - places[k]).normalize();
+        let spin = dvec3(20.0, -10.0, 5.0) * k as f64;
+        sphere(places[k], RADIUS, inwards, spin)
+    };
+    plan.with_particles(vec![ball(0), ball(1), ball(2)])
+}
+
+/// A disc, and a drum, with balls that reach them at once or soon.
+fn turning_walls(origin: DVec3) -> [Draft; 2] {
+    let near = 0.98 * RADIUS;
+    let disc = Disc::new(DVec3::Z, origin, 0.4).unwrap();
+    let on_disc = [
+        dvec3(0.2, 0.05, near),
+        dvec3(-0.1, 0.2, -near),
+        dvec3(-0.15, -0.2, near),
+    ];
+    let drum = Cylinder::new(DVec3::X, origin, 0.3, Some([-0.4, 0.4]), Side::Both).unwrap();
+    let at_drum = [
+        dvec3(0.1, 0.3 - near, 0.0),
+        dvec3(-0.2, 0.0, 0.3 + near),
+        dvec3(0.15, -0.3 + near, 0.0),
+    ];
+    [
+        balls_and_wall(
+            Shape::Disc(disc),
+            origin,
+            on_disc.map(|place| origin + place),
+        ),
+        balls_and_wall(
+            Shape::Cylinder(drum),
+            origin,
+            at_drum.map(|place| origin + place),
+        ),
+    ]
+}
+
+/// Force and torque about the wall's origin of all particles on the wall by what they feel themselves: at rest with each other, the
+/// wall has the opposite of the sum. `nearest`: the image of a place that is near the wall.
+fn counter_load(engine: &Engine, origin: DVec3, nearest: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
+    let particles = &engine.particles;
+    let rows = particles.records.iter().zip(&particles.loads);
+    rows.fold([DVec3::ZERO; 2], |[force, torque], (record, load)| {
+        let arm = nearest(record.position) - origin;
+        [
+            force - load.force,
+            torque - load.torque - arm.cross(load.force),
+        ]
+    })
+}
+
+/// A wall's torque is the opposite of all that its particles feel, their rolling and torsion couples included, and its power is what that
+/// torque takes at the speed of its turn.
+#[test]
+fn torque_and_power_balance_what_the_particles_feel() {
+    let origin = dvec3(0.02, -0.01, 0.03);
+    for draft in turning_walls(origin) {
+        let mut engine = start(draft);
+        let mut couples = 0.0f64;
+        for _ in 0..300 {
+            engine.step(RECORDS).unwrap();
+            let seen = engine.observation();
+            assert_eq!(seen.particle_contacts, 0);
+            let (load, power) = seen.walls[0];
+            let [force, torque] = counter_load(&engine, origin, |place| place);
+            // Sums of a few numbers of this size.
+            let size = seen.records.iter().map(|record| record.force.length());
+            let size = size.sum::<f64>() + f64::MIN_POSITIVE;
+            assert!((load.force - force).length() <= 1e-13 * size);
+            assert!(
+                (load.torque - torque).length() <= 1e-13 * size,
+                "{load:?} {torque}"
+            );
+            let given = -load.torque.dot(TURN);
+            assert!(
+                (power - given).abs() <= 1e-12 * size,
+                "{power} and {given} W"
+            );
+            couples += seen
+                .records
+                .iter()
+                .map(|record| record.couple.length() / size)
+                .sum::<f64>();
+        }
+        assert!(
+            couples > 0.1 * RADIUS,
+            "rolling and torsion had a part: {couples}"
+        );
+    }
+}
+
+/// Through a periodic face a turning wall does what it does inside the domain: the particles' forces and torques are the same, and so are the
+/// wall's load about its origin and its power.
+#[test]
+fn a_turning_wall_is_the_same_through_a_periodic_face() {
+    let origin = dvec3(0.1, 0.05, 0.02);
+    let size = DVec3::splat(2.0);
+    for (inside, mut across) in turning_walls(origin).into_iter().zip(turning_walls(origin)) {
+        // The wall and its particles stand across faces, particles up to a period away from where they meet it.
+        (across.domain_min, across.domain_max) = (DVec3::splat(0.05), DVec3::splat(0.05) + size);
+        across.periodic = [true; 3];
+        let mut engines = [start(inside), start(across)];
+        let mut wrapped = 0;
+        for _ in 0..300 {
+            for engine in &mut engines {
+                engine.step(RECORDS).unwrap();
+            }
+            let [one, other] = &engines;
+            let (a, b) = (one.observation().walls[0], other.observation().walls[0]);
+            let loads = |engine: &Engine| {
+                [0, 1, 2].map(|id| {
+                    let row = mercury_tests::scenes::row(engine, id);
+                    (
+                        engine.particles.loads[row],
+                        engine.particles.records[row].position,
+                    )
+                })
+            };
+            let size = loads(one)
+                .iter()
+                .map(|(load, _)| load.force.length())
+                .sum::<f64>()
+                + 1e-3;
+            for ((here, place), (there, elsewhere)) in loads(one).into_iter().zip(loads(other)) {
+                // Places of a metre are known to 1e-16 m, of which the springs make 1e-13 N, the dashpots of rolling no more.
+                assert!(
+                    (here.force - there.force).length() < 1e-10 * size,
+                    "{here:?} {there:?}"
+                );
+                assert!((here.torque - there.torque).length() < 1e-10 * size);
+                wrapped += usize::from(place.distance(elsewhere) > 1.0);
+            }
+            assert!((a.0.force - b.0.force).length() < 1e-10 * size);
+            assert!(
+                (a.0.torque - b.0.torque).length() < 1e-10 * size,
+                "{a:?} {b:?}"
+            );
+            assert!((a.1 - b.1).abs() < 1e-9 * size, "{} and {} W", a.1, b.1);
+        }
+        assert!(
+            wrapped > 100,
+            "somebody is met by an image in {wrapped} steps"
+        );
+    }
 }
