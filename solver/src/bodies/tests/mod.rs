@@ -2,6 +2,7 @@
 
 mod crossing;
 mod crowd;
+mod prescribed;
 mod restitution;
 mod rotor;
 mod templates;

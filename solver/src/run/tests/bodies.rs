@@ -152,3 +152,38 @@ fn scenes_without_clumps_have_no_table_of_bodies() {
     go(plan, place.path());
     assert!(bodies(place.path()) && !place.path().join("test.clumps.arrow").exists());
 }
+
+/// A body that spins about a principal axis flies freely: it keeps its energy, and takes all of it along when it leaves through a face.
+#[test]
+fn a_spinning_body_leaves_with_all_of_its_energy() {
+    let place = tempfile::tempdir().unwrap();
+    let mut plan = plan(400, 0.01, 0.5);
+    plan.gravity = DVec3::ZERO;
+    plan.energy_budget = true;
+    let face = plan.domain_max.x;
+    let body = |beside: f64, spin: f64| NewBody {
+        orientation: DQuat::from_rotation_x(0.4),
+        velocity: DVec3::X,
+        angular_velocity: DQuat::from_rotation_x(0.4) * DVec3::Y * spin,
+        ..NewBody::at(DVec3::new(face - beside, 0.2, 0.2), 0)
+    };
+    let stone = stone(None);
+    let (mass, moment) = (stone.mass, stone.moments.y);
+    let dt = plan.time_step;
+    let (leaves, stays) = (body(100.0 * dt, 200.0), body(600.0 * dt, 0.0));
+    let report = go(
+        plan.with_bodies(vec![stone], vec![leaves, stays]),
+        place.path(),
+    );
+    assert_eq!((report.summary.deleted, report.summary.particles), (1, 1));
+    let energy = report.summary.energy;
+    let taken = 0.5 * mass + 0.5 * moment * 200.0 * 200.0;
+    let deleted = energy.deleted.unwrap();
+    assert!(
+        (deleted / taken - 1.0).abs() < 1e-11,
+        "{deleted} of {taken} J"
+    );
+    // Nothing else happens: a hundred turns by 0.02 rad, each exact to round-off.
+    let error = energy.closure_error.unwrap();
+    assert!(error.abs() < 1e-11, "{error:e}");
+}
