@@ -229,6 +229,58 @@ fn a_servo_reaches_its_force_at_the_overlap_of_the_springs_and_stays() {
     assert!((depth - 2.0 * overlap).abs() < 1e-2 * overlap, "{depth}");
 }
 
+/// A lid that is turned by half a radian before its servo begins: it holds its force along the axis that was turned with it, not along the one
+/// that the scene names, of which the force of a slanting plate has cos 0.5 only.
+#[test]
+fn a_servo_that_was_turned_holds_its_force_along_its_own_axis() {
+    let normal = dvec3(libm::sin(0.5), 0.0, libm::cos(0.5));
+    let (x, z) = (normal.x, normal.z);
+    let ball = 5e-3 * normal;
+    let text = format!(
+        r#"
+        time = {{ end = 0.4, step = 2e-5 }}
+        domain = {{ min = [-0.1, -0.1, -0.1], max = [0.1, 0.1, 0.1] }}
+        output = {{ interval = 0.01 }}
+        [materials.m]
+        density = 2000.0
+        normal = {{ law = "linear", stiffness = 1000.0, restitution = 0.5 }}
+        [[walls]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0, 0]
+        normal = [{x}, 0, {z}]
+        material = "m"
+        [[walls]]
+        name = "lid"
+        shape = "plane"
+        point = [0, 0, 0.0105]
+        normal = [0, 0, -1]
+        material = "m"
+        motion = [
+            {{ kind = "servo", axis = [0, 0, 1], force = -0.1, max_speed = 0.05, from = 0.02 }},
+            {{ kind = "rotation", axis = [0, 1, 0], origin = [0, 0, 0], angular_velocity = 50.0, until = 0.01 }},
+        ]
+        [[particles]]
+        material = "m"
+        radius = 5e-3
+        position = [{}, {}, {}]
+    "#,
+        ball.x, ball.y, ball.z
+    );
+    let scene = parse_scene(Path::new("turned.toml"), &text, &[], Files::Unchecked).unwrap();
+    let mut engine = Engine::new(Arc::new(plan(&scene).unwrap()), 1).unwrap();
+    engine
+        .steps_at_once(20_000, Some(Watch::default()))
+        .unwrap();
+    let force = engine.observation().walls[1].0.force;
+    // As above: within 1 % after many periods of the springs.
+    assert!((force - 0.1 * normal).length() < 1e-3, "{force}");
+    // And it went along that axis, to where the springs on both sides of the ball are pressed by F/k.
+    let way = engine.walls()[1].state.pose.translation;
+    let expected = -(5e-4 + 2.0 * 0.1 / 1000.0) * normal;
+    assert!((way - expected).length() < 2e-6, "{way} and {expected}");
+}
+
 #[test]
 fn a_servo_is_part_of_the_state() {
     let swing = r#", { kind = "oscillation", amplitude = [1e-3, 0, 1e-4], frequency = 30.0 }, { kind = "rotation", axis = [0, 0, 1], origin = [0.04, 0.04, 0], angular_velocity = 3.0 }"#;

@@ -289,6 +289,36 @@ fn mixtures_follow_their_shares_by_number() {
     }
 }
 
+/// Each of three comes as often as its share says, the last one too.
+#[test]
+fn a_mixture_of_three_follows_its_shares() {
+    let shares = [1.0, 2.0, 5.0];
+    let diameters = [0.01, 0.012, 0.014];
+    let mut feed = insertion(unit_box(), monodisperse(diameters[0]), Total::Number(4000));
+    feed.mixture = (shares.into_iter().zip(diameters))
+        .map(|(share, diameter)| Ingredient {
+            share,
+            sizes: monodisperse(diameter),
+            ..feed.mixture[0].clone()
+        })
+        .collect();
+    let mut still = Still::new(with(vec![feed]));
+    still.exchange(0.0);
+    for (share, diameter) in shares.into_iter().zip(diameters) {
+        let records = still.particles.records.iter();
+        let count = records
+            .filter(|record| record.radius == 0.5 * diameter)
+            .count();
+        let p = share / 8.0;
+        // Within four standard deviations of the binomial law.
+        let apart = count as f64 - 4000.0 * p;
+        assert!(
+            apart.abs() < 4.0 * (4000.0 * p * (1.0 - p)).sqrt(),
+            "{count} of {share} in 8"
+        );
+    }
+}
+
 #[test]
 fn velocities_are_uniform_about_the_mean() {
     let feed = InsertionPlan {
