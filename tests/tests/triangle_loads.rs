@@ -426,6 +426,46 @@ fn threads_change_no_byte() {
     assert!(frames(runs[0].path()).iter().any(rubs));
 }
 
+/// Frames and files for ParaView that fall due together, and apart: each series sums up all since its own last one.
+#[test]
+fn each_series_has_its_own_sums_when_both_are_due() {
+    // The sums of frames every `frames` steps and of files every `vtk` steps.
+    let sums = |frames: u64, vtk: u64| {
+        let mut plan = thrown(false, vec![turning(), shaking()]);
+        plan.output.vtk = true;
+        let mut engine = engine(plan);
+        let (mut of_frames, mut of_files) = (Vec::new(), Vec::new());
+        for step in 1..=240 {
+            engine.step(None).unwrap();
+            let due = (step % frames == 0, step % vtk == 0);
+            let [frame, file] = engine.take_load_sums(due.0, due.1);
+            assert_eq!((frame.is_some(), file.is_some()), due);
+            of_frames.extend(frame);
+            of_files.extend(file);
+        }
+        (of_frames, of_files)
+    };
+    let (together, frames_between, files_between) = (sums(40, 40), sums(20, 40), sums(40, 20));
+    for (one, other) in [
+        (&together.0, &together.1),
+        (&together.0, &files_between.0),
+        (&together.1, &frames_between.1),
+    ] {
+        let mut pressed = 0.0;
+        assert_eq!(one.len(), other.len());
+        for (one, other) in one.iter().zip(other) {
+            assert_eq!(one.evaluations, other.evaluations);
+            assert!(one.loads.keys().eq(other.loads.keys()));
+            for (one, other) in one.loads.values().zip(other.loads.values()) {
+                // Summed in other parts: some hundred numbers.
+                assert!((one.normal - other.normal).abs() <= 1e-13 * one.normal.abs());
+                pressed += one.normal;
+            }
+        }
+        assert!(pressed > 0.0);
+    }
+}
+
 /// A run that goes on from a snapshot between two frames tells the same means.
 #[test]
 fn sums_survive_a_snapshot() {
