@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use mercury_common::readable::shortened;
 
 use crate::CgError;
 use crate::analysis::{Analysis, Part, Reference, TimeMode};
@@ -61,6 +62,9 @@ pub struct Wanted {
 
 /// Most points of a grid that nobody has asked for.
 const MOST_POINTS: usize = 2_000_000;
+
+/// Most materials that are looked at one by one unless each is named: all fields are computed for each.
+const MOST_MATERIALS: usize = 256;
 
 impl Wanted {
     /// The fields that were asked for; of the standard ones and of `all` those that the input has.
@@ -384,14 +388,17 @@ impl Wanted {
                 .unwrap_or_else(|| format!("material_{index}"))
         };
         if self.by_material {
+            // Those that the input names, and those that are there: indices may be any numbers.
             let mut present: Vec<u32> = state.particles.material.clone();
+            present.extend(0..names.len() as u32);
             present.sort_unstable();
             present.dedup();
-            let count = names
-                .len()
-                .max(present.last().map_or(0, |&last| last as usize + 1))
-                as u32;
-            parts.extend((0..count).map(|index| Part {
+            if present.len() > MOST_MATERIALS {
+                let found = format!("--by-material: the input has {} materials", present.len());
+                let help = "--material NAME for those that are wanted";
+                return Err(CgError::Input(format!("{found}\nhelp: {help}")));
+            }
+            parts.extend(present.into_iter().map(|index| Part {
                 name: Some(name_of(index)),
                 material: Some(index),
             }));
@@ -556,7 +563,7 @@ fn points(path: &Path, count: usize) -> Result<Place, CgError> {
                     path,
                     k + 1,
                     None,
-                    format!("\"{line}\""),
+                    format!("\"{}\"", shortened(line, 100)),
                     "finite numbers",
                 )
                 .into());

@@ -7,6 +7,7 @@ pub mod cli;
 pub mod error;
 pub mod formats;
 pub mod frames;
+pub mod machine;
 pub mod normal;
 pub mod paraview;
 pub mod random;

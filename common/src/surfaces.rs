@@ -10,6 +10,8 @@ mod tests;
 mod text;
 mod turned;
 
+use std::collections::HashMap;
+
 use glam::{DQuat, DVec2, DVec3};
 
 pub use clip::HalfSpace;
@@ -148,18 +150,33 @@ impl Surface {
     }
 }
 
-/// For each wall the walls that end it: the other faces of its box, which are named `box.-x`, `box.+x`, ...
+/// The endings of the names of a box's faces.
+const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+
+/// For each wall the walls that end it: the other faces of its box, which are named `box.-x`, `box.+x`, ... Of several walls of one name
+/// the first is the face.
 #[must_use]
 pub fn faces_of_one_box(names: &[String]) -> Vec<Vec<usize>> {
-    let stem = |name: &str| -> Option<String> {
-        let (stem, face) = name.rsplit_once('.')?;
-        let is_face = ["-x", "+x", "-y", "+y", "-z", "+z"].contains(&face);
-        is_face.then(|| stem.to_owned())
+    let face = |name: &str| -> Option<(String, usize)> {
+        let (stem, ending) = name.rsplit_once('.')?;
+        let face = FACES.iter().position(|face| *face == ending)?;
+        Some((stem.to_owned(), face))
     };
-    let stems: Vec<Option<String>> = names.iter().map(|name| stem(name)).collect();
-    let others = |k: usize| {
-        let same = |&other: &usize| other != k && stems[k].is_some() && stems[other] == stems[k];
-        (0..names.len()).filter(same).collect()
+    let faces: Vec<Option<(String, usize)>> = names.iter().map(|name| face(name)).collect();
+    let mut boxes: HashMap<&str, [Option<usize>; 6]> = HashMap::new();
+    for (wall, face) in faces.iter().enumerate() {
+        if let Some((stem, face)) = face {
+            boxes.entry(stem).or_default()[*face].get_or_insert(wall);
+        }
+    }
+    let others = |wall: usize| {
+        let known = faces[wall]
+            .as_ref()
+            .and_then(|(stem, _)| boxes.get(stem.as_str()));
+        let all = known.into_iter().flatten().flatten().copied();
+        let mut others: Vec<usize> = all.filter(|&other| other != wall).collect();
+        others.sort_unstable();
+        others
     };
     (0..names.len()).map(others).collect()
 }

@@ -7,14 +7,15 @@ use std::time::Duration;
 
 use clap::Parser;
 use mercury_common::cli::{self, Failure, Outcome, say};
+use mercury_common::machine;
 use mercury_common::readable::rounded;
 use mercury_common::scene::{SceneErrors, Statement};
 use mercury_solver::output::folder::{self, Earlier, Found};
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, document, plan, read_scene, refusal, report};
+use mercury_solver::plan::{Memory, Plan, document, read_scene, refusal, report};
 use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{
-    Checkpoints, Progress, Report, RunOptions, memory, run_from, useful_threads,
+    Checkpoints, Progress, Report, RunOptions, check_fit, plan_within, run_from, useful_threads,
 };
 
 /// More threads than any machine has: a slip of the keyboard.
@@ -69,7 +70,11 @@ struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     inspect: Option<PathBuf>,
 
-    /// Print what the scene means (resolved parameters, time step and its reason) and stop
+    /// Run, or plan, what is expected to need more memory than this machine has
+    #[arg(long)]
+    force_memory: bool,
+
+    /// Print what the scene means (resolved parameters, time step and its reason, memory) and stop
     #[arg(long)]
     check: bool,
 
@@ -121,15 +126,24 @@ fn execute(arguments: &Arguments) -> Outcome {
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
     let scene = read_scene(path, &arguments.set).map_err(refused)?;
-    let plan = plan(&scene).map_err(refused)?;
+    let machine = machine::memory();
+    let limit = machine.filter(|_| !arguments.force_memory);
+    let (plan, memory) = plan_within(&scene, limit).map_err(refused)?;
     if arguments.check {
-        return say(&if arguments.json {
-            plan_as_json(&plan)?
+        say(&if arguments.json {
+            plan_as_json(&plan, &memory)?
         } else {
-            report(&plan, &memory(&plan))
-        });
+            report(&plan, &memory, machine)
+        })?;
     }
-    let Some(report) = run_plan(arguments, plan, &scene.statement)? else {
+    if let Some(limit) = limit {
+        let fit = check_fit(&scene, &plan, &memory, limit);
+        fit.map_err(|error| refused(SceneErrors(vec![error])))?;
+    }
+    if arguments.check {
+        return Ok(());
+    }
+    let Some(report) = run_plan(arguments, plan, &memory, &scene.statement)? else {
         return Ok(());
     };
     if arguments.json {
@@ -151,16 +165,16 @@ fn execute(arguments: &Arguments) -> Outcome {
 }
 
 /// The content of `plan.toml`.
-fn plan_as_toml(plan: &Plan) -> Result<String, Failure> {
-    document(plan, &memory(plan))
+fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
+    document(plan, memory)
         .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
 /// The content of `plan.toml` as JSON.
-fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
+fn plan_as_json(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
     let failed = |error: String| Failure::run(format!("the plan cannot be written: {error}"));
     let value: toml::Value =
-        toml::from_str(&plan_as_toml(plan)?).map_err(|error| failed(error.to_string()))?;
+        toml::from_str(&plan_as_toml(plan, memory)?).map_err(|error| failed(error.to_string()))?;
     serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
 }
 
@@ -168,6 +182,7 @@ fn plan_as_json(plan: &Plan) -> Result<String, Failure> {
 fn run_plan(
     arguments: &Arguments,
     plan: Plan,
+    memory: &Memory,
     statement: &Statement,
 ) -> Result<Option<Report>, Failure> {
     let folder =
@@ -229,7 +244,7 @@ fn run_plan(
         folder,
         threads,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        plan_document: Some(plan_as_toml(&plan)?),
+        plan_document: Some(plan_as_toml(&plan, memory)?),
         stop: cli::stop_on_request()?,
         time_limit: arguments.time_limit,
         checkpoints: Some(Checkpoints {

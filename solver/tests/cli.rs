@@ -216,6 +216,48 @@ fn check_prints_the_plan_and_runs_nothing() {
     assert_eq!(code(&wrong), Some(2));
 }
 
+/// 1e9 sites, and 1e9 particles to come: a terabyte, which no machine of a test has. Told in words and at once, not by the allocator.
+#[test]
+fn a_run_that_cannot_fit_is_refused() {
+    let scene = SCENE.replace("step = 1e-5", "step = \"auto\"");
+    let lattice = scene.replacen("radius = 0.01", "radius = 4e-5", 1).replace(
+        "position = [0.03, 0.05, 0.05]",
+        "lattice = { min = [0, 0, 0], max = [0.0999, 0.0999, 0.0999], spacing = 1e-4 }",
+    );
+    let folder = folder_with_scene(&lattice.replace("name = \"left\"\n", ""));
+    for more in [&["--check"][..], &["--check", "--json"], &[]] {
+        let output = solve(folder.path(), &[&["pair.toml"], more].concat());
+        assert_eq!(code(&output), Some(2), "{}", said(&output));
+        let errors = errors(&output);
+        assert!(
+            errors.contains("particles[0]: the run is expected to need ")
+                && errors.contains(" TB of memory, and this machine has ")
+                && errors.contains("this lattice has 1,000,000,000 of its 1,000,000,001 spheres")
+                && errors.contains("--force-memory"),
+            "{errors}"
+        );
+    }
+
+    let rain = "[[insertions]]\nname = \"rain\"\nmaterial = \"glass\"\ntotal = { number = 1_000_000_000 }\n\
+        region = { shape = \"box\", min = [0, 0, 0], max = [0.1, 0.1, 0.1] }\n\
+        psd = { kind = \"monodisperse\", diameter = 1e-5 }\n";
+    let folder = folder_with_scene(&format!("{scene}{rain}"));
+    let output = solve(folder.path(), &["pair.toml", "--check"]);
+    assert_eq!(code(&output), Some(2), "{}", errors(&output));
+    // The plan is told all the same.
+    assert!(
+        said(&output).contains("THE RUN DOES NOT FIT"),
+        "{}",
+        said(&output)
+    );
+    assert!(errors(&output).contains("this insertion brings up to 1,000,000,000"));
+    let output = solve(folder.path(), &["pair.toml"]);
+    assert_eq!(code(&output), Some(2));
+    assert!(!folder.path().join("pair").exists());
+    let output = solve(folder.path(), &["pair.toml", "--check", "--force-memory"]);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+}
+
 #[test]
 fn quiet_says_nothing() {
     let folder = folder_with_scene(SCENE);

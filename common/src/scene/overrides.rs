@@ -8,6 +8,9 @@ use super::source::{Place, Source};
 use super::spelling::{listed, nearest};
 use super::tree::{Node, Table, Value, parse_value};
 
+/// More than any key of the format has: each is told with all above it.
+const MOST_LEVELS: usize = 32;
+
 /// Sets a key of the document, in place of what was there or in addition to it.
 ///
 /// `argument` is `KEY=VALUE`: `time.end=0.1`, `insertions[0].total.number=10`,
@@ -24,6 +27,13 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
             .error(problem)
             .with_help("write it as KEY=VALUE, for example time.end=0.1")
     })?;
+    if steps.len() > MOST_LEVELS {
+        let message = format!(
+            "a path of {} keys: no scene is deeper than {MOST_LEVELS}",
+            steps.len()
+        );
+        return Err(whole.error(message));
+    }
     let value = read_value(&source, argument, equals + 1)?;
     let key_span = 0..equals;
 

@@ -53,6 +53,12 @@ fn faces_of_a_box_end_each_other() {
     let names = ["box.-x", "box.+x", "floor", "other.-x", "box.-z"].map(str::to_owned);
     let groups = faces_of_one_box(&names);
     assert_eq!(groups, [vec![1, 4], vec![0, 4], vec![], vec![], vec![0, 1]]);
+    // Of a damaged file: one face that is there a great many times ends the other one once.
+    let mut names = vec!["box.+z".to_owned()];
+    names.extend((0..100_000).map(|_| "box.-z".to_owned()));
+    let groups = faces_of_one_box(&names);
+    assert_eq!(groups[0], [1]);
+    assert!(groups[1..].iter().all(|group| group.len() <= 2));
 
     let placement = Placement::default();
     let side = plane(DVec3::new(0.25, 0.0, 0.0), DVec3::X);

@@ -33,6 +33,8 @@ use crate::walls::Wall;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
+/// Most materials: of each two the law is made and told.
+const MOST_MATERIALS: usize = 128;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;
 /// Resolves a scene: what each pair of materials does, the time step, what is there and what comes, what is skipped.
@@ -40,6 +42,26 @@ const LEAST_SPEED: f64 = 0.1;
 /// # Errors
 /// Everything that is wrong with the scene, and every part of it that this version cannot run, each with its place.
 pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
+    planned(scene, u64::MAX)
+}
+
+/// The plan of a scene with two sites of each lattice: cheap however many there are, with all that the memory of the whole follows from.
+/// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
+///
+/// # Errors
+/// As [`plan`], but for what is wrong with other sites.
+pub fn sketch(scene: &Scene) -> Result<Plan, SceneErrors> {
+    // Of two particles of a material the law is needed, as of many.
+    planned(scene, 2)
+}
+
+fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
+    if let Some(beyond) = scene.materials.get(MOST_MATERIALS) {
+        let message = format!("there are {} materials", scene.materials.len());
+        let error = beyond.name.error(message);
+        let help = format!("at most {MOST_MATERIALS}: one material may have any number of sizes");
+        return Err(SceneErrors(vec![error.with_help(help)]));
+    }
     let mut errors = unsupported(scene);
     let mut warnings = Vec::new();
     let dimensions = match scene.domain.dimensions {
@@ -50,7 +72,13 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     let mut notes = Vec::new();
     let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut warnings, &mut notes, &mut errors);
-    let start = starting_particles(scene, clumps.as_deref(), &mut warnings, &mut errors);
+    let start = starting_particles(
+        scene,
+        clumps.as_deref(),
+        most_sites,
+        &mut warnings,
+        &mut errors,
+    );
     let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
     let regions = regions(scene, &start, &mut errors);
@@ -90,6 +118,7 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
             &mut errors,
             &mut warnings,
         );
+        counted.scale_up(&start, &clumps);
     }
 
     // A pair that could not be resolved could change the step.

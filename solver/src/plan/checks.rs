@@ -275,9 +275,17 @@ pub(super) fn overlaps(
         (*scene.contact.overlap_error, *scene.contact.overlap_warning);
     let (mut bad, mut dubious) = (Worst::default(), Worst::default());
     let spheres: Vec<StartingSphere> = start.spheres(clumps).collect();
-    if let Some((a, b)) = crowded(&spheres, error_limit) {
+    let crowd = crowded(&spheres, error_limit).map(|pair| {
+        let limit = format!("the limit is contact.overlap_error = {error_limit}");
+        (pair, limit)
+    });
+    let crowd = crowd.or_else(|| {
+        let limit = format!("no more than {MOST_TOUCHING} for each are listed");
+        Some((too_many(&spheres, error_limit)?, limit))
+    });
+    if let Some(((a, b), limit)) = crowd {
         let message = format!(
-            "{} and {} lie so close to each other, and to others, that the pairs that overlap are not counted; the limit is contact.overlap_error = {error_limit}",
+            "{} and {} lie so close to each other, and to others, that the pairs that overlap are not counted; {limit}",
             name(scene, start, a),
             name(scene, start, b)
         );
@@ -407,7 +415,71 @@ pub(super) fn overlaps(
 }
 
 /// Spheres in a cube any two of which overlap by more than the limit; so many make a list of all pairs long.
-const CROWD: u32 = 16;
+const CROWD: usize = 16;
+
+/// Pairs that touch, for each sphere on the average: so many are looked at one by one, whatever the limit.
+const MOST_TOUCHING: usize = 500;
+
+/// The spheres of a cube any two of which overlap by more than a part of the smaller radius. Those of a grain come one after the other.
+#[derive(Default)]
+struct Cube {
+    spheres: usize,
+    /// The first grain and the last so far, with the spheres of each.
+    first: (usize, usize),
+    last: (usize, usize),
+    /// Pairs of spheres of one grain, without those of the last.
+    inner: usize,
+}
+
+impl Cube {
+    fn add(&mut self, grain: usize) {
+        let pairs = |spheres: usize| spheres * spheres.saturating_sub(1) / 2;
+        if self.spheres == 0 {
+            (self.first, self.last) = ((grain, 0), (grain, 0));
+        }
+        if self.last.0 != grain {
+            self.inner += pairs(self.last.1);
+            self.last = (grain, 0);
+        }
+        self.last.1 += 1;
+        self.first.1 += usize::from(self.first.0 == grain);
+        self.spheres += 1;
+    }
+
+    /// Spheres that are not of the first grain.
+    fn others(&self) -> usize {
+        self.spheres - self.first.1
+    }
+
+    /// Pairs of spheres of different grains.
+    fn pairs(&self) -> f64 {
+        let all = |spheres: usize| spheres as f64 * (spheres as f64 - 1.0) / 2.0;
+        all(self.spheres) - self.inner as f64 - all(self.last.1)
+    }
+
+    fn ends(&self) -> (usize, usize) {
+        (self.first.0, self.last.0)
+    }
+}
+
+/// Cubes of spheres.
+#[derive(Default)]
+struct Cubes(HashMap<(i32, [u64; 3]), Cube>);
+
+impl Cubes {
+    /// Puts a sphere into its cube of those in which any two overlap by more than `limit` of the smaller radius, below 2.
+    fn add(&mut self, sphere: &StartingSphere, limit: f64) -> &Cube {
+        // Radii of a class differ by less than a factor of two: centres nearer than (2 - limit) of the least overlap by more than the limit.
+        let class = libm::ilogb(sphere.radius);
+        let edge = (2.0 - limit) * libm::scalbn(1.0, class) / 3.0_f64.sqrt();
+        // Cells by the bits of their coordinates, which may be beyond all whole numbers.
+        let cell = (sphere.centre / edge).floor() + DVec3::ZERO;
+        let key = (class, cell.to_array().map(f64::to_bits));
+        let cube = self.0.entry(key).or_default();
+        cube.add(sphere.grain);
+        cube
+    }
+}
 
 /// Two grains of a crowd, if there is one: spheres that are no pebbles of one body nor both fixed, each two of which overlap by more than
 /// `limit` of the smaller radius. Asked before all pairs are listed, as those of a thousand spheres at one point are a million.
@@ -415,24 +487,32 @@ fn crowded(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
     if limit >= 2.0 {
         return None;
     }
-    let mut crowds: HashMap<(i32, [u64; 3]), (u32, usize)> = HashMap::new();
+    let mut cubes = Cubes::default();
     for sphere in spheres.iter().filter(|sphere| !sphere.fixed) {
-        // Radii of a class differ by less than a factor of two: centres nearer than (2 - limit) of the least overlap by more than the limit.
-        let class = libm::ilogb(sphere.radius);
-        let edge = (2.0 - limit) * libm::scalbn(1.0, class) / 3.0_f64.sqrt();
-        // Cells by the bits of their coordinates, which may be beyond all whole numbers.
-        let cell = (sphere.centre / edge).floor() + DVec3::ZERO;
-        let key = (class, cell.to_array().map(f64::to_bits));
-        let (count, first) = crowds.entry(key).or_insert((0, sphere.grain));
-        if *first == sphere.grain {
-            continue;
-        }
-        *count += 1;
-        if *count >= CROWD {
-            return Some((*first, sphere.grain));
+        let cube = cubes.add(sphere, limit);
+        if cube.others() >= CROWD {
+            return Some(cube.ends());
         }
     }
     None
+}
+
+/// Two grains of the largest crowd, if there are more pairs than can be looked at: where the limit allows for almost any overlap, and
+/// among fixed spheres, which may overlap.
+fn too_many(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
+    let mut cubes = Cubes::default();
+    // What is below this limit and moves is no crowd of more than some thousands.
+    for sphere in spheres.iter().filter(|sphere| sphere.fixed || limit > 1.0) {
+        cubes.add(sphere, 0.0);
+    }
+    let all: f64 = cubes.0.values().map(Cube::pairs).sum();
+    if all <= MOST_TOUCHING as f64 * spheres.len() as f64 {
+        return None;
+    }
+    // Of equal ones the first, whatever the order of the table.
+    let crowds = cubes.0.values().filter(|cube| cube.others() > 0);
+    let largest = crowds.max_by_key(|cube| (cube.others(), std::cmp::Reverse(cube.first)))?;
+    Some(largest.ends())
 }
 
 /// Calls `found` with the places (ascending) and the overlap (m) of each pair that overlaps, images included, except pairs of

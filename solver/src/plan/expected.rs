@@ -1,7 +1,9 @@
 //! What a run is expected to hold: grains, spheres, and pairs of them.
 
-use super::Plan;
 use super::insertions::expected_inserted;
+use super::particles::StartingParticles;
+use super::{NewBody, Plan};
+use crate::bodies::Clump;
 
 /// Numbers of what a run holds when all that is planned has come.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -28,15 +30,11 @@ const DENSE: [f64; 2] = [2.35, 3.3];
 #[must_use]
 pub fn expected(plan: &Plan) -> Expected {
     let pebbles = |clump: u32| plan.physics().clumps()[clump as usize].pebbles.len() as f64;
+    let start = at_start(plan);
     let mut expected = Expected {
-        particles: plan.physics().particles().len() as f64,
-        bodies: plan.physics().bodies().len() as f64,
-        pebbles: plan
-            .physics()
-            .bodies()
-            .iter()
-            .map(|body| pebbles(body.clump))
-            .sum(),
+        particles: start.particles,
+        bodies: start.bodies,
+        pebbles: start.pebbles,
         ..Expected::default()
     };
     for insertion in plan.physics().insertions() {
@@ -58,6 +56,27 @@ pub fn expected(plan: &Plan) -> Expected {
     expected
 }
 
+/// Grains of the start, those among them that a sketch leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct AtStart {
+    pub particles: f64,
+    pub bodies: f64,
+    pub pebbles: f64,
+}
+
+/// What is there at the start.
+pub(super) fn at_start(plan: &Plan) -> AtStart {
+    let physics = plan.physics();
+    let left_out = plan.notes().counted().left_out;
+    let pebbles = |body: &NewBody| body.clump(physics.clumps()).pebbles.len();
+    let made: usize = physics.bodies().iter().map(pebbles).sum();
+    AtStart {
+        particles: physics.particles().len() as f64 + left_out.particles,
+        bodies: physics.bodies().len() as f64 + left_out.bodies,
+        pebbles: made as f64 + left_out.pebbles,
+    }
+}
+
 /// What was counted while the start of a scene was read and looked over.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Counted {
@@ -69,4 +88,39 @@ pub struct Counted {
     pub table_bytes: u64,
     /// Particles in it.
     pub table_rows: u64,
+    /// What is not in the plan although it is in the scene.
+    pub left_out: LeftOut,
+}
+
+impl Counted {
+    /// Pairs of a sketch as those of the whole: as many for each pebble, as most of those at the start are of one body, else for each
+    /// particle.
+    pub(super) fn scale_up(&mut self, made: &StartingParticles, clumps: &[Clump]) {
+        let LeftOut {
+            particles, pebbles, ..
+        } = self.left_out;
+        let of_bodies = made.bodies.iter();
+        let made_pebbles: usize = of_bodies.map(|body| body.clump(clumps).pebbles.len()).sum();
+        let factor = if pebbles > 0.0 {
+            1.0 + pebbles / made_pebbles.max(1) as f64
+        } else if particles > 0.0 {
+            1.0 + particles / made.particles.len().max(1) as f64
+        } else {
+            return;
+        };
+        for count in [&mut self.touching, &mut self.listed] {
+            *count = (*count as f64 * factor).round() as u64;
+        }
+    }
+}
+
+/// Grains on lattices that a [`sketch`](super::sketch) of a scene leaves out; a plan leaves out none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LeftOut {
+    /// Spheres that are grains of their own.
+    pub particles: f64,
+    /// Bodies.
+    pub bodies: f64,
+    /// Their pebbles.
+    pub pebbles: f64,
 }

@@ -2,6 +2,7 @@
 
 use mercury_common::formats::particle_csv::ParticleRow;
 
+use super::expected::{AtStart, at_start};
 use super::particles::{StartingSphere, Typed};
 use super::{NewBody, NewParticle, Plan};
 use crate::memory::GROWTH;
@@ -49,15 +50,12 @@ impl StartBytes {
     /// Of a plan.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
-        let (particles, bodies) = (
-            plan.physics().particles().len() as f64,
-            plan.physics().bodies().len() as f64,
-        );
-        let pebbles = plan.physics().bodies().iter();
-        let pebbles: usize = pebbles
-            .map(|body| body.clump(plan.physics().clumps()).pebbles.len())
-            .sum();
-        let spheres = particles + pebbles as f64;
+        let AtStart {
+            particles,
+            bodies,
+            pebbles,
+        } = at_start(plan);
+        let spheres = particles + pebbles;
         let meshes = plan.physics().walls().iter().map(|wall| match &wall.shape {
             Shape::Mesh(mesh) => mesh.bytes() as f64,
             _ => 0.0,

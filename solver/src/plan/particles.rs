@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use mercury_common::formats::particle_csv::read_particle_csv;
 use mercury_common::random::Stream;
+use mercury_common::readable;
 use mercury_common::scene::{
     ClumpPlace, Lattice, Located, MaterialIndex, Orientation, ParticleSource, ParticleValues,
     Place, Scene, SceneError, Start,
@@ -13,6 +14,7 @@ use mercury_common::scene::{
 use super::earlier::{Earlier, take_up};
 use super::{Counted, NewBody, NewParticle};
 use crate::bodies::Clump;
+use crate::contact::parameter::short;
 use crate::neighbours::Images;
 
 /// Where a particle of the start was typed.
@@ -142,14 +144,15 @@ pub(super) struct StartingSphere {
     pub fixed: bool,
 }
 
-/// Most particles of one lattice: more would not fit into the 32 bits of their ids.
+/// Most spheres on lattices: more would not fit into the 32 bits of their ids.
 const MOST_SITES: f64 = 4e9;
 
-/// Makes the particles and bodies of the start; positions on periodic axes are wrapped into the domain. `clumps`: the
-/// templates, if they could be read.
+/// Makes the particles and bodies of the start, of each lattice `most_sites` at most; positions on periodic axes are wrapped into the
+/// domain. `clumps`: the templates, if they could be read.
 pub(super) fn starting_particles(
     scene: &Scene,
     clumps: Option<&[Clump]>,
+    most_sites: u64,
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> StartingParticles {
@@ -157,6 +160,7 @@ pub(super) fn starting_particles(
     let mut start = StartingParticles::default();
     // Name of a single body, and its place among the bodies.
     let mut named_bodies: Vec<(String, usize)> = Vec::new();
+    let mut numbers = Numbers::default();
     for (entry, particles) in scene.particles.iter().enumerate() {
         match &particles.source {
             ParticleSource::One { particle, position } => {
@@ -173,12 +177,22 @@ pub(super) fn starting_particles(
             }
             ParticleSource::Lattice { particle, lattice } => {
                 check_start(&particle.start, errors);
-                if !can_be_counted(lattice, errors) {
+                let Some(count) = numbers.take(lattice, 1, errors) else {
+                    continue;
+                };
+                let made = count.min(most_sites);
+                start.table.left_out.particles += (count - made) as f64;
+                let room = start.particles.try_reserve(made as usize);
+                if room
+                    .and_then(|()| start.typed.try_reserve(made as usize))
+                    .is_err()
+                {
+                    errors.push(no_room(lattice, made));
                     continue;
                 }
                 // Each lattice draws from a stream of its own, so that entries do not disturb one another.
                 let mut stream = Stream::new(scene.seed, "lattice", entry as u64);
-                for position in sites(lattice, &mut stream) {
+                for position in sites(lattice, &mut stream).take(made as usize) {
                     start.add(
                         one(particle, position),
                         &images,
@@ -261,21 +275,8 @@ pub(super) fn starting_particles(
                 start: motion,
             } => {
                 check_start(motion, errors);
-                let mut stream = Stream::new(scene.seed, "lattice", entry as u64);
-                let positions = match at {
-                    ClumpPlace::Position(position) => {
-                        let name = particles.name.as_ref();
-                        let place = start.bodies.len();
-                        named_bodies.extend(name.map(|name| (name.value.clone(), place)));
-                        vec![position.value]
-                    }
-                    ClumpPlace::Lattice(lattice) if can_be_counted(lattice, errors) => {
-                        sites(lattice, &mut stream)
-                    }
-                    ClumpPlace::Lattice(_) => continue,
-                };
                 let mut turns = Stream::new(scene.seed, "orientations", entry as u64);
-                for position in positions {
+                let mut put = |start: &mut StartingParticles, position: DVec3| {
                     let orientation = match orientation.value {
                         Orientation::Given(given) => given,
                         Orientation::Random => turns.unit_quaternion(),
@@ -287,6 +288,36 @@ pub(super) fn starting_particles(
                         ..moving_body(motion, clump.value.0 as u32)
                     });
                     start.typed_bodies.push(Typed { entry, line: None });
+                };
+                match at {
+                    ClumpPlace::Position(position) => {
+                        let name = particles.name.as_ref();
+                        let place = start.bodies.len();
+                        named_bodies.extend(name.map(|name| (name.value.clone(), place)));
+                        put(&mut start, position.value);
+                    }
+                    ClumpPlace::Lattice(lattice) => {
+                        let template = clumps.and_then(|clumps| clumps.get(clump.value.0));
+                        let pebbles = template.map_or(1, |clump| clump.pebbles.len());
+                        let Some(count) = numbers.take(lattice, pebbles, errors) else {
+                            continue;
+                        };
+                        let made = count.min(most_sites);
+                        start.table.left_out.bodies += (count - made) as f64;
+                        start.table.left_out.pebbles += (count - made) as f64 * pebbles as f64;
+                        let room = start.bodies.try_reserve(made as usize);
+                        if room
+                            .and_then(|()| start.typed_bodies.try_reserve(made as usize))
+                            .is_err()
+                        {
+                            errors.push(no_room(lattice, made));
+                            continue;
+                        }
+                        let mut stream = Stream::new(scene.seed, "lattice", entry as u64);
+                        for position in sites(lattice, &mut stream).take(made as usize) {
+                            put(&mut start, position);
+                        }
+                    }
                 }
             }
             ParticleSource::Run { folder } => {
@@ -314,13 +345,48 @@ pub(super) fn starting_particles(
     start
 }
 
-/// Whether a lattice has no more sites than can be.
-fn can_be_counted(lattice: &Lattice, errors: &mut Vec<SceneError>) -> bool {
-    let count: f64 = lattice.sites().iter().product();
-    if count > MOST_SITES {
-        errors.push(lattice.place.error(format!("has {count:e} sites")));
+/// The numbers that lattices take.
+#[derive(Debug, Default)]
+struct Numbers {
+    taken: f64,
+}
+
+impl Numbers {
+    /// The sites of a lattice with so many spheres on each; none, and an error, if all lattices have more spheres than can be numbered.
+    fn take(
+        &mut self,
+        lattice: &Lattice,
+        spheres: usize,
+        errors: &mut Vec<SceneError>,
+    ) -> Option<u64> {
+        let count: f64 = lattice.sites().iter().product();
+        let with_others = self.taken + count * spheres as f64;
+        // Also of what is no number.
+        if with_others <= MOST_SITES {
+            self.taken = with_others;
+            return Some(count as u64);
+        }
+        let mut message = format!("has {} sites", short(count));
+        if with_others > count {
+            message += &format!(", {} spheres with those before it", short(with_others));
+        }
+        message += &format!(": no more than {} can be numbered", short(MOST_SITES));
+        errors.push(lattice.place.error(message).with_help(
+            "fewer sites: a larger `spacing`, or a smaller box; are the units of lengths right?",
+        ));
+        None
     }
-    count <= MOST_SITES
+}
+
+/// The system gives no memory for a lattice.
+fn no_room(lattice: &Lattice, count: u64) -> SceneError {
+    let each = size_of::<NewParticle>().max(size_of::<NewBody>()) + size_of::<Typed>();
+    let error = lattice.place.error(format!(
+        "the system gives no memory for its {} sites, about {}",
+        readable::count(count),
+        readable::bytes(count as f64 * each as f64)
+    ));
+    error.with_help("fewer sites: a larger `spacing`, or a smaller box")
 }
 
 fn row_material(
@@ -426,24 +492,18 @@ fn check_start(start: &Start, errors: &mut Vec<SceneError>) {
 }
 
 /// The sites of a lattice, x fastest, with their jitter.
-fn sites(lattice: &Lattice, stream: &mut Stream) -> Vec<DVec3> {
-    let counts = lattice.sites().map(|count| count as u64);
-    let mut sites = Vec::with_capacity(counts.iter().product::<u64>() as usize);
-    for k in 0..counts[2] {
-        for j in 0..counts[1] {
-            for i in 0..counts[0] {
-                let steps = DVec3::new(i as f64, j as f64, k as f64);
-                let mut site = *lattice.min + steps * *lattice.spacing;
-                if *lattice.jitter > 0.0 {
-                    for axis in 0..3 {
-                        if counts[axis] > 1 {
-                            site[axis] += stream.uniform_in(-*lattice.jitter, *lattice.jitter);
-                        }
-                    }
+fn sites<'a>(lattice: &'a Lattice, stream: &'a mut Stream) -> impl Iterator<Item = DVec3> + 'a {
+    let [nx, ny, nz] = lattice.sites().map(|count| count as u64);
+    (0..nx * ny * nz).map(move |site| {
+        let steps = [site % nx, site / nx % ny, site / nx / ny].map(|steps| steps as f64);
+        let mut position = *lattice.min + DVec3::from_array(steps) * *lattice.spacing;
+        if *lattice.jitter > 0.0 {
+            for (axis, count) in [nx, ny, nz].into_iter().enumerate() {
+                if count > 1 {
+                    position[axis] += stream.uniform_in(-*lattice.jitter, *lattice.jitter);
                 }
-                sites.push(site);
             }
         }
-    }
-    sites
+        position
+    })
 }

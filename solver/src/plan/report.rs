@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use mercury_common::machine::MachineMemory;
 use mercury_common::readable::bytes;
 
 use super::meshes::describe;
@@ -11,12 +12,12 @@ use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
 use crate::walls::Shape;
 
-/// The plan in aligned plain text, with the memory that its run is expected to take.
+/// The plan in aligned plain text, with the memory that its run is expected to take, beside what the machine has, if that is known.
 #[must_use]
-pub fn report(plan: &Plan, memory: &Memory) -> String {
+pub fn report(plan: &Plan, memory: &Memory, machine: Option<MachineMemory>) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
-    let _ = write_report(&mut text, plan, memory);
+    let _ = write_report(&mut text, plan, memory, machine);
     text
 }
 
@@ -34,7 +35,12 @@ fn vector(v: glam::DVec3) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Result {
+fn write_report(
+    text: &mut String,
+    plan: &Plan,
+    memory: &Memory,
+    machine: Option<MachineMemory>,
+) -> std::fmt::Result {
     writeln!(text, "{}", plan.outputs().title())?;
     heading(text, "Space")?;
     let corners = format!(
@@ -84,7 +90,7 @@ fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Re
     for pass in all.iter().filter(|pass| !pass.is_done) {
         line(text, pass.name, &pass.reason)?;
     }
-    write_memory(text, memory)?;
+    write_memory(text, memory, machine)?;
     if !plan.notes().remarks().is_empty() {
         heading(text, "Notes")?;
         for note in plan.notes().remarks() {
@@ -100,7 +106,11 @@ fn write_report(text: &mut String, plan: &Plan, memory: &Memory) -> std::fmt::Re
     Ok(())
 }
 
-fn write_memory(text: &mut String, memory: &Memory) -> std::fmt::Result {
+fn write_memory(
+    text: &mut String,
+    memory: &Memory,
+    machine: Option<MachineMemory>,
+) -> std::fmt::Result {
     heading(text, "Memory, estimated")?;
     let spheres = memory.spheres.round();
     let mut steps = bytes(memory.steps);
@@ -127,7 +137,24 @@ fn write_memory(text: &mut String, memory: &Memory) -> std::fmt::Result {
         "{}, while tables are read and overlaps looked for; given back before the first step",
         bytes(memory.start)
     );
-    line(text, "at the start", &start)
+    line(text, "at the start", &start)?;
+    let of_machine = match machine {
+        None => "unknown: this system does not say".to_owned(),
+        Some(machine) if memory.peak() > machine.total => {
+            format!(
+                "{machine}: THE RUN DOES NOT FIT, it needs {}",
+                bytes(memory.peak())
+            )
+        }
+        Some(machine) if memory.peak() > machine.free => {
+            format!(
+                "{machine}: less than the run needs at most, {}",
+                bytes(memory.peak())
+            )
+        }
+        Some(machine) => machine.to_string(),
+    };
+    line(text, "this machine has", &of_machine)
 }
 
 fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use mercury_common::readable::rounded;
+use mercury_common::readable::{bytes, rounded};
 use mercury_common::scene::differences;
 use mercury_common::whole_file::FileError;
 
@@ -235,9 +235,9 @@ impl fmt::Display for Checkpoint {
         )?;
         writeln!(
             f,
-            "  written by    mercury-solve {}, {:.1} MB, all checksums right",
+            "  written by    mercury-solve {}, {}, all checksums right",
             head.program,
-            self.size as f64 * 1e-6
+            bytes(self.size as f64)
         )?;
         writeln!(
             f,

@@ -1,10 +1,14 @@
-//! The memory that a run takes, by what its rooms hold.
+//! The memory that a run takes, by what its rooms hold, and whether the machine has it.
+
+use mercury_common::machine::MachineMemory;
+use mercury_common::readable::{bytes, count};
+use mercury_common::scene::{Scene, SceneError, SceneErrors};
 
 use crate::forces::{contact_loop, parked_bytes};
 use crate::memory::GROWTH;
 use crate::neighbours::{build_bytes, list_bytes};
 use crate::output::output_bytes;
-use crate::plan::{Memory, Plan, StartBytes, expected};
+use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, plan, sketch};
 use crate::state::{Bodies, Particles};
 
 /// What any run takes: the program, its libraries, its pictures.
@@ -51,4 +55,77 @@ pub fn memory(plan: &Plan) -> Memory {
         most: most.max(steps),
         checkpoint,
     }
+}
+
+/// More than any grain takes, bytes: lattices of so many that they could be too many are counted before they are made.
+const MOST_EACH: f64 = 1e4;
+/// What a grain takes at least, bytes, with its contacts and outputs.
+const LEAST_EACH: f64 = 1e3;
+
+/// The plan of a scene and the memory that its run is expected to take. Lattices that cannot fit into the machine's memory are refused
+/// before they are made; what insertions bring is left to [`check_fit`]. No `machine`: whatever the system gives.
+///
+/// # Errors
+/// Those of [`plan`](crate::plan::plan), and of [`check_fit`].
+pub fn plan_within(
+    scene: &Scene,
+    machine: Option<MachineMemory>,
+) -> Result<(Plan, Memory), SceneErrors> {
+    let grains = lattice_grains(scene);
+    if let Some(machine) = machine.filter(|machine| grains * MOST_EACH > machine.total) {
+        match sketch(scene) {
+            Ok(sketch) => {
+                let memory = memory(&sketch);
+                // What comes later may never come: people see the plan before they are told so.
+                if memory.start.max(LEAST_EACH * grains) > machine.total {
+                    check_fit(scene, &sketch, &memory, machine)
+                        .map_err(|error| SceneErrors(vec![error]))?;
+                }
+            }
+            Err(errors) if grains * LEAST_EACH > machine.total => return Err(errors),
+            // What is wrong is told of all sites.
+            Err(_) => {}
+        }
+    }
+    let plan = plan(scene)?;
+    let memory = memory(&plan);
+    Ok((plan, memory))
+}
+
+/// Refuses a run that takes more memory than the machine has. What is free now does not count, as it may change while the run goes on.
+///
+/// # Errors
+/// How much is needed, how much there is, what needs most, and what to do.
+pub fn check_fit(
+    scene: &Scene,
+    plan: &Plan,
+    memory: &Memory,
+    machine: MachineMemory,
+) -> Result<(), SceneError> {
+    if memory.peak() <= machine.total {
+        return Ok(());
+    }
+    let mut message = format!(
+        "the run is expected to need {} of memory, and this machine has {}",
+        bytes(memory.peak()),
+        bytes(machine.total)
+    );
+    let largest = largest(scene, plan);
+    if let Some(largest) = &largest {
+        let bring = if largest.is_certain {
+            "has"
+        } else {
+            "brings up to"
+        };
+        message += &format!(
+            "; {} {bring} {} of its {} spheres",
+            largest.what,
+            count(largest.spheres.round() as u64),
+            count(memory.spheres.round() as u64)
+        );
+    }
+    let place = largest.map_or(&scene.place, |largest| largest.place);
+    Err(place.error(message).with_help(
+        "fewer or larger particles (are the units of lengths right?), or a larger machine; --force-memory runs it all the same",
+    ))
 }

@@ -22,7 +22,7 @@ use mercury_common::whole_file::write_whole;
 use mercury_pictures::energy_page;
 
 pub use budget::Budget;
-pub use memory::memory;
+pub use memory::{check_fit, memory, plan_within};
 pub use report::Report;
 
 use budget::{energy_summary, exchanged};

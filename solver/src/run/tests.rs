@@ -1,6 +1,7 @@
 //! Whole runs of small scenes: what they write, and when.
 
 mod bodies;
+mod memory;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -17,8 +17,8 @@ use polars_parquet::read::{
     infer_schema, read_metadata,
 };
 
-use polars_parquet_format::PageHeader;
 use polars_parquet_format::thrift::protocol::TCompactInputProtocol;
+use polars_parquet_format::{FileMetaData as Footer, PageHeader};
 
 use super::UNIT;
 use crate::column::{Column, Values};
@@ -104,6 +104,7 @@ fn ends(file: &mut File) -> std::io::Result<(Vec<u8>, Vec<u8>)> {
 fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
     let length = file.metadata()?.len();
     let mut room = Room(MOST.max(length.saturating_mul(MOST_FOR_EACH)));
+    check_footer(file, length)?;
     let footer = read_metadata(file)?;
     let schema = infer_schema(&footer)?;
     let entries = footer.key_value_metadata.iter().flatten();
@@ -134,6 +135,36 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
         .fold(Table::read_from(origin), Table::with);
     table.metadata = metadata;
     Ok(table)
+}
+
+/// What [`TCompactInputProtocol`] may count for each byte that it reads: a list counts 8 for each entry, of which each has a byte, and a
+/// struct 2.
+const COUNTED: usize = 16;
+
+/// Reads the footer with lists that are no longer than it has bytes for: the library takes memory for as many entries as a list claims.
+fn check_footer(file: &mut File, length: u64) -> PolarsResult<()> {
+    // Behind it stand its length and the magic word.
+    let tail = size_of::<u32>() + MAGIC.len();
+    let mut claimed = [0; size_of::<u32>()];
+    file.seek(SeekFrom::End(-(tail as i64)))?;
+    file.read_exact(&mut claimed)?;
+    let claimed = u64::from(u32::from_le_bytes(claimed));
+    let Some(start) = length.checked_sub(tail as u64 + claimed) else {
+        return Err(PolarsError::ComputeError(
+            "its footer is longer than the file".into(),
+        ));
+    };
+    let mut footer = Vec::new();
+    file.seek(SeekFrom::Start(start))?;
+    Read::by_ref(file).take(claimed).read_to_end(&mut footer)?;
+    let most = footer.len().saturating_mul(COUNTED);
+    let mut protocol = TCompactInputProtocol::new(footer.as_slice(), most);
+    match Footer::read_from_in_protocol(&mut protocol) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(PolarsError::ComputeError(
+            format!("its footer is damaged: {error}").into(),
+        )),
+    }
 }
 
 /// The values of a column, or what is in it that no column of ours can hold.
@@ -229,7 +260,9 @@ fn arrays_of(
     Read::by_ref(file).take(length).read_to_end(&mut bytes)?;
     let bytes = Cursor::new(Buffer::from(bytes));
     claims(bytes.get_ref(), room)?;
-    let pages = PageReader::new(bytes, chunk, Vec::new(), usize::MAX);
+    // No page, and no text in the head of one, is longer than all of them.
+    let most = bytes.get_ref().len().saturating_mul(COUNTED);
+    let pages = PageReader::new(bytes, chunk, Vec::new(), most);
     let kind = &chunk.descriptor().descriptor.primitive_type;
     let pages = BasicDecompressor::new(pages, Vec::new());
     let (arrays, _) = column_iter_to_arrays(vec![pages], vec![kind], field.clone(), None)?;
@@ -239,7 +272,8 @@ fn arrays_of(
 /// Takes what the pages of a chunk claim to hold; the library believes them.
 fn claims(mut chunk: &[u8], room: &mut Room) -> PolarsResult<()> {
     while !chunk.is_empty() {
-        let mut protocol = TCompactInputProtocol::new(&mut chunk, usize::MAX);
+        let most = chunk.len().saturating_mul(COUNTED);
+        let mut protocol = TCompactInputProtocol::new(&mut chunk, most);
         // What is behind the last page the library does not read.
         let Ok(page) = PageHeader::read_from_in_protocol(&mut protocol) else {
             break;

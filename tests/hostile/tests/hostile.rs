@@ -305,6 +305,7 @@ readers! {
     scene_with_rate "scene-with-rate"
     scene_with_sizes "scene-with-sizes"
     scene_with_clump "scene-with-clump"
+    scene_from_run "scene-from-run"
     data "data"
     fstat "fstat"
     ene "ene"
@@ -323,6 +324,7 @@ readers! {
     frames_triangle_loads "frames-triangle-loads"
     checkpoint "checkpoint"
     checkpoint_resumed "checkpoint-resumed"
+    run_resumed "run-resumed"
     lock "lock"
     plan_document "plan-document"
     size_table "size-table"
@@ -339,9 +341,13 @@ readers! {
     restart_compressed "restart-compressed"
     cg_run "cg-run"
     cg_run_contacts "cg-run-contacts"
+    cg_points "cg-points"
+    cg_fields "cg-fields"
     xballs_script "xballs-script"
     export_data "export-data"
     export_run "export-run"
+    export_files "export-files"
+    export_pictures "export-pictures"
 }
 
 /// Each file of the corpus broke a reader once; `tests/corpus/README.md` has a line on each.

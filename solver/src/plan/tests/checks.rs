@@ -340,3 +340,53 @@ fn a_wall_has_one_servo() {
         ]
     );
 }
+
+/// Spheres at one point, which are pairs without end: refused before they are listed, also where any overlap is allowed and where
+/// nothing can move. 2,000 of them are 2 million pairs, of which 500 for each are looked at.
+#[test]
+fn crowds_are_refused_whatever_may_overlap() {
+    let crowd = |more: &str, number: usize| {
+        let one = particle("ball", 0.1, [0.1, 0.2, 0.3], more);
+        one.repeat(number)
+    };
+    for (overrides, more, limit) in [
+        (&[][..], "", "the limit is contact.overlap_error"),
+        (
+            &["contact.overlap_error=3"],
+            "",
+            "no more than 500 for each are listed",
+        ),
+        (
+            &["contact.overlap_error=1.99"],
+            "",
+            "the limit is contact.overlap_error = 1.99",
+        ),
+        (&[], "fixed = true", "no more than 500 for each are listed"),
+    ] {
+        let found = complaints_with(&format!("{BALL}{}", crowd(more, 2000)), overrides);
+        let is_it =
+            |text: &String| text.contains("lie so close to each other") && text.contains(limit);
+        assert!(found.iter().any(is_it), "{found:?}");
+    }
+    // Some hundred fixed ones may be anywhere, and some movable ones where that is meant.
+    let few = format!("{BALL}{}{}", crowd("fixed = true", 300), two("ball", 0.2));
+    assert!(planned_with(&format!("{HEAD}{few}"), &["contact.overlap_error=3"]).is_ok());
+    let few = format!("{BALL}{}", crowd("", 100));
+    assert!(planned_with(&format!("{HEAD}{few}"), &["contact.overlap_error=3"]).is_ok());
+}
+
+#[test]
+fn materials_without_end_are_refused() {
+    let materials = |number: usize| -> String {
+        let one = |k| BALL.replace("materials.ball", &format!("materials.m{k}"));
+        (0..number).map(one).collect::<String>() + &two("m0", 0.2)
+    };
+    assert!(planned_with(&format!("{HEAD}{}", materials(128)), &[]).is_ok());
+    let found = complaints(&materials(5000));
+    assert_eq!(
+        found,
+        [
+            "materials.m128: there are 5000 materials | at most 128: one material may have any number of sizes"
+        ]
+    );
+}

@@ -50,7 +50,7 @@ fn mixtures_by_mass_become_shares_of_number() {
 #[test]
 fn the_report_says_what_is_done_and_what_is_skipped() {
     let plan = planned_with(SCENE, &[]).unwrap_or_else(|errors| panic!("{errors}"));
-    let text = report(&plan, &memory(&plan));
+    let text = report(&plan, &memory(&plan), None);
     for line in [
         "Rain",
         "  domain                  [0, 0, 0] to [0.04, 0.04, 0.12] m",

@@ -45,7 +45,7 @@ fn scenes_of_this_version_have_a_plan() {
         let plan = plan_of(&folder, name).unwrap_or_else(|e| panic!("{name}\n{e}"));
         assert!(plan.physics().steps() > 0);
         assert!(plan.notes().step().critical.is_some(), "{name}");
-        assert!(!super::super::report(&plan, &crate::run::memory(&plan)).is_empty());
+        assert!(!super::super::report(&plan, &crate::run::memory(&plan), None).is_empty());
     }
 }
 

@@ -74,7 +74,10 @@ impl Mesh {
             if best.beats(group, bound) {
                 continue;
             }
-            let facet = &self.facets[index];
+            // What fills a pack up is no facet; it seems far, but for spheres so fast that single precision does not hold their way.
+            let Some(facet) = self.facets.get(index) else {
+                continue;
+            };
             let Some(nearest) = facet.nearest(centre, reach) else {
                 continue;
             };

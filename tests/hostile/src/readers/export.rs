@@ -1,10 +1,18 @@
-//! What `mercury-export` reads beside what others read: scripts of XBalls, series of `.data`, runs with all their tables.
+//! What `mercury-export` reads beside what others read: scripts of XBalls, series of `.data`, runs with all their tables; and what it makes of them.
 
-use mercury_export::{FrameChoice, Source};
+use std::path::Path;
+
+use mercury_common::formats::vtu::VtuOptions;
+use mercury_export::output::Output;
+use mercury_export::sinks::pictures::{PictureChoice, PictureKind, Pictures};
+use mercury_export::sinks::{self, Density, Vtu, VtuChoice, Xballs, XballsChoice};
+use mercury_export::{ClumpsAs, FrameChoice, Job, Selection, Sink, Source, Table, export};
+use mercury_pictures::{ColourMap, Options};
 
 use super::{MB, Reader};
-use crate::checks::said;
+use crate::checks::{said, say};
 use crate::mutate::Make::{Binary, Text};
+use crate::place::Place;
 
 pub(super) const READERS: &[Reader] = &[
     Reader::new("xballs-script", Text(&["-f", "-format", "-s", "-oh", "-moh", "-cmode", "'", "\"", "\\", "xballs"]), |place| {
@@ -30,9 +38,105 @@ pub(super) const READERS: &[Reader] = &[
         vec![place.of_run("scene.particles.arrow")]
     }, |bytes, place| frames(&place.write("c.particles.arrow", bytes)))
     .bound(MB, 64, "the columns of a frame as values; the schema, once more for each frame"),
+    Reader::new("export-files", Binary, |place| beside(place, "d"), |bytes, place| {
+        each_kind(&place.write("d.particles.arrow", bytes), place);
+    })
+    .bound(64 * MB, 1000, "a frame as values, and each of them as text of at most 24 bytes, twice while it grows"),
+    Reader::new("export-pictures", Binary, |place| beside(place, "e"), |bytes, place| {
+        pictures(&place.write("e.particles.arrow", bytes), place);
+    })
+    .bound(64 * MB, 1000, "a frame as values; 40 bytes for each pixel; each sphere as some hundred bytes of SVG from 12 bytes of a frame"),
 ];
 
-fn frames(path: &std::path::Path) {
+/// All tables of the run but its particles, which are the sample.
+fn beside(place: &Place, prefix: &str) -> Vec<Vec<u8>> {
+    for kind in ["contacts", "bodies", "walls", "surfaces", "triangle_loads"] {
+        let table = place.of_run(&format!("scene.{kind}.arrow"));
+        place.write(&format!("{prefix}.{kind}.arrow"), &table);
+    }
+    vec![place.of_run("scene.particles.arrow")]
+}
+
+/// As `mercury-export` does, for all kinds of files.
+fn each_kind(path: &Path, place: &Place) {
+    let Some(job) = job(path, place) else { return };
+    let density = Density::new(2500.0).ok();
+    let vtu = VtuChoice {
+        options: VtuOptions::default(),
+        contacts: true,
+        walls: true,
+        clumps: ClumpsAs::Both,
+    };
+    let xballs = Xballs::begin(&job.output, XballsChoice::default());
+    for sink in [
+        Some(Box::new(sinks::csv(&job.output, Table::Particles)) as Box<dyn Sink>),
+        Some(Box::new(sinks::csv(&job.output, Table::Contacts))),
+        Some(Box::new(sinks::csv(&job.output, Table::Bodies))),
+        Some(Box::new(sinks::Parquet::new(&job.output, Table::Particles))),
+        Some(Box::new(sinks::particle_tables(&job.output))),
+        Some(Box::new(sinks::data_files(&job.output, density))),
+        said(sinks::dump(&job.output)).map(|sink| Box::new(sink) as Box<dyn Sink>),
+        said(xballs).map(|sink| Box::new(sink) as Box<dyn Sink>),
+        said(Vtu::new(&job, vtu)).map(|sink| Box::new(sink) as Box<dyn Sink>),
+    ]
+    .into_iter()
+    .flatten()
+    {
+        exported(&job, sink);
+    }
+}
+
+/// As `mercury-export png` and `svg` do, small.
+fn pictures(path: &Path, place: &Place) {
+    let Some(job) = job(path, place) else { return };
+    for kind in [PictureKind::Png, PictureKind::Svg] {
+        let choice = PictureChoice {
+            options: Options {
+                width: 120,
+                height: 90,
+                ..Options::default()
+            },
+            quantity: "auto".to_owned(),
+            range: None,
+            map: ColourMap::default(),
+            contacts: true,
+            walls: true,
+            clumps: ClumpsAs::Both,
+            title: None,
+        };
+        if let Some(sink) = said(Pictures::new(&job, choice, kind)) {
+            exported(&job, Box::new(sink));
+        }
+    }
+}
+
+fn job(path: &Path, place: &Place) -> Option<Job> {
+    let source = said(Source::open(path))?;
+    let output = said(Output::new(
+        &source,
+        Some(&place.path("exported")),
+        "",
+        true,
+    ))?;
+    Some(Job {
+        source,
+        selection: Selection::default(),
+        output,
+    })
+}
+
+fn exported<'a>(job: &'a Job, sink: Box<dyn Sink + 'a>) {
+    if let Some((outcome, _)) = said(export(job, sink, |_| {})) {
+        for text in outcome.warnings.iter().chain(&outcome.notes) {
+            say(text);
+        }
+        if let Some(damage) = outcome.damage {
+            say(&damage);
+        }
+    }
+}
+
+fn frames(path: &Path) {
     let Some(source) = said(Source::open(path)) else {
         return;
     };

@@ -1,14 +1,19 @@
-//! What `mercury-cg` reads: `.data` with `.fstat`, compressed too, restart files of MercuryDPM, runs.
+//! What `mercury-cg` reads: `.data` with `.fstat`, compressed too, restart files of MercuryDPM, runs, points; and what it computes of that.
 
 use std::io::{Read as _, Write as _};
+use std::path::Path;
 
 use flate2::Compression;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 use mercury_cg::input::{FrameChoice, Given, Needs, Source, read_restart};
+use mercury_cg::options::{Cells, Width};
+use mercury_cg::output::push_table;
+use mercury_cg::setup::Wanted;
+use mercury_cg::state::State;
 
 use super::{MB, Reader};
-use crate::checks::said;
+use crate::checks::{said, say};
 use crate::mutate::Make::{Binary, Text};
 use crate::mutate::Random;
 use crate::place::Place;
@@ -128,6 +133,32 @@ pub(super) const READERS: &[Reader] = &[
         128,
         "the columns of a frame as values, then as contacts",
     ),
+    Reader::new(
+        "cg-points",
+        Text(&["x", "y,z", "#", ","]),
+        |_| vec![b"x,y,z\n0,0.5,1\n1e-3,2,3\n".to_vec(), b"# points\n0 0 0\n\t1 2 3\n\n4 5 6".to_vec()],
+        points,
+    )
+    .bound(
+        MB,
+        64,
+        "the text; a point of 24 bytes and a list of 24 from 6 bytes (`0 0 0`), three times while the list grows; or a word of 16 and a number of 8 \
+        from 2 bytes, three times, if all stand on one line",
+    ),
+    Reader::new(
+        "cg-fields",
+        Text(&["0", "#"]),
+        |place| {
+            place.write("f.fstat", &place.of_run("scene.fstat"));
+            vec![place.of_run("scene.data"), MINI_DATA.into()]
+        },
+        |bytes, place| fields(&place.write("f.data", bytes)),
+    )
+    .bound(
+        16 * MB,
+        256,
+        "a state; where its particles are in the grid; 27 points of 40 fields for each material, of which there is at most one for each particle",
+    ),
 ];
 
 const MINI_DATA: &str =
@@ -216,5 +247,48 @@ fn states(place: &Place, name: &str, needs: Needs) {
     }
     for state in source.states(FrameChoice::Last) {
         said(state);
+    }
+}
+
+/// As `mercury-cg --points` does.
+fn points(bytes: &[u8], place: &Place) {
+    let wanted = Wanted {
+        width: Some(Width::Metres(0.1)),
+        points: Some(place.write("points.csv", bytes)),
+        ..Wanted::default()
+    };
+    said(wanted.analysis(&[], &State::default(), Vec::new()));
+}
+
+/// As `mercury-cg` does, on a small grid.
+fn fields(path: &Path) {
+    let wanted = Wanted {
+        grid: Some(Cells(vec![3, 3, 3])),
+        by_material: true,
+        ..Wanted::default()
+    };
+    let given = Given {
+        density: Some(2500.0),
+        ..Given::default()
+    };
+    let Some((source, fields)) = said(wanted.open(path, &given)) else {
+        return;
+    };
+    let Some(first) = source.states(FrameChoice::All).next().and_then(said) else {
+        return;
+    };
+    let Some(analysis) = said(wanted.analysis(source.materials(), &first, fields)) else {
+        return;
+    };
+    let mut text = Vec::new();
+    // Each frame takes its time, however small it is.
+    let states = source.states(FrameChoice::All).take(100);
+    let computed = analysis.run(states, |block| {
+        text.clear();
+        push_table(&mut text, &analysis, &block, true, false);
+        Ok(())
+    });
+    if let Some((_, Some(damage))) = said(computed) {
+        say(&damage);
     }
 }

@@ -1,12 +1,13 @@
 //! What runs read of their own folder: checkpoints, locks, plans.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use mercury_solver::output::folder::{Earlier, prepare};
 use mercury_solver::plan::{Plan, plan, read_scene};
-use mercury_solver::run::checkpoint;
+use mercury_solver::run::{Checkpoints, RunOptions, checkpoint, run_from};
 use mercury_solver::step::Engine;
 
 use super::{KB, MB, Reader};
@@ -22,6 +23,9 @@ pub(super) const READERS: &[Reader] = &[
         .own(resealed),
     Reader::new("checkpoint-resumed", Binary, |place| vec![place.of_run("scene.0.restart")], resumed)
         .bound(64 * MB, 400, "the file; its values; the engine that goes on from them, with its lists and blocks")
+        .own(resealed),
+    Reader::new("run-resumed", Binary, |place| vec![place.of_run("scene.0.restart")], gone_on)
+        .bound(64 * MB, 600, "the file; its values; the engine that goes on from them; what the outputs of the run hold, and a checkpoint")
         .own(resealed),
     Reader::new("lock", Text(&["node 17", "1", "4294967295"]), |_| vec![b"node17 4711\n".to_vec(), b"a b 1\n".to_vec()], lock)
         .bound(256 * KB, 8, "the text, twice; what the folder needs"),
@@ -46,7 +50,7 @@ fn sections(bytes: &[u8]) -> Option<Vec<(&[u8], &[u8])>> {
 }
 
 /// Changes the values of a section or two, and makes lengths and checksums right again: what reads the values has to cope.
-fn resealed(random: &mut Random, samples: &[Vec<u8>]) -> Vec<u8> {
+pub(super) fn resealed(random: &mut Random, samples: &[Vec<u8>]) -> Vec<u8> {
     let sample = random.pick(samples);
     let Some(sections) = sections(sample) else {
         return sample.clone();
@@ -111,6 +115,63 @@ fn resumed(bytes: &[u8], place: &Place) {
         }
     }
     let _ = engine.snapshot().encode();
+}
+
+thread_local! {
+    /// The plan of the run with a later end, and what its scene says then.
+    static LONGER: RefCell<Option<(Plan, BTreeMap<String, String>)>> = const { RefCell::new(None) };
+}
+
+/// As `mercury-solve --resume` does, with all files of the run: some steps, a checkpoint, the end.
+fn gone_on(bytes: &[u8], place: &Place) {
+    let (plan, scene) = LONGER.with_borrow_mut(|known| {
+        let known = known.get_or_insert_with(|| {
+            let run = place.run();
+            let path = run.with_file_name("scene.toml");
+            let scene = read_scene(&path, &["time.end=0.00406".to_owned()]).expect("a scene");
+            let stated = scene.statement.entries().expect("the files are there");
+            (plan(&scene).expect("a plan"), stated)
+        });
+        known.clone()
+    });
+    let folder = place.path("gone-on");
+    copy(place.run(), &folder);
+    place.write("gone-on/scene.0.restart", bytes);
+    let Some(Some((checkpoint, _))) = said(checkpoint::newest(&folder, "scene")) else {
+        return;
+    };
+    if let Err(error) = checkpoint.fits(&plan, &scene) {
+        return say(&error);
+    }
+    let _ = checkpoint.is_at_end(&plan);
+    let options = RunOptions {
+        folder,
+        threads: 1,
+        checkpoints: Some(Checkpoints {
+            at_end: true,
+            ..Checkpoints::default()
+        }),
+        ..RunOptions::default()
+    };
+    if let Some(report) = said(run_from(Some(checkpoint), plan, &options, &mut |_| {})) {
+        let _ = report.to_string();
+    }
+}
+
+/// Puts the files of a folder into another one, and takes what else was in it away.
+fn copy(from: &Path, to: &Path) {
+    let _ = std::fs::remove_dir_all(to);
+    std::fs::create_dir(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let (from, to) = entry
+            .map(|entry| (entry.path(), to.join(entry.file_name())))
+            .expect("a file");
+        if from.is_dir() {
+            copy(&from, &to);
+        } else {
+            std::fs::copy(from, to).expect("a file");
+        }
+    }
 }
 
 fn lock(bytes: &[u8], place: &Place) {

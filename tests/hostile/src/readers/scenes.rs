@@ -1,15 +1,17 @@
 //! Scenes, up to the plan that `--check` prints, and the files that scenes name.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use mercury_common::scene::{
-    ClumpPlace, Files, ParticleSource, Scene, SceneErrors, parse_clump, read_clump, read_psd,
-};
-use mercury_solver::plan::{document, parse_scene, plan, refusal, report};
-use mercury_solver::run::memory;
+use mercury_common::machine::MachineMemory;
+use mercury_common::scene::{Files, Scene, SceneErrors, parse_clump, read_clump, read_psd};
+use mercury_solver::plan::{document, parse_scene, read_scene, refusal, report};
+use mercury_solver::run::{check_fit, plan_within};
+use mercury_solver::step::{Engine, StartOptions};
 
+use super::runs::resealed;
 use super::{MB, Reader};
-use crate::checks::say;
+use crate::checks::{said, say};
 use crate::mutate::Make::{Binary, Text};
 use crate::place::{Place, file, repository};
 
@@ -61,7 +63,7 @@ const WORDS: &[&str] = &[
 ];
 
 const PLANNED: &str = "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow; the particles of \
-the scene, of which the test allows 2,000, with their cells; words of at most a hundred mistakes";
+the scene, for 3,000 of which the machine of the tests has room, with their cells; words of at most a hundred mistakes";
 
 pub(super) const READERS: &[Reader] = &[
     Reader::new("scene", Text(WORDS), scene_samples, scene).bound(8 * MB, 800, PLANNED),
@@ -109,6 +111,9 @@ pub(super) const READERS: &[Reader] = &[
         clump_samples(place)
     }, |bytes, place| with(place, "rod.clump.toml", bytes))
         .bound(16 * MB, 2000, "the tree of the clump file, pebbles, and what looks for overlaps of them"),
+    Reader::new("scene-from-run", Binary, from_run_samples, from_run)
+        .bound(64 * MB, 400, "the file; its values; the particles of the start; the engine that starts with their contacts")
+        .own(resealed),
 ];
 
 fn files_in(folder: &str, is_wanted: impl Fn(&str) -> bool) -> Vec<Vec<u8>> {
@@ -135,25 +140,12 @@ fn scene_samples(_: &Place) -> Vec<Vec<u8>> {
     samples
 }
 
-/// Most sites of lattices, and cells of insertions by place, that a test plans: what a scene asks for is not bounded by its length.
-const MOST_SITES: f64 = 2000.0;
-
-fn is_small(scene: &Scene) -> bool {
-    let sites = |source: &ParticleSource| match source {
-        ParticleSource::Lattice { lattice, .. }
-        | ParticleSource::Clump {
-            at: ClumpPlace::Lattice(lattice),
-            ..
-        } => lattice.sites().iter().product(),
-        _ => 1.0,
-    };
-    let all: f64 = scene
-        .particles
-        .iter()
-        .map(|entry| sites(&entry.source))
-        .sum();
-    !(MOST_SITES..4e9).contains(&all)
-}
+/// The machine of the tests: what a scene asks for is not bounded by its length, but by this. Beside the program's own 16 MB it has room
+/// for some 3,000 spheres.
+const MACHINE: MachineMemory = MachineMemory {
+    total: 20e6,
+    free: 20e6,
+};
 
 /// As `mercury-solve --check` does.
 fn checked(scene: Result<Scene, SceneErrors>) {
@@ -161,16 +153,15 @@ fn checked(scene: Result<Scene, SceneErrors>) {
         Ok(scene) => scene,
         Err(errors) => return refused(&errors),
     };
-    if !is_small(&scene) {
-        return;
-    }
-    match plan(&scene) {
+    match plan_within(&scene, Some(MACHINE)) {
         Err(errors) => refused(&errors),
-        Ok(plan) => {
-            let memory = memory(&plan);
-            let _ = report(&plan, &memory);
+        Ok((plan, memory)) => {
+            let _ = report(&plan, &memory, Some(MACHINE));
             let document = document(&plan, &memory).expect("a plan can be written");
             document.parse::<toml::Table>().expect("a plan is TOML");
+            if let Err(error) = check_fit(&scene, &plan, &memory, MACHINE) {
+                say(&error);
+            }
         }
     }
 }
@@ -195,7 +186,7 @@ fn scene(bytes: &[u8], place: &Place) {
         }
         Err(_) => {
             let path = place.write("mutant.toml", bytes);
-            checked(mercury_solver::plan::read_scene(&path, &[]));
+            checked(read_scene(&path, &[]));
         }
     }
 }
@@ -219,10 +210,7 @@ fn override_samples(place: &Place) -> Vec<Vec<u8>> {
 
 fn overridden(bytes: &[u8], place: &Place) {
     let text = String::from_utf8_lossy(bytes).into_owned();
-    checked(mercury_solver::plan::read_scene(
-        &place.path("scene.toml"),
-        &[text],
-    ));
+    checked(read_scene(&place.path("scene.toml"), &[text]));
 }
 
 fn clump_samples(_: &Place) -> Vec<Vec<u8>> {
@@ -260,9 +248,7 @@ fn law(bytes: &[u8], place: &Place) {
     match read_psd(&path) {
         Err(errors) => refused(&errors),
         Ok(law) => {
-            if let Some(sizes) =
-                crate::checks::said(mercury_common::sizes::SizeDistribution::from_scene(&law))
-            {
+            if let Some(sizes) = said(mercury_common::sizes::SizeDistribution::from_scene(&law)) {
                 for u in [0.0, 0.3, 0.999] {
                     let diameter = sizes.sample_diameter(u);
                     assert!(
@@ -275,11 +261,41 @@ fn law(bytes: &[u8], place: &Place) {
     }
 }
 
+/// The checkpoint of the samples' run, from which another scene starts.
+fn from_run_samples(place: &Place) -> Vec<Vec<u8>> {
+    let text = place.scene();
+    let cut = |name: &str| text.find(name).expect("the scene has it");
+    let (before, behind) = (&text[..cut("[[particles]]")], &text[cut("[[regions]]")..]);
+    let text = format!("{before}[[particles]]\nrun = \"first\"\n\n{behind}");
+    let text = text.replace("track = [\"first\"]\n", "");
+    place.write("from-run.toml", text.as_bytes());
+    let _ = std::fs::create_dir(place.path("first"));
+    vec![place.of_run("scene.0.restart")]
+}
+
+/// Up to some steps: the contacts that go on are used in the first list.
+fn from_run(bytes: &[u8], place: &Place) {
+    place.write("first/scene.0.restart", bytes);
+    let scene = match read_scene(&place.path("from-run.toml"), &[]) {
+        Ok(scene) => scene,
+        Err(errors) => return refused(&errors),
+    };
+    let plan = match plan_within(&scene, Some(MACHINE)) {
+        Ok((plan, _)) => plan,
+        Err(errors) => return refused(&errors),
+    };
+    let Some(mut engine) = said(Engine::start(Arc::new(plan), StartOptions::threads(1))) else {
+        return;
+    };
+    for _ in 0..3 {
+        if said(engine.step(None)).is_none() {
+            return;
+        }
+    }
+}
+
 /// The scene of the samples, of whose files one is this.
 fn with(place: &Place, name: &str, bytes: &[u8]) {
     place.write(name, bytes);
-    checked(mercury_solver::plan::read_scene(
-        &place.path("scene.toml"),
-        &[],
-    ));
+    checked(read_scene(&place.path("scene.toml"), &[]));
 }
