@@ -1,9 +1,8 @@
 //! What no balance of a whole run can see: that a law's energy is the work it gives back, limits and signs of single contacts, critical
 //! steps against the pair's own frequency.
 
-use std::sync::Arc;
-
 use glam::{DVec3, dvec3};
+use mercury_common::random::Stream;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
@@ -11,10 +10,11 @@ use mercury_solver::contact::{
     Histories, History, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled, PairLaw, Plastic,
     SpringRotation,
 };
+use mercury_solver::forces::Partner;
 use mercury_solver::lanes::Vector;
 use mercury_solver::plan::Meeting;
 use mercury_solver::walls::{Cylinder, Motion, Shape, Side};
-use mercury_tests::scenes::{contact_at_rest, observed_step, plan, row, sphere, start, wall};
+use mercury_tests::scenes::{contact_at_rest, observed_step, plan, sphere, start, wall};
 
 type Memory = Histories<AnyNormal, AnyTangential, AnyRolling, AnyAdhesion>;
 
@@ -378,55 +378,66 @@ fn critical_steps_are_those_of_the_pairs_eigenvalue() {
 }
 
 /// A record of a contact tells what the particle of the lower id feels, whichever comes first in memory: its torque is the couple and the moment of
-/// the force at the point, for unequal radii.
+/// the force at the point, for unequal radii. Pairs far from each other, turned every way, so that some of each kind lie across cells.
 #[test]
 fn records_tell_of_the_lower_id_wherever_it_lies() {
-    for turned in [false, true] {
-        let normal = AnyNormal::Linear(Linear::new(1e4, 0.5));
-        let tangential = AnyTangential::Linear(friction(3e3, 0.2, 0.5, CoulombLimits::Bounded));
-        let law = law(normal, tangential, luding(Some(2e3), 0.1, (0.2, 0.2)));
-        let mut balls = vec![
-            sphere(
-                dvec3(-0.0109, 0.001, 0.0),
-                0.008,
-                dvec3(0.1, 0.2, 0.0),
-                dvec3(3.0, 20.0, -7.0),
-            ),
-            sphere(
-                dvec3(0.001, 0.0, 0.002),
-                0.005,
-                dvec3(-0.1, 0.0, 0.1),
-                dvec3(-5.0, 1.0, 9.0),
-            ),
-        ];
-        if turned {
-            balls.reverse();
-        }
-        let plan = plan(1e-5, 2500.0, law).with_particles(balls);
-        let mut engine =
-            mercury_solver::step::Engine::new(Arc::new(plan.plan().unwrap()), 1).unwrap();
-        for _ in 0..20 {
-            observed_step(&mut engine);
-        }
-        let records = engine.observation().records;
-        assert_eq!(records.len(), 1);
-        let (record, lower) = (&records[0], row(&engine, 0));
-        assert_eq!(record.row as usize, lower);
+    let normal = AnyNormal::Linear(Linear::new(1e4, 0.5));
+    let tangential = AnyTangential::Linear(friction(3e3, 0.2, 0.5, CoulombLimits::Bounded));
+    let law = law(normal, tangential, luding(Some(2e3), 0.1, (0.2, 0.2)));
+    let mut random = Stream::new(4, "pairs", 0);
+    let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform()) - 0.5;
+    let pairs = (0..64u32).flat_map(|k| {
+        let site = dvec3(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16));
+        let middle = 0.05 * site + 0.01 * vector();
+        let branch = vector().normalize() * (0.005 + 0.008 - 2e-4);
+        // By turns the larger one has the lower id.
+        let radii = if k % 2 == 0 {
+            [0.005, 0.008]
+        } else {
+            [0.008, 0.005]
+        };
+        [0, 1].map(|side| {
+            let place = middle + branch * (side as f64 - 0.5);
+            sphere(place, radii[side], 0.2 * vector(), 20.0 * vector())
+        })
+    });
+    let plan = plan(1e-5, 2500.0, law).with_particles(pairs.collect());
+    let mut engine = start(plan);
+    for _ in 0..20 {
+        observed_step(&mut engine);
+    }
+    let records = engine.observation().records;
+    assert_eq!(records.len(), 64);
+    let mut swapped = [0, 0];
+    for record in &records {
+        let Partner::Particle { row: other, .. } = record.partner else {
+            panic!("no walls")
+        };
+        let (lower, other) = (record.row as usize, other as usize);
+        let ids = &engine.particles.ids;
+        assert!(ids[lower] < ids[other]);
         let (particle, load) = (
             engine.particles.records[lower],
             engine.particles.loads[lower],
         );
+        let is_larger = particle.radius > engine.particles.records[other].radius;
+        swapped[usize::from(is_larger)] += usize::from(lower > other);
         assert!(record.couple.length() > 1e-9 && record.tangential.length() > 1e-4);
         let arm = record.point - particle.position;
         let torque = record.couple + arm.cross(record.force);
         assert!((record.force - load.force).length() < 1e-12 * load.force.length());
+        // Places of 0.2 m are known to 3e-17 m, of an arm of 5 mm.
         assert!(
             (torque - load.torque).length() < 1e-12 * load.torque.length(),
-            "turned {turned}: {torque} and {}",
+            "{torque} and {}",
             load.torque
         );
         // Half of the overlap inside the surface, on the way to the other centre.
         let expected = -(particle.radius - 0.5 * record.overlap) * record.normal;
         assert!((arm - expected).length() < 1e-15);
     }
+    assert!(
+        swapped[0] > 5 && swapped[1] > 5,
+        "{swapped:?} come last in memory"
+    );
 }

@@ -190,6 +190,25 @@ fn native_contacts_carry_ids_and_branch_vectors() {
     assert_eq!(frame.history, [[7.0, 7.0]]);
 }
 
+/// Of unequal spheres the branch joins the centres, whichever has the lower id.
+#[test]
+fn branches_of_unequal_spheres_join_their_centres() {
+    let columns = ContactColumns {
+        torque: false,
+        history: Vec::new(),
+    };
+    // Ids 4 and 9 of radii 1 and 0.5 m.
+    let with = |row: u32| Partner::Particle {
+        row,
+        image: NO_SHIFT,
+    };
+    let mut told = record(1, with(0));
+    told.history.clear();
+    let frame = contact_frame(&state(0, vec![told]), &columns);
+    assert_eq!((frame.i[0], frame.j[0]), (4, Some(9)));
+    assert!((frame.branch[0] - DVec3::X * (1.0 + 0.5 - 0.2)).length() < 1e-15);
+}
+
 #[test]
 fn energies_leave_fixed_particles_out() {
     let gravity = DVec3::new(-10.0, 0.0, 0.0);
