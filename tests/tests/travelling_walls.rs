@@ -8,7 +8,8 @@ use glam::{DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, PairLaw,
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
+    LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::volume;
@@ -17,7 +18,9 @@ use mercury_solver::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Revolution, Servo, Shape, Side,
     SphereShell,
 };
-use mercury_tests::scenes::{advance, observed_step, particle, plane, sphere, start, wall};
+use mercury_tests::scenes::{
+    RECORDS, advance, held, observed_step, particle, plane, sphere, start, wall,
+};
 
 const RADIUS: f64 = 0.005;
 const PERIOD: f64 = 0.04;
@@ -281,4 +284,64 @@ fn a_blade_through_a_bed_is_never_without_load() {
     }
     let pose = engine.walls()[1].state.pose.translation.x;
     assert!(pose.abs() <= 0.5 * PERIOD * (1.0 + 1e-6), "{pose}");
+}
+
+/// A ball that is held sticks to a floor which slides away under it: its spring is stretched by the floor's whole way, over every seam from one
+/// feature of the floor to the next. On triangles of many sizes, and on the rings of a plate.
+#[test]
+fn springs_go_on_from_feature_to_feature() {
+    let (stiffness, speed, overlap) = (1e3, 0.5, 1e-4);
+    let law = PairLaw {
+        normal: AnyNormal::Linear(Linear::new(1e3, 0.0)),
+        tangential: AnyTangential::Linear(LinearFriction {
+            stiffness,
+            dissipation: 0.0,
+            friction: 1e6,
+            static_friction: 1e6,
+            rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
+        }),
+        rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
+    };
+    // Strips across the way, each cut along a diagonal, narrower and narrower.
+    let mut strips = TriangleMesh::default();
+    let mut x = -0.02;
+    for k in 0..12u32 {
+        for y in [-0.03, 0.03] {
+            strips.vertices.push(dvec3(x, y, 0.0));
+        }
+        x += 0.02 / f64::from(k + 1);
+        if k > 0 {
+            let [a, b, c, d] = [2 * k - 2, 2 * k - 1, 2 * k, 2 * k + 1];
+            strips.triangles.extend([[a, c, d], [a, d, b]]);
+        }
+    }
+    let strips = Shape::Mesh(Arc::new(Mesh::new(&strips, |x| x, false).unwrap()));
+    let rings: Vec<[f64; 2]> = (0..12).map(|k| [0.004 * f64::from(k), 0.0]).collect();
+    let rings = Revolution::new(DVec3::Z, -0.002 * DVec3::X, &rings, Side::Both).unwrap();
+    for (name, shape) in [("strips", strips), ("rings", Shape::Revolution(rings))] {
+        let mut plan = Draft::new(TIME_STEP, (-DVec3::ONE, DVec3::ONE), 2500.0, law);
+        let away = motion(vec![slide(-speed * DVec3::X)]);
+        plan.walls.push(wall(shape, away));
+        let place = dvec3(0.001, 0.003, RADIUS - overlap);
+        let ball = held(sphere(place, RADIUS, DVec3::ZERO, DVec3::ZERO));
+        let mut engine = start(plan.with_particles(vec![ball]));
+        let mut features = Vec::new();
+        for step in 1..=2000u32 {
+            engine.step(RECORDS).unwrap();
+            let records = engine.observation().records;
+            assert_eq!(records.len(), 1, "{name}, step {step}");
+            features.push(records[0].feature);
+            // A sum of so many ways of a step.
+            let expected = -stiffness * speed * TIME_STEP * f64::from(step);
+            let force = records[0].tangential;
+            assert!(
+                (force - expected * DVec3::X).length() < 1e-10 * expected.abs(),
+                "{name}, step {step}: {force} and {expected} N"
+            );
+        }
+        features.dedup();
+        assert!(features.len() > 4, "{name}: {features:?}");
+    }
 }

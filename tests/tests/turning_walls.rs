@@ -92,6 +92,46 @@ fn a_sticking_sphere_does_not_creep() {
     assert!((way - coarse).abs() < 5e-7, "{way} m, and {coarse} m");
 }
 
+/// A ball that stands in the middle of a table which turns fast is spun up by the couple of torsion at its limit, l mu N with l = R: by mu N R t/I,
+/// as long as the table is faster; N as it is, held at its height.
+#[test]
+fn torsion_spins_up_a_ball_as_fast_as_its_limit_says() {
+    let (mu, overlap, spin, dt) = (0.2, 1e-3, 300.0, 1e-4);
+    let mut plan = plan(dt, DENSITY, law(mu));
+    let turn = Component::Rotation {
+        axis: DVec3::Z,
+        origin: DVec3::ZERO,
+        angular_velocity: spin,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let table = Shape::Plane(Plane::new(DVec3::ZERO, DVec3::Z).unwrap());
+    plan.walls
+        .push(wall(table, Motion::new(vec![turn]).unwrap()));
+    let mut ball = sphere(
+        (RADIUS - overlap) * DVec3::Z,
+        RADIUS,
+        DVec3::ZERO,
+        DVec3::ZERO,
+    );
+    ball.prescribed_velocity = [Some(0.0); 3];
+    let mut engine = start(plan.with_particles(vec![ball]));
+    let inertia = 0.4 * DENSITY * volume(RADIUS, 3) * RADIUS * RADIUS;
+    let rate = mu * STIFFNESS * overlap * RADIUS / inertia;
+    for part in 1..5u32 {
+        advance(&mut engine, 500);
+        let time = 500.0 * f64::from(part) * dt;
+        let found = particle(&engine, 0).angular_velocity;
+        // The first evaluation, at the start, is of springs that are not stretched yet: half a step's kick, less what the dashpot gives.
+        let expected = rate * time * DVec3::Z;
+        assert!(
+            (found - expected).length() <= 0.5 * rate * dt * 1.000_001,
+            "{found}, {expected}"
+        );
+        assert!(found.z < 0.5 * spin);
+    }
+}
+
 /// Of the walls below, rad/s, about an axis through their reference point.
 const TURN: DVec3 = dvec3(3.0, -2.0, 5.0);
 

@@ -93,7 +93,31 @@ mod tests {
     use std::fs;
 
     use crate::plan::parse_scene;
+    use glam::DVec3;
     use mercury_common::scene::Files;
+
+    /// A file of one density serves for a material of another: mass and moments grow with it, volume and sizes stay.
+    #[test]
+    fn mass_and_moments_are_those_of_the_material() {
+        let place = tempfile::tempdir().unwrap();
+        let path = |name: &str| place.path().join(name);
+        let clump = "name = \"stone\"\ndensity = 1000\nmass = 1e-5\nvolume = 1e-8\n\
+            principal_moments = [1e-11, 2e-11, 2.5e-11]\n\
+            pebbles = [{ position = [0, 0, 0], radius = 1.5e-3 }]\n";
+        fs::write(path("stone.clump.toml"), clump).unwrap();
+        let text = "[time]\nend = 1.0\nstep = 1e-5\n\
+            [domain]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\
+            [materials.rock]\ndensity = 2600\nnormal = { law = \"linear\", stiffness = 1000.0, restitution = 0.5 }\n\
+            [clumps.stone]\nfile = \"stone.clump.toml\"\nmaterial = \"rock\"\n\
+            [[particles]]\nclump = \"stone\"\nposition = [0, 0, 0]\n";
+        let scene = parse_scene(&path("test.toml"), text, &[], Files::Unchecked).unwrap();
+        let plan = crate::plan::plan(&scene).unwrap();
+        let clump = &plan.physics().clumps()[0];
+        assert!((clump.mass / 2.6e-5 - 1.0).abs() < 1e-15);
+        let expected = 2.6 * DVec3::new(1e-11, 2e-11, 2.5e-11);
+        assert!((clump.moments / expected - 1.0).abs().max_element() < 1e-15);
+        assert_eq!((clump.volume, clump.pebbles[0].radius), (1e-8, 1.5e-3));
+    }
 
     #[test]
     fn a_run_knows_the_surface_of_a_clump_and_does_without_it() {
