@@ -4,7 +4,8 @@ use glam::DVec3;
 use mercury_cg::coordinates::{Coordinates, Place};
 use mercury_cg::evaluate::Evaluator;
 use mercury_cg::kernel::KernelShape;
-use mercury_cg::sums::Sum;
+use mercury_cg::state::{Partner, State};
+use mercury_cg::sums::{SUMS, Sum};
 
 use crate::support::packing;
 use crate::{all, axis, close, exact, integral, totals};
@@ -110,4 +111,78 @@ fn a_mirror_keeps_all_mass_inside() {
         sums.at(Sum::BoundaryForce, 0)[2].abs()
             < 1e-9 * sums.at(Sum::BoundaryForce, 0)[0].abs().max(1e-3)
     );
+}
+
+/// The state and its mirror image below z = 0: what is axial, as angular velocities and couples are, turns as a product of two vectors does.
+fn with_mirror_image(state: &State) -> State {
+    let polar = |v: DVec3| DVec3::new(v.x, v.y, -v.z);
+    let axial = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
+    let mut both = state.clone();
+    let (p, of) = (&mut both.particles, &state.particles);
+    let count = of.len() as u32;
+    p.id.extend(of.id.iter().map(|id| id + count));
+    p.material.extend(&of.material);
+    p.flowing.extend(&of.flowing);
+    p.position.extend(of.position.iter().map(|&v| polar(v)));
+    p.velocity.extend(of.velocity.iter().map(|&v| polar(v)));
+    p.mass.extend(&of.mass);
+    p.volume.extend(&of.volume);
+    p.radius.extend(&of.radius);
+    p.angular_velocity
+        .extend(of.angular_velocity.iter().map(|&v| axial(v)));
+    p.spin.extend(of.spin.iter().map(|&v| axial(v)));
+    if let (Some(c), Some(of)) = (&mut both.contacts, &state.contacts) {
+        c.particle.extend(of.particle.iter().map(|row| row + count));
+        c.partner
+            .extend(of.partner.iter().map(|partner| match partner {
+                Partner::Particle(row) => Partner::Particle(row + count),
+                wall => *wall,
+            }));
+        for (mine, theirs) in [
+            (&mut c.point, &of.point),
+            (&mut c.arm, &of.arm),
+            (&mut c.partner_arm, &of.partner_arm),
+            (&mut c.normal, &of.normal),
+            (&mut c.force, &of.force),
+        ] {
+            mine.extend(theirs.iter().map(|&v| polar(v)));
+        }
+        c.couple.extend(of.couple.iter().map(|&v| axial(v)));
+    }
+    both
+}
+
+#[test]
+fn a_mirror_shows_the_mirror_image_of_everything() {
+    let state = packing(60, 14, false);
+    let both = with_mirror_image(&state);
+    // The grid, where rows of it share their work, and points by themselves.
+    let grid = vec![axis(0.0, 1.0, 3), axis(0.0, 1.0, 3), axis(0.0, 0.2, 4)];
+    let points = (0..6)
+        .map(|k| vec![0.2, 0.7, 0.03 * f64::from(k)])
+        .collect();
+    for place in [Place::Grid(grid), Place::Points(points)] {
+        let plain = Evaluator::new(
+            Coordinates::default(),
+            place,
+            exact(KernelShape::Lucy, 0.25),
+        );
+        let mirrored = Evaluator {
+            mirrors: [[false; 2], [false; 2], [true, false]],
+            ..plain.clone()
+        };
+        let found = mirrored.sums(&state, &all(), None);
+        let expected = plain.sums(&both, &all(), None);
+        for &sum in SUMS {
+            for point in 0..found.points {
+                let (found, expected) = (found.at(sum, point), expected.at(sum, point));
+                let what = format!("{sum:?} at {point}");
+                // On the mirror some components are nothing but round-off.
+                let size = |of: &[f64]| of.iter().fold(0.0f64, |size, x| size.max(x.abs()));
+                if size(expected) > 1e-9 || size(found) > 1e-9 {
+                    close(found, expected, 1e-8, &what);
+                }
+            }
+        }
+    }
 }

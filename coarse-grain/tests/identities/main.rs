@@ -2,6 +2,7 @@
 
 mod balances;
 mod cylinders;
+mod definitions;
 mod images;
 mod places;
 #[path = "../support/mod.rs"]

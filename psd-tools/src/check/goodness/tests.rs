@@ -71,6 +71,19 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     assert_eq!(verdict.reasons.len(), 4, "{:?}", verdict.reasons);
 }
 
+/// A sample that deviates more than all of 2000 random curves has not shown that none ever could: p is one of 2001, the sample itself being one of
+/// them (Phipson & Smyth 2010), not 0.
+#[test]
+fn a_p_value_of_random_curves_is_never_zero() {
+    let target =
+        law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"volume\"");
+    let other =
+        law("kind = \"lognormal\"\nmedian_diameter = 3e-3\nsigma = 0.3\nweighting = \"volume\"");
+    let sample = Sample::new(draw(&other, 400, Method::Random, 1)).expect("sizes");
+    let p = tested(&sample, &target).volume_band.p;
+    assert!((p * 2001.0 - 1.0).abs() < 1e-12, "{p}");
+}
+
 /// The p-values of unbiased samples are uniform: the promise of every test. 300 samples here, 1000 in the example
 /// `p_values`, whose results are in docs/theory.
 #[test]
