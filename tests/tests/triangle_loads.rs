@@ -426,6 +426,64 @@ fn threads_change_no_byte() {
     assert!(frames(runs[0].path()).iter().any(rubs));
 }
 
+/// A ball that is held on the ridge of a roof presses on an edge: each of the two triangles there tells half of it, a corner's share goes to all
+/// that meet in it.
+#[test]
+fn what_comes_through_an_edge_or_corner_is_shared_out_evenly() {
+    let overlap = 1e-5;
+    // A roof of two triangles under a ridge along y, and a pyramid of four.
+    let corners = |points: &[[f64; 3]]| points.iter().map(|&x| DVec3::from(x) * 0.02).collect();
+    let roof = TriangleMesh {
+        vertices: corners(&[
+            [0.0, -1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [-1.0, 0.0, -1.0],
+            [1.0, 0.0, -1.0],
+        ]),
+        triangles: vec![[0, 1, 2], [0, 3, 1]],
+        welded: 0,
+    };
+    let pyramid = TriangleMesh {
+        vertices: corners(&[
+            [0.0, 0.0, 0.0],
+            [1.0, 1.0, -1.0],
+            [-1.0, 1.0, -1.0],
+            [-1.0, -1.0, -1.0],
+            [1.0, -1.0, -1.0],
+        ]),
+        triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+        welded: 0,
+    };
+    for (mesh, shares) in [(roof, 2), (pyramid, 4)] {
+        let mut plan = loaded(plan(1e-5, DENSITY, linear(0.0)));
+        plan.walls.push(mesh_wall(&mesh, Motion::default()));
+        let ball = NewParticle {
+            prescribed_velocity: [Some(0.0); 3],
+            prescribed_angular_velocity: [Some(0.0); 3],
+            ..NewParticle::at((RADIUS - overlap) * DVec3::Z, RADIUS, MaterialIndex::new(0))
+        };
+        let folder = tempfile::tempdir().unwrap();
+        run_in(folder.path(), plan.with_particles(vec![ball]), 20, 1e-4, 1);
+        let frames = frames(folder.path());
+        let frame = frames.last().unwrap();
+        assert_eq!(frame.triangle.len(), shares);
+        for k in 0..shares {
+            let [a, b, c] = mesh.corners(frame.triangle[k] as usize);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            let each = 1000.0 * overlap / shares as f64;
+            // The overlap is what 5 mm leave of 4.99: to 1e-18 m.
+            assert!(
+                (frame.force[k] + each * DVec3::Z).length() < 1e-11 * each,
+                "{frame:?}"
+            );
+            assert!(
+                (frame.pressure[k] * area / each - 1.0).abs() < 1e-11,
+                "{frame:?}"
+            );
+        }
+    }
+}
+
 /// Frames and files for ParaView that fall due together, and apart: each series sums up all since its own last one.
 #[test]
 fn each_series_has_its_own_sums_when_both_are_due() {

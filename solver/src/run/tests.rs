@@ -2,6 +2,7 @@
 
 mod bodies;
 mod memory;
+mod rest;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -47,6 +47,34 @@ fn the_contact_mass_is_that_of_the_stiffest_pose() {
     );
 }
 
+/// A ball whose mass sits near its middle turns easily: I = f m R^2, and a friction spring sees m/(1 + 1/f), less than the 2/7 m of a sphere
+/// where f < 2/5. So much less counts for the contact.
+#[test]
+fn the_contact_mass_knows_bodies_that_turn_easily() {
+    let (radius, mass) = (0.3, 5.0);
+    let pebble = Pebble {
+        position: DVec3::ZERO,
+        radius,
+    };
+    for factor in [0.6, 0.4, 0.1, 0.02] {
+        let moments = DVec3::splat(factor * mass * radius * radius);
+        let ball = Clump::new(
+            "ball",
+            MaterialIndex::new(0),
+            vec![pebble],
+            mass,
+            0.1,
+            moments,
+        );
+        let expected = mass * (3.5 / (1.0 + 1.0 / factor)).min(1.0);
+        let found = ball.unwrap().contact_mass;
+        assert!(
+            (found / expected - 1.0).abs() < 1e-12,
+            "{factor}: {found}, not {expected}"
+        );
+    }
+}
+
 #[test]
 fn what_is_no_body_is_refused() {
     let pebble = Pebble {

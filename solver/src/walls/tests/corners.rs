@@ -159,6 +159,18 @@ fn a_disc_has_two_faces_and_a_rim() {
     assert!(!disc.adjacent(0, 3) && !disc.adjacent(0, 0) && !disc.adjacent(0, 9));
 }
 
+/// The two faces of a thin shell are two features, none a way to the other: what pressed from one side remembers nothing on the other.
+#[test]
+fn two_sided_shells_have_two_faces() {
+    let sphere = SphereShell::new(DVec3::ZERO, 1.0, Side::Both).unwrap();
+    let pipe = Cylinder::new(DVec3::Z, DVec3::ZERO, 1.0, None, Side::Both).unwrap();
+    for shape in [Shape::Sphere(sphere), Shape::Cylinder(pipe)] {
+        assert_eq!(features(&shape, at(0.9, 0.0), 0.2), [0]);
+        assert_eq!(features(&shape, at(1.1, 0.0), 0.2), [1]);
+        assert!(!shape.adjacent(0, 1) && !shape.adjacent(1, 0));
+    }
+}
+
 #[test]
 fn adjacency_goes_round_a_ring_and_stops_at_ends() {
     let ring = revolution(&RING, Side::Outside);

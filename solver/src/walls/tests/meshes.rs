@@ -399,6 +399,47 @@ fn concave_corners_are_as_many_contacts_as_faces() {
     }
 }
 
+/// Where two tessellated walls meet in a concave corner, a place over an edge in both has both contacts, in any direction: the farther one too, which
+/// nothing but its own triangles can tell of.
+#[test]
+fn round_off_over_edges_loses_no_contact_of_a_corner() {
+    let steps = [0.0, 0.3, 0.45, 0.8, 1.0];
+    let mut corner = TriangleMesh::default();
+    // A floor at z = 0 and a wall at y = 0, in strips along x that are cut along diagonals.
+    for normal in [DVec3::Z, DVec3::Y] {
+        let across = DVec3::Y + DVec3::Z - normal;
+        let first = corner.vertices.len() as u32;
+        for x in steps {
+            corner
+                .vertices
+                .extend([0.0, 1.0].map(|s| x * DVec3::X + s * across));
+        }
+        for k in 0..steps.len() as u32 - 1 {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| first + 2 * k + i);
+            corner.triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    let mut random = Stream::new(8, "corner", 0);
+    for _ in 0..400 {
+        let turn = random.unit_quaternion();
+        let wall = shape(&turned(&corner, turn, DVec3::ZERO), false);
+        for x in steps {
+            // Over the common edges of strips in both, and over a diagonal in both.
+            let strip = steps
+                .partition_point(|&other| other <= x)
+                .min(steps.len() - 1);
+            let within = 0.3 * (steps[strip] - steps[strip - 1]);
+            for place in [
+                DVec3::new(x, 0.2, 0.25),
+                DVec3::new(steps[strip - 1] + within, 0.3, 0.3),
+            ] {
+                let found = touches(&wall, turn * place, 0.4);
+                assert_eq!(found.len(), 2, "over {place}: {found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn one_sided_meshes_push_out_where_they_are_nearest() {
     let wall = shape(&cube(), true);
