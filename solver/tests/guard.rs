@@ -125,6 +125,57 @@ fn what_keeps_the_limits_is_left_alone() {
     }
 }
 
+/// Limits are parts of a particle's own radius, of a pair of the smaller one: beside a large neighbour they are what they are without it. And of what is
+/// beyond them the worst is told, not the last.
+#[test]
+fn limits_are_parts_of_the_smallest_radius_and_the_worst_is_told() {
+    let neighbour = |position: &str| {
+        format!(
+            r#"
+        [[particles]]
+        name = "neighbour"
+        material = "m"
+        radius = 4e-3
+        fixed = true
+        position = {position}
+    "#
+        )
+    };
+    let beside = neighbour("[0.005, 0.005, 0.005]");
+    let folder = tempfile::tempdir().unwrap();
+    // 0.8 radii in a step, a third of the mean radius.
+    let text = box_with_ball(LINEAR, 8.0, 1e-4) + &beside;
+    let output = solve(folder.path(), &text, &["--set", "guard.way=0.6"]);
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    assert!(
+        errors(&output).contains("moves by 0.8"),
+        "{}",
+        errors(&output)
+    );
+
+    // At a wall and at a sphere in the way the ball's overlap is v/omega = 0.4 of its radius, less what the dashpot takes: a contact of
+    // exp(-zeta (pi/2 - zeta)) of that with zeta = 0.033 for e = 0.9, 0.38.
+    let ahead = neighbour("[0.016, 0.011, 0.01]");
+    for (around, what) in [(beside, "of its radius"), (ahead, "of the smaller radius")] {
+        let text = box_with_ball(LINEAR, 0.4 * 3.09, 2e-5) + &around;
+        let warn = [
+            "--set",
+            "guard.policy=\"warn\"",
+            "--set",
+            "guard.overlap=0.3",
+        ];
+        let output = solve(folder.path(), &text, &warn);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+        let line = summary.lines().find(|line| line.contains(what));
+        let line = line.unwrap_or_else(|| panic!("{what}: {summary}"));
+        assert!(line.contains("the worst of them"), "{line}");
+        let part = line.split(" by ").nth(1).unwrap();
+        let part: f64 = part.split_whitespace().next().unwrap().parse().unwrap();
+        assert!((0.37..0.4).contains(&part), "{line}");
+    }
+}
+
 /// Two balls that meet too fast are both named; a ball behind a wall is, too, and bounces there.
 #[test]
 fn partners_are_named() {
