@@ -23,12 +23,18 @@ fn recorded(engine: &Engine) -> BTreeSet<(Id, Id)> {
     let ids = &engine.particles.ids;
     let mut pairs = BTreeSet::new();
     for record in engine.observation().records {
-        if let Partner::Particle { row, .. } = record.partner {
+        if let Partner::Particle { row, image } = record.partner {
             let (a, b) = (ids[record.row as usize], ids[row as usize]);
             assert!(
                 pairs.insert((a.min(b), a.max(b))),
                 "{a} and {b} touch twice"
             );
+            // The partner is where its image stands.
+            let [one, other] = [record.row, row].map(|row| engine.particles.records[row as usize]);
+            let branch = one.position - other.position - engine.images().shift(image);
+            let length = one.radius + other.radius - record.overlap;
+            let apart = (branch - length * record.normal).length();
+            assert!(apart < 1e-12, "{a} and {b}: {branch} by image {image}");
         }
     }
     pairs
@@ -169,7 +175,7 @@ fn few_are_fast(
     Ok(with_extra_skin)
 }
 
-/// Two shoot through a lattice of hundreds that nearly touch each other and hardly move. They are so much faster that only the largest skin bounds
+/// Two shoot through a lattice of hundreds that nearly touch each other and hardly move, and through plates in it. They are so much faster that only the largest skin bounds
 /// their extra skin, and they use up all of it while they meet one after the other.
 #[test]
 fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
@@ -179,6 +185,12 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
     let law = frictionless(AnyNormal::Linear(Linear::new(1e-3, 0.0)));
     let mut plan = Draft::new(1e-4, (DVec3::ZERO, size), 1000.0, law);
     plan.periodic = [true; 3];
+    // Plates well inside, so that no image of a particle meets one.
+    for k in -3..=3 {
+        let (axis, place) = (dvec3(0.3, 0.2, 1.0), 0.1 * f64::from(k) * size.x);
+        let disc = Disc::new(axis, 0.5 * size + place * axis.normalize(), 0.25 * size.x).unwrap();
+        plan.walls.push(wall(Shape::Disc(disc), Motion::default()));
+    }
     let mut random = Stream::new(9, "lattice", 0);
     let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform()) * 2.0 - 1.0;
     let lattice = (0..512u32).map(|k| {
@@ -200,10 +212,17 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
     }
     let mut engine = start(plan.with_particles(particles));
     let (mut seen, mut begun, mut bounded) = (BTreeSet::new(), 0, 0);
-    for _ in 0..600 {
+    for _ in 0..1200 {
         engine.step(RECORDS).unwrap();
         let expected = overlapping(&engine, size, [true; 3]);
         assert_eq!(recorded(&engine), expected, "in step {}", engine.steps());
+        let at_plates = touching_walls(&engine);
+        assert_eq!(
+            recorded_at_walls(&engine),
+            at_plates,
+            "in step {}",
+            engine.steps()
+        );
         begun += expected.difference(&seen).count();
         seen.extend(expected);
         let lists = engine.snapshot().lists;

@@ -222,6 +222,14 @@ fn energies_leave_fixed_particles_out() {
     assert!((row.center_of_mass.x - 3.0).abs() < 1e-15);
 }
 
+/// A disc's moment of inertia is m R^2/2.
+#[test]
+fn energies_of_discs_turn_as_discs() {
+    let row = energies(&state(FIXED, Vec::new()), DVec3::ZERO, 2);
+    let inertia = 0.5 * 2.0 * (1.0 + 0.25);
+    assert!((row.rotational_kinetic - 0.5 * inertia * 9.0).abs() < 1e-12);
+}
+
 #[test]
 fn a_folder_with_a_run_is_kept_unless_forced_and_other_files_always() {
     let place = tempfile::tempdir().unwrap();

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod memory;
+mod mercury_files;
 mod rest;
 
 use std::collections::BTreeMap;

@@ -71,6 +71,23 @@ fn elastic_moduli_mix_exactly() {
     assert!(plan.physics().laws().get(0, 0).is_none() && plan.physics().laws().get(1, 0).is_some());
 }
 
+/// Where one material states k_t and the other k_t/k_n, the ratio is of that one's own normal stiffness, not of the pair's or of the other's.
+#[test]
+fn a_ratio_beside_a_constant_is_of_its_own_stiffness() {
+    let material = |stiffness: f64, tangential: &str| {
+        format!(
+            "normal = {{ law = \"linear\", stiffness = {stiffness:?}, restitution = 0.8 }}\n\
+             tangential = {{ law = \"linear\", {tangential}, friction = 0.3 }}"
+        )
+    };
+    let ratio = material(1000.0, "stiffness_ratio = 0.5");
+    let constant = material(3000.0, "stiffness = 600.0");
+    for text in [pair(&ratio, &constant, ""), pair(&constant, &ratio, "")] {
+        let found = number(&planned(&text), ["a", "b"], "tangential.stiffness");
+        close(found, harmonic_mean(500.0, 600.0), 1e-14);
+    }
+}
+
 #[test]
 fn like_like_moduli_mix_to_the_same_as_constants() {
     // E* = E/(2 (1 - nu^2)) given as such: the harmonic mean is exact

@@ -187,3 +187,13 @@ fn a_spinning_body_leaves_with_all_of_its_energy() {
     let error = energy.closure_error.unwrap();
     assert!(error.abs() < 1e-11, "{error:e}");
 }
+
+#[test]
+fn memory_of_the_start_counts_every_pebble() {
+    let mut plan = falling(None);
+    let ball = NewParticle::at(DVec3::splat(0.3), RADIUS, MaterialIndex::new(0));
+    plan.particles = vec![ball.clone(), ball];
+    // Four stones of three pebbles.
+    let start = crate::plan::StartBytes::of(&plan.plan().unwrap());
+    assert_eq!(start.spheres, 2.0 + 4.0 * 3.0);
+}

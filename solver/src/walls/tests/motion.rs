@@ -1,7 +1,7 @@
 //! Poses in closed form, velocities as their derivatives, and bounds of the speed.
 
 use super::random::vector;
-use crate::walls::{Component, Motion, MotionTable, Pose, WallError};
+use crate::walls::{Component, Motion, MotionTable, Plane, Pose, Shape, Wall, WallError};
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -354,4 +354,26 @@ fn bad_motions_are_refused() {
             ..
         }
     ));
+}
+
+/// A wall is there from the step at `from` on, and at `until` no more, whatever round-off the times have.
+#[test]
+fn a_wall_is_there_from_its_first_step_to_the_one_before_its_last() {
+    let dt = 1e-4;
+    let plane = Plane::new(DVec3::ZERO, DVec3::Z).unwrap();
+    let wall = Wall {
+        name: "gate".to_owned(),
+        material: crate::state::MaterialIndex::new(0),
+        shape: Shape::Plane(plane),
+        motion: Motion::default(),
+        from: 0.3,
+        until: 0.7,
+        reference: DVec3::ZERO,
+    };
+    for step in 0..=10_000u32 {
+        let there = (3000..7000).contains(&step);
+        for time in [f64::from(step) * dt, f64::from(step) / 10_000.0] {
+            assert_eq!(wall.is_present(time, dt), there, "step {step}");
+        }
+    }
 }
