@@ -231,13 +231,18 @@ pub(super) fn read_domain(fields: &Fields<'_>) -> Option<Domain> {
     let dimensions = dimensions?;
     let periodic = periodic?;
     let mut is_right = true;
-    // In two dimensions the z range has no meaning for discs, it may be empty.
-    let axes = if dimensions == Dimensions::Two { 2 } else { 3 };
-    for axis in 0..axes {
-        if min[axis] >= max[axis] {
+    for axis in 0..3 {
+        // In two dimensions the z range has no meaning for discs, it may be empty.
+        let may_be_empty = axis == 2 && dimensions == Dimensions::Two;
+        if min[axis] > max[axis] || (min[axis] == max[axis] && !may_be_empty) {
             let name = ["x", "y", "z"][axis];
+            let lie = if may_be_empty {
+                "not lie below"
+            } else {
+                "lie above"
+            };
             let message = format!(
-                "must lie above min: in {name} min = {} and max = {}",
+                "must {lie} min: in {name} min = {} and max = {}",
                 min[axis], max[axis]
             );
             fields.context.report(max.error(message));

@@ -106,6 +106,13 @@ pub(super) fn take_up(
         )));
     }
     complete(&mut state);
+    if !is_finite(&state.particles) {
+        let error =
+            folder.error("a place, a size or a motion in the last state of that run is no number");
+        return Err(
+            error.with_help("it went wrong before its end: stop it earlier, and start from there")
+        );
+    }
     let State {
         head,
         checksum,
@@ -332,6 +339,27 @@ fn is_consistent(state: &State) -> bool {
         && (state.pairs.iter()).all(|slot| is_row(slot.row) && is_row(slot.partner))
         && (state.near_walls.iter())
             .all(|slot| is_row(slot.row) && (slot.partner as usize) < head.walls.len())
+}
+
+/// Whether what a scene takes over of grains can be computed with, as what is typed in one.
+fn is_finite(particles: &Particles) -> bool {
+    let finite = |values: &[Option<f64>; 3]| values.iter().flatten().all(|value| value.is_finite());
+    let is_size = |radius: f64| radius > 0.0 && radius.is_finite();
+    let mut prescribed = particles.prescribed.iter();
+    let mut prescribed_bodies = particles.bodies.iter().flat_map(|all| &all.prescribed);
+    particles.records.iter().all(|record| {
+        is_size(record.radius)
+            && record.position.is_finite()
+            && record.velocity.is_finite()
+            && record.angular_velocity.is_finite()
+    }) && particles.bodies().iter().all(|body| {
+        is_size(body.radius)
+            && body.position.is_finite()
+            && body.velocity.is_finite()
+            && body.orientation.is_finite()
+            && body.angular_velocity.is_finite()
+    }) && prescribed.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
+        && prescribed_bodies.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
 }
 
 /// Makes the second half kick of the last step, if it is still due: velocities then belong to the time of the positions.
