@@ -16,7 +16,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
-use super::saved::{SAVED_BYTES, put_slots};
+use super::saved::{SAVED_BYTES, Stretch, put_stretches};
 use super::{
     Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
     Needs, Observation, Partner, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext,
@@ -27,7 +27,7 @@ use crate::contact::{
     TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Bodies, Id, Load, Particle, Particles, Row, WallIndex};
+use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
 use slots::{FREE, HELD, IMAGE, Slot, WallSlot};
@@ -121,9 +121,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
 
     /// Every listed pair and its history, in order.
     fn saved_pairs(
-        &self,
-    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> + Clone {
-        self.blocks.iter().flat_map(move |block| {
+        blocks: &[Block<Histories<N, T, R, A>>],
+    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> {
+        blocks.iter().flat_map(move |block| {
             let first = block.rows.start;
             block.slots.iter().map(move |slot| {
                 let saved = SavedSlot {
@@ -139,10 +139,23 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         })
     }
 
+    /// Appends the pairs of some blocks to a stretch.
+    fn put_blocks(stretch: &mut Stretch, blocks: &[Block<Histories<N, T, R, A>>], nothing: &[f64]) {
+        let slots = || blocks.iter().flat_map(|block| &block.slots);
+        let held = || slots().filter(|slot| slot.state & HELD != 0).count();
+        // Growing in steps would copy it over and over.
+        let remembering = if stretch.is_new() { held() } else { 0 };
+        let listed = blocks.iter().map(|block| block.slots.len()).sum();
+        stretch.reserve(listed, remembering, nothing.len());
+        let write =
+            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
+        stretch.extend(nothing, Self::saved_pairs(blocks), write);
+    }
+
     /// Every slot at a wall and its history, in order.
     fn saved_near_walls(
         &self,
-    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> + Clone {
+    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> {
         self.blocks.iter().flat_map(|block| {
             let near = block.near_walls.iter();
             let near = near.flat_map(|near| std::iter::repeat_n(near, near.features as usize));
@@ -355,7 +368,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let nothing = Self::nothing();
         let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
         pairs.reserve(self.listed());
-        for (slot, history) in self.saved_pairs() {
+        for (slot, history) in Self::saved_pairs(&self.blocks) {
             pairs.push(slot, |numbers| history.write(numbers));
         }
         for (slot, history) in self.saved_near_walls() {
@@ -364,24 +377,38 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         (pairs, walls)
     }
 
-    fn put_pairs(&self, bytes: &mut Vec<u8>) {
-        let write =
-            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
-        let slots = self.saved_pairs();
-        put_slots(bytes, &Self::nothing(), self.listed(), slots, write);
+    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        let nothing = Self::nothing();
+        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
+        let share = self.blocks.len().div_ceil(threads).max(1);
+        let shares = self.blocks.chunks(share).len();
+        // In the order in which they are handed over.
+        let heads: Vec<_> = (0..shares).map(|_| pieces.memory()).collect();
+        let mut stretches: Vec<Stretch> = heads
+            .into_iter()
+            .map(|heads| Stretch::reusing(heads, pieces.memory()))
+            .collect();
+        match pool {
+            Some(pool) => pool.install(|| {
+                (stretches.par_iter_mut().zip(self.blocks.par_chunks(share)))
+                    .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing));
+            }),
+            None => (stretches.iter_mut().zip(self.blocks.chunks(share)))
+                .for_each(|(stretch, blocks)| Self::put_blocks(stretch, blocks, &nothing)),
+        }
+        put_stretches(pieces, &nothing, stretches);
     }
 
-    fn put_near_walls(&self, bytes: &mut Vec<u8>) {
+    fn put_near_walls(&self, pieces: &mut Pieces) {
+        let nothing = Self::nothing();
+        let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
+        let slots = self.listed_at_walls();
+        // A sphere at a wall has a history there, as a rule.
+        stretch.reserve(slots, slots, nothing.len());
         let write =
             |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
-        let slots = self.saved_near_walls();
-        put_slots(
-            bytes,
-            &Self::nothing(),
-            self.listed_at_walls(),
-            slots,
-            write,
-        );
+        stretch.extend(&nothing, self.saved_near_walls(), write);
+        put_stretches(pieces, &nothing, vec![stretch]);
     }
 
     fn saved_bytes(&self, slots: f64, remembering: f64) -> f64 {

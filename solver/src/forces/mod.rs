@@ -27,7 +27,7 @@ pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::HistoryNumber;
 use crate::neighbours::{CandidateList, Images};
-use crate::state::{Load, Particle, Particles, Row};
+use crate::state::{Load, Particle, Particles, Pieces, Row};
 use crate::walls::WallNow;
 
 /// What the force evaluation of one step is told.
@@ -150,11 +150,11 @@ pub trait ContactForces: Send {
     /// Every slot in order, pairs first, then walls: the state that a restart needs.
     fn save(&self) -> (SavedSlots, SavedSlots);
 
-    /// Appends the bytes of the first of [`ContactForces::save`], without making it.
-    fn put_pairs(&self, bytes: &mut Vec<u8>);
+    /// Appends the bytes of the first of [`ContactForces::save`], without making it, with the threads of a pool.
+    fn put_pairs(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>);
 
     /// Appends the bytes of the second.
-    fn put_near_walls(&self, bytes: &mut Vec<u8>);
+    fn put_near_walls(&self, pieces: &mut Pieces);
 
     /// About how many bytes both are, of so many slots of which so many remember something.
     fn saved_bytes(&self, slots: f64, remembering: f64) -> f64;

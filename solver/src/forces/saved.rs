@@ -1,7 +1,7 @@
 //! The slots of a contact loop as plain numbers, for the state of a run.
 
 use super::SlotState;
-use crate::state::Plain;
+use crate::state::{Pieces, Plain};
 
 /// One slot of [`SavedSlots`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,35 +63,75 @@ fn remembers(history: &[f64], nothing: &[f64]) -> bool {
     !history.iter().map(bits).eq(nothing.iter().map(bits))
 }
 
-/// Appends the bytes of the [`SavedSlots`] of these `count` slots, without making them: for a million particles they would take as long
-/// as all else. `write` appends the numbers of a history.
-pub(super) fn put_slots<H>(
-    bytes: &mut Vec<u8>,
-    nothing: &[f64],
-    count: usize,
-    slots: impl Iterator<Item = (SavedSlot<'static>, H)> + Clone,
-    write: impl Fn(H, &mut Vec<f64>),
-) {
-    nothing.to_vec().put(bytes);
-    count.put(bytes);
-    let (mut history, mut remembering) = (Vec::with_capacity(nothing.len()), 0);
-    for (slot, own) in slots.clone() {
-        history.clear();
-        write(own, &mut history);
-        let remembers = remembers(&history, nothing);
-        remembering += usize::from(remembers);
-        Head::of(&slot, remembers).put(bytes);
+/// The bytes of some of the slots of [`SavedSlots`], without making them: for a million particles they would take as long as all else.
+#[derive(Debug)]
+pub(super) struct Stretch {
+    heads: Vec<u8>,
+    histories: Vec<u8>,
+    remembering: usize,
+}
+
+impl Stretch {
+    /// None yet, in this memory.
+    pub(super) fn reusing(mut heads: Vec<u8>, mut histories: Vec<u8>) -> Self {
+        heads.clear();
+        histories.clear();
+        Self {
+            heads,
+            histories,
+            remembering: 0,
+        }
     }
-    (remembering * nothing.len()).put(bytes);
-    for (_, own) in slots {
-        history.clear();
-        write(own, &mut history);
-        if remembers(&history, nothing) {
-            for number in &history {
-                number.put(bytes);
+
+    /// Room for so many slots, of which so many have a history of `numbers` numbers.
+    pub(super) fn reserve(&mut self, slots: usize, remembering: usize, numbers: usize) {
+        self.heads.reserve(slots * SAVED_BYTES);
+        let histories = remembering * numbers * size_of::<f64>();
+        self.histories.reserve(histories);
+    }
+
+    /// Whether there is no room for histories at all.
+    pub(super) fn is_new(&self) -> bool {
+        self.histories.capacity() == 0
+    }
+
+    /// Appends slots. `write` appends the numbers of a history.
+    pub(super) fn extend<H>(
+        &mut self,
+        nothing: &[f64],
+        slots: impl Iterator<Item = (SavedSlot<'static>, H)>,
+        write: impl Fn(H, &mut Vec<f64>),
+    ) {
+        let mut history = Vec::with_capacity(nothing.len());
+        for (slot, own) in slots {
+            history.clear();
+            write(own, &mut history);
+            let remembers = remembers(&history, nothing);
+            Head::of(&slot, remembers).put(&mut self.heads);
+            if remembers {
+                self.remembering += 1;
+                for number in &history {
+                    number.put(&mut self.histories);
+                }
             }
         }
     }
+}
+
+/// Appends what [`Plain::put`] of the [`SavedSlots`] with the slots of these stretches would.
+pub(super) fn put_stretches(pieces: &mut Pieces, nothing: &[f64], stretches: Vec<Stretch>) {
+    nothing.to_vec().put(pieces.end());
+    let slots: usize = (stretches.iter())
+        .map(|stretch| stretch.heads.len() / SAVED_BYTES)
+        .sum();
+    slots.put(pieces.end());
+    let remembering: usize = stretches.iter().map(|stretch| stretch.remembering).sum();
+    let (heads, histories): (Vec<_>, Vec<_>) = (stretches.into_iter())
+        .map(|stretch| (stretch.heads, stretch.histories))
+        .unzip();
+    heads.into_iter().for_each(|piece| pieces.push(piece));
+    (remembering * nothing.len()).put(pieces.end());
+    histories.into_iter().for_each(|piece| pieces.push(piece));
 }
 
 impl SavedSlots {

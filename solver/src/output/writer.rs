@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
-use mercury_common::whole_file::{FileError, write_whole};
+use mercury_common::whole_file::{FileError, WholeFile};
 use mercury_pictures::EnergyRow;
 
 use super::body_frames::BodyFrames;
@@ -26,7 +26,7 @@ use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
 use crate::plan::Plan;
-use crate::state::Encoder;
+use crate::state::{Encoder, Piece};
 
 /// States that may wait to be written before stepping has to.
 const QUEUE: usize = 4;
@@ -36,7 +36,7 @@ const QUEUE: usize = 4;
 pub struct Writer {
     sender: SyncSender<Message>,
     /// Of checkpoints that are written.
-    memory: Receiver<Vec<u8>>,
+    memory: Receiver<Vec<Piece>>,
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
@@ -171,7 +171,7 @@ impl Writer {
 
     /// The memory of a checkpoint that is written, for the next one; without any if there is none yet.
     #[must_use]
-    pub fn spent_memory(&self) -> Vec<u8> {
+    pub fn spent_memory(&self) -> Vec<Piece> {
         self.memory.try_iter().last().unwrap_or_default()
     }
 
@@ -269,7 +269,7 @@ fn write_all(
     images: &Images,
     gravity: DVec3,
     dimensions: u8,
-    spent: &Sender<Vec<u8>>,
+    spent: &Sender<Vec<Piece>>,
 ) -> Result<Written, OutputError> {
     let mut last = None;
     for message in receiver {
@@ -296,10 +296,14 @@ fn write_all(
                     stream.sync()?;
                 }
                 state.section(POSITIONS, &positions(&streams, &sums));
-                let bytes = state.finish();
-                write_whole(&path, &bytes)?;
+                let pieces = state.finish_in_pieces();
+                let mut file = WholeFile::create(path)?;
+                for piece in &pieces {
+                    file.append(&piece.bytes)?;
+                }
+                file.finish()?;
                 // Nobody may want it any more.
-                let _ = spent.send(bytes);
+                let _ = spent.send(pieces);
             }
         }
     }

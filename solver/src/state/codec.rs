@@ -3,9 +3,10 @@
 //! Numbers are little-endian, floating-point numbers bit by bit, so that a run goes on from them with the same bytes. Values are
 //! collected in sections, each with a name, its length and a checksum, behind a head with a version.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
@@ -246,13 +247,91 @@ macro_rules! plain {
 }
 pub(crate) use plain;
 
+/// A piece of the bytes of a state.
+#[derive(Debug, Default)]
+pub struct Piece {
+    /// What is in it.
+    pub bytes: Vec<u8>,
+    /// A large one, whose memory is worth keeping.
+    is_large: bool,
+}
+
+/// Bytes in pieces, one behind the other. Several threads fill pieces of their own, and nothing is copied to join them.
+#[derive(Debug, Default)]
+pub struct Pieces {
+    filled: Vec<Piece>,
+    /// Memory of pieces that were written, in their order.
+    spare: VecDeque<Vec<u8>>,
+}
+
+/// Shorter columns are not worth a piece, bytes.
+const PIECE: usize = 1 << 16;
+
+impl Pieces {
+    /// Memory for a piece: that of the piece in its place of an earlier checkpoint, if there was one.
+    #[must_use]
+    pub fn memory(&mut self) -> Vec<u8> {
+        self.spare.pop_front().unwrap_or_default()
+    }
+
+    /// Appends a piece.
+    pub fn push(&mut self, bytes: Vec<u8>) {
+        let is_large = true;
+        self.filled.push(Piece { bytes, is_large });
+        // What comes next shall not make it grow.
+        self.begin();
+    }
+
+    /// Begins a piece for small things.
+    fn begin(&mut self) {
+        self.filled.push(Piece::default());
+    }
+
+    /// Where small things are appended.
+    pub fn end(&mut self) -> &mut Vec<u8> {
+        if self.filled.is_empty() {
+            self.begin();
+        }
+        let last = self.filled.len() - 1;
+        &mut self.filled[last].bytes
+    }
+
+    /// Appends what [`Plain::put`] of a vector of these values would, with the threads of a pool.
+    pub fn column<T: Plain + Sync>(&mut self, values: &[T], pool: Option<&rayon::ThreadPool>) {
+        values.len().put(self.end());
+        if size_of_val(values) < PIECE {
+            values.iter().for_each(|value| value.put(self.end()));
+            return;
+        }
+        let fill = |(piece, values): (&mut Vec<u8>, &[T])| {
+            piece.clear();
+            piece.reserve(size_of_val(values));
+            values.iter().for_each(|value| value.put(piece));
+        };
+        let threads = pool.map_or(1, rayon::ThreadPool::current_num_threads);
+        let share = values.len().div_ceil(threads);
+        let mut pieces: Vec<_> = values.chunks(share).map(|_| self.memory()).collect();
+        match pool {
+            Some(pool) => pool.install(|| {
+                (pieces.par_iter_mut().zip(values.par_chunks(share))).for_each(fill);
+            }),
+            None => pieces.iter_mut().zip(values.chunks(share)).for_each(fill),
+        }
+        pieces.into_iter().for_each(|piece| self.push(piece));
+    }
+}
+
 /// Collects sections.
 #[derive(Debug)]
 pub struct Encoder {
-    bytes: Vec<u8>,
-    /// Where the checksum of each section goes, and where the section ends. They are made last, when nobody waits.
-    checksums: Vec<(usize, usize)>,
+    pieces: Pieces,
+    /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are made last, when
+    /// nobody waits.
+    sections: Vec<(usize, usize)>,
 }
+
+/// Bytes of the length and the checksum of a section.
+const LENGTH_AND_CHECKSUM: usize = 12;
 
 impl Default for Encoder {
     fn default() -> Self {
@@ -270,47 +349,66 @@ impl Encoder {
     /// The same in the memory of what an earlier one gave: the system takes longer to hand out new memory for a million particles
     /// than it takes to fill it.
     #[must_use]
-    pub fn reusing(mut bytes: Vec<u8>) -> Self {
-        bytes.clear();
-        bytes.extend_from_slice(MAGIC);
-        VERSION.put(&mut bytes);
+    pub fn reusing(spent: Vec<Piece>) -> Self {
+        let spare = spent.into_iter().filter(|piece| piece.is_large);
+        let mut pieces = Pieces {
+            filled: Vec::new(),
+            spare: spare.map(|piece| piece.bytes).collect(),
+        };
+        pieces.end().extend_from_slice(MAGIC);
+        VERSION.put(pieces.end());
         Self {
-            bytes,
-            checksums: Vec::new(),
+            pieces,
+            sections: Vec::new(),
         }
-    }
-
-    /// Room for so many more bytes.
-    pub fn reserve(&mut self, bytes: usize) {
-        self.bytes.reserve(bytes);
     }
 
     /// Appends a section.
     pub fn section(&mut self, name: &str, value: &impl Plain) {
-        self.section_by(name, |bytes| value.put(bytes));
+        self.section_by(name, |pieces| value.put(pieces.end()));
     }
 
-    /// Appends a section whose content `put` appends to the bytes.
-    pub fn section_by(&mut self, name: &str, put: impl FnOnce(&mut Vec<u8>)) {
-        name.to_owned().put(&mut self.bytes);
-        let length_at = self.bytes.len();
-        self.bytes.extend_from_slice(&[0; 12]);
-        let begin = self.bytes.len();
-        put(&mut self.bytes);
-        let length = (self.bytes.len() - begin) as u64;
-        self.bytes[length_at..length_at + 8].copy_from_slice(&length.to_le_bytes());
-        self.checksums.push((length_at + 8, self.bytes.len()));
+    /// Appends a section whose content `put` appends.
+    pub fn section_by(&mut self, name: &str, put: impl FnOnce(&mut Pieces)) {
+        let end = self.pieces.end();
+        name.to_owned().put(end);
+        let at = end.len();
+        end.extend_from_slice(&[0; LENGTH_AND_CHECKSUM]);
+        self.sections.push((self.pieces.filled.len() - 1, at));
+        put(&mut self.pieces);
+        // The next one begins in a piece of its own, so that this one ends with one.
+        self.pieces.begin();
+    }
+
+    /// All of it, piece by piece.
+    #[must_use]
+    pub fn finish_in_pieces(mut self) -> Vec<Piece> {
+        let pieces = &mut self.pieces.filled;
+        let ends = self.sections.iter().skip(1).map(|(piece, _)| *piece);
+        let ends: Vec<usize> = ends.chain([pieces.len()]).collect();
+        for ((first, at), end) in self.sections.into_iter().zip(ends) {
+            let begin = at + LENGTH_AND_CHECKSUM;
+            let mut checksum = crc32fast::Hasher::new();
+            let mut length = 0;
+            let others = pieces[first + 1..end].iter().map(|piece| &piece.bytes[..]);
+            for bytes in std::iter::once(&pieces[first].bytes[begin..]).chain(others) {
+                checksum.update(bytes);
+                length += bytes.len();
+            }
+            let checksum = checksum.finalize().to_le_bytes();
+            let head = &mut pieces[first].bytes[at..begin];
+            head[..8].copy_from_slice(&(length as u64).to_le_bytes());
+            head[8..].copy_from_slice(&checksum);
+        }
+        self.pieces.filled
     }
 
     /// All of it.
     #[must_use]
-    pub fn finish(mut self) -> Vec<u8> {
-        for (at, end) in self.checksums {
-            let begin = at + 4;
-            let checksum = crc32fast::hash(&self.bytes[begin..end]);
-            self.bytes[at..begin].copy_from_slice(&checksum.to_le_bytes());
-        }
-        self.bytes
+    pub fn finish(self) -> Vec<u8> {
+        let pieces = self.finish_in_pieces();
+        let bytes: Vec<&[u8]> = pieces.iter().map(|piece| &piece.bytes[..]).collect();
+        bytes.concat()
     }
 }
 
@@ -448,6 +546,32 @@ mod tests {
             let back = decoded(&encoded(&value)).unwrap();
             prop_assert_eq!(bits(&back), bits(&value));
             prop_assert_eq!(back.1, value.1);
+        }
+
+        #[test]
+        fn columns_in_pieces_are_the_same_bytes(
+            values in proptest::collection::vec(any::<u64>(), 0..3 * PIECE / 8),
+            threads in 1usize..4,
+        ) {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pool = (threads > 1).then_some(&pool);
+            let mut expected = Encoder::new();
+            expected.section("column", &(values.clone(), 7u8));
+            expected.section("last", &8u8);
+            let expected = expected.finish();
+            let mut spent = Vec::new();
+            // Anew, and in memory that holds other bytes.
+            for _ in 0..2 {
+                let mut encoder = Encoder::reusing(spent);
+                encoder.section_by("column", |pieces| {
+                    pieces.column(&values, pool);
+                    7u8.put(pieces.end());
+                });
+                encoder.section("last", &8u8);
+                spent = encoder.finish_in_pieces();
+                let found: Vec<u8> = spent.iter().flat_map(|piece| piece.bytes.clone()).collect();
+                prop_assert!(found == expected);
+            }
         }
 
         #[test]

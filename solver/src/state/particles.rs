@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
-    PebbleIndex, PrescribedBody, Row,
+    PebbleIndex, Pieces, Plain, PrescribedBody, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -276,6 +276,38 @@ crate::state::plain!(Prescribed {
     velocity,
     angular_velocity
 });
+impl Particles {
+    /// Appends what [`Plain::put`] does, with the threads of a pool.
+    pub fn put_pieces(&self, pieces: &mut Pieces, pool: Option<&rayon::ThreadPool>) {
+        let Self {
+            records,
+            loads,
+            ids,
+            masses,
+            listed_at,
+            orientations,
+            prescribed,
+            bodies,
+            next_id,
+        } = self;
+        pieces.column(records, pool);
+        pieces.column(loads, pool);
+        pieces.column(ids, pool);
+        pieces.column(masses, pool);
+        pieces.column(listed_at, pool);
+        orientations.is_some().put(pieces.end());
+        if let Some(orientations) = orientations {
+            pieces.column(orientations, pool);
+        }
+        prescribed.put(pieces.end());
+        bodies.is_some().put(pieces.end());
+        if let Some(bodies) = bodies {
+            bodies.put_pieces(pieces, pool);
+        }
+        next_id.put(pieces.end());
+    }
+}
+
 crate::state::plain!(Particles {
     records,
     loads,

@@ -43,9 +43,6 @@ pub struct Snapshot {
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
 }
 
-/// Room for what does not grow with the particles, bytes.
-const EVERYTHING_ELSE: usize = 1 << 16;
-
 /// More steps have no time of their own: above it not every whole number is an `f64`.
 const MOST_STEPS: u64 = 1 << 53;
 
@@ -155,16 +152,13 @@ impl Engine {
     /// Appends the sections of [`Engine::snapshot`] without making one: the particles are as large as all the rest.
     pub fn add_state_to(&self, encoder: &mut Encoder) {
         let contacts = &self.forces.contacts;
-        // Growing in steps would copy it over and over.
-        let slots = (contacts.listed() + contacts.listed_at_walls()) as f64;
-        // A sphere at a wall has a history there, too.
-        let remembering = (contacts.touching() + contacts.listed_at_walls()) as f64;
-        let expected = self.particles.bytes() + contacts.saved_bytes(slots, remembering);
-        encoder.reserve(expected as usize + EVERYTHING_ELSE);
+        let pool = self.pool.as_deref();
         encoder.section("clock", &(self.step, self.kick_due));
-        encoder.section("particles", &self.particles);
-        encoder.section_by("pairs", |bytes| contacts.put_pairs(bytes));
-        encoder.section_by("near walls", |bytes| contacts.put_near_walls(bytes));
+        encoder.section_by("particles", |pieces| {
+            self.particles.put_pieces(pieces, pool)
+        });
+        encoder.section_by("pairs", |pieces| contacts.put_pairs(pieces, pool));
+        encoder.section_by("near walls", |pieces| contacts.put_near_walls(pieces));
         encoder.section("other forces", &self.saved_others());
         encoder.section("lists", &self.lists);
         encoder.section("walls", &self.saved_walls());
