@@ -11,8 +11,6 @@ use super::runs::{Run, finished_at};
 use super::{Told, outcome};
 use crate::cases::Outcome;
 
-/// A third of the critical step instead of the automatic one, a quarter of that: the run takes some 15 minutes of one core, not an hour.
-const STEP: &str = "time.step=1e-5";
 /// Diameter of the outlet, m.
 const OUTLET: f64 = 0.032;
 /// Half angle of the cone: its radius grows by 44 mm in 60 mm.
@@ -53,12 +51,7 @@ struct Law {
 /// Runs the scene into a folder below `runs`, or takes the finished run that is there.
 pub(super) fn tell(runs: &Path) -> Result<Told> {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/hopper-psd.toml");
-    let hopper = evaluate(&finished_at(
-        &scene,
-        "hopper-psd",
-        &[STEP.to_owned()],
-        runs,
-    )?)?;
+    let hopper = evaluate(&finished_at(&scene, "hopper-psd", &[], runs)?)?;
     Ok(Told {
         text: hopper.text(),
         pictures: vec![("hopper-discharge.svg", hopper.chart())],
@@ -261,7 +254,7 @@ impl Hopper {
         let mut page = String::new();
         let _ = writeln!(
             page,
-            "\n`scenes/hopper-psd.toml` with `--set time.step=1e-5`, a third of the critical step; the automatic step is a quarter of that. Grain by a sieve analysis and sand by a lognormal law, by quota, 0.25 kg in all. The report at the end of the run ({} steps):\n\n```text\n{}\n```\n\n\
+            "\n`scenes/hopper-psd.toml` as it stands. Grain by a sieve analysis and sand by a lognormal law, by quota, 0.25 kg in all. The report at the end of the run ({} steps):\n\n```text\n{}\n```\n\n\
              ![Mass that has passed the plane below the outlet, and the mean diameter of what passes](pictures/hopper-discharge.svg)\n\n\
              Between {from:.2} and {to:.2} s, while a fifth to seven tenths of the mass pass, the rate is **{:.4} kg/s**. Beverloo's law (1961), W = C ρ √g (D - k d)^2.5 with C = 0.58 and k = 1.4, says {flat:.4} kg/s for a flat \
              bottom, with the bulk density {bulk_density:.0} kg/m³ before the gate opened and d = D[3,2] = {:.3} mm of what flowed out; times (tan θ tan φ)^-0.35 for a cone (Rose and Tanaka 1959), with tan θ = {RUN}/{RISE} and φ = 45°, **{conical:.4} kg/s**. \
