@@ -6,6 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use mercury_common::error::FormatError;
+use mercury_common::readable::shortened;
 use polars_arrow::array::{Array, BooleanArray, PrimitiveArray, Utf8ViewArray};
 use polars_arrow::datatypes::{ArrowDataType, Field};
 use polars_arrow::types::NativeType;
@@ -129,6 +130,17 @@ fn read_whole(path: &Path, file: &mut File) -> PolarsResult<Table> {
             }
             Err(what) => origin.left_out.push((name, what)),
         }
+    }
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    if let Some(other) = columns.iter().find(|column| column.values.len() != rows) {
+        return Err(PolarsError::ComputeError(
+            format!(
+                "the column `{}` has {} rows, the first one {rows}",
+                shortened(&other.name, 100),
+                other.values.len()
+            )
+            .into(),
+        ));
     }
     let mut table = columns
         .into_iter()
