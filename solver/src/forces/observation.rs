@@ -163,3 +163,52 @@ impl Observation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each sum of `times` contacts.
+    fn seen(times: u32) -> Observation {
+        let number = f64::from(times);
+        Observation {
+            particle_contacts: times.into(),
+            wall_contacts: (2 * times).into(),
+            elastic_energy: 3.0 * number,
+            dissipated_by_bonds: 4.0 * number,
+            plastic_energy: 5.0 * number,
+            tangential_energy: 6.0 * number,
+            rolling_energy: 7.0 * number,
+            walls: [8.0, 9.0]
+                .map(|of_wall: f64| {
+                    let mut load = Load::default();
+                    load.add(DVec3::X * of_wall * number, DVec3::Y * of_wall * number);
+                    (load, -of_wall * number)
+                })
+                .to_vec(),
+            wall_stiffness: [10.0, 11.0]
+                .map(|of_wall: f64| WallStiffness {
+                    stiffness: of_wall * number,
+                    damping: -of_wall * number,
+                })
+                .to_vec(),
+            ..Observation::default()
+        }
+    }
+
+    #[test]
+    fn blocks_sum_up_to_the_whole() {
+        let mut sum = Observation::empty(2);
+        sum.merge(&seen(1));
+        sum.merge_sums(&seen(2));
+        // Whole numbers: no round-off.
+        assert_eq!(sum, seen(3));
+        let deep = |largest_overlap| Observation {
+            largest_overlap,
+            ..Observation::default()
+        };
+        sum.merge(&deep(0.3));
+        sum.merge(&deep(0.2));
+        assert_eq!(sum.largest_overlap, 0.3);
+    }
+}

@@ -199,6 +199,18 @@ mod tests {
     }
 
     #[test]
+    fn its_coefficient_is_the_sum_over_the_contacts() {
+        let mut wall = WallStiffness::default();
+        // k = 3/2 of 6 N / 1 mm = 9000 N/m, gamma = 3 N / 0.5 m/s = 6 N s/m, m = 2 kg; the other, fixed, has no mass.
+        wall.add_contact(2.0, (6.0, 1e-3), (3.0, -0.5));
+        wall.add_contact(f64::INFINITY, (6.0, 1e-3), (-3.0, 0.5));
+        let dt = 1e-4;
+        let coefficient = 4.0 * 18_000.0_f64.sqrt() + 2.0 * (2.0 * 6.0) + 4.0 * 18_000.0 * dt;
+        let answer = SERVO.answer(4.0, &wall, dt);
+        assert!((answer * coefficient + 7.0).abs() < 7e-15, "{answer}");
+    }
+
+    #[test]
     fn it_rests_before_and_after_its_time() {
         let servo = Servo {
             from: 1.0,

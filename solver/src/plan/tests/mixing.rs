@@ -88,6 +88,23 @@ fn a_ratio_beside_a_constant_is_of_its_own_stiffness() {
     }
 }
 
+/// A side without a static friction counts with its friction.
+#[test]
+fn static_friction_beside_a_side_without_one() {
+    let material = |tangential: &str| {
+        format!(
+            "normal = {{ law = \"linear\", stiffness = 1000.0, restitution = 0.8 }}\n\
+             tangential = {{ law = \"linear\", stiffness_ratio = 0.5, {tangential} }}"
+        )
+    };
+    let sticky = material("friction = 0.3, static_friction = 0.5");
+    let plain = material("friction = 0.4");
+    for text in [pair(&sticky, &plain, ""), pair(&plain, &sticky, "")] {
+        let found = number(&planned(&text), ["a", "b"], "tangential.static_friction");
+        close(found, harmonic_mean(0.5, 0.4), 1e-14);
+    }
+}
+
 #[test]
 fn like_like_moduli_mix_to_the_same_as_constants() {
     // E* = E/(2 (1 - nu^2)) given as such: the harmonic mean is exact

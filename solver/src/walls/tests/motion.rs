@@ -168,6 +168,26 @@ fn an_oscillation_starts_without_a_jump() {
 }
 
 #[test]
+fn an_oscillation_holds_outside_its_interval() {
+    let motion = one(Component::Oscillation {
+        amplitude: DVec3::new(0.0, 0.0, 0.01),
+        frequency: 5.0,
+        phase: 0.0,
+        from: 0.1,
+        until: 0.14,
+    });
+    let end = 0.01 * (TAU * 5.0 * 0.04).sin();
+    for time in [0.14, 0.17, 9.0] {
+        let found = motion.pose(time).translation.z;
+        // The angle's round-off.
+        assert!((found - end).abs() < 1e-16, "{time}: {found}");
+        assert_eq!(motion.velocity(time).velocity, DVec3::ZERO, "{time}");
+    }
+    assert_eq!(motion.pose(0.05), Pose::IDENTITY);
+    assert_eq!(motion.velocity(0.05).velocity, DVec3::ZERO);
+}
+
+#[test]
 fn later_motions_carry_the_origins_of_earlier_ones() {
     let spin = Component::Rotation {
         axis: DVec3::Z,
