@@ -69,6 +69,10 @@ fn nobody_leaves_a_closed_box_in_silence() {
         for part in ["particle 0", "step ", "t = ", " m/s", "help: "] {
             assert!(said.contains(part), "{part}: {said}");
         }
+        // Round-off of the time is not shown: at most 12 digits.
+        let time = said.split("t = ").nth(1).unwrap();
+        let digits = time.split(" s").next().unwrap();
+        assert!(digits.len() <= 14, "{said}");
         // The step of the message, or the one after, is there to be looked at.
         let step_of = said.split("step ").nth(1).unwrap();
         let number: f64 = step_of.split_whitespace().next().unwrap().parse().unwrap();

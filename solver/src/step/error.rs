@@ -1,6 +1,7 @@
 //! Why a run cannot go on.
 
 use glam::DVec3;
+use mercury_common::readable::rounded;
 
 use super::Engine;
 use crate::contact::parameter::short;
@@ -12,10 +13,10 @@ use crate::walls::WallError;
 pub enum RunError {
     /// A position or velocity is no longer a number.
     #[error(
-        "step {step} (t = {time} s): particle {id} has left the numbers (position {}, velocity {}, angular velocity {})\n\
+        "step {step} (t = {} s): particle {id} has left the numbers (position {}, velocity {}, angular velocity {})\n\
          help: the time step is too large for the contacts that occur, or particles were placed deep inside one another; \
          see the plan for the critical step",
-        point(.position), point(.velocity), point(.angular_velocity)
+        rounded(*.time, 12), point(.position), point(.velocity), point(.angular_velocity)
     )]
     NotFinite {
         /// Step.
@@ -33,8 +34,9 @@ pub enum RunError {
     },
     /// Something is beyond a limit of the guard.
     #[error(
-        "step {step} (t = {time} s): {what}\n\
-         help: {help}"
+        "step {step} (t = {} s): {what}\n\
+         help: {help}",
+        rounded(*.time, 12)
     )]
     Guarded {
         /// Step.
