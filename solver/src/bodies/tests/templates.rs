@@ -1,6 +1,6 @@
 //! What a clump must be, and the mass that its contacts feel.
 
-use glam::{DVec3, dvec3};
+use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
 
 use super::{rod, t_bar};
@@ -15,6 +15,26 @@ fn sizes_of_known_clumps() {
     assert!((rod.equal_volume_diameter() - 3f64.cbrt()).abs() < 1e-15);
     assert_eq!(rod.shares(), [1.0 / 3.0; 3]);
     assert!((t_bar().radius - (3.0f64.hypot(0.6) + 0.5)).abs() < 1e-15);
+}
+
+#[test]
+fn a_lopsided_body_reaches_farther_on_one_side() {
+    let pebble = |z, radius| Pebble {
+        position: dvec3(0.0, 0.0, z),
+        radius,
+    };
+    let pebbles = vec![pebble(0.5, 0.2), pebble(-1.0, 0.4)];
+    let material = MaterialIndex::new(0);
+    let clump = Clump::new("drop", material, pebbles, 1.0, 1.0, DVec3::ONE).unwrap();
+    let is_near = |(below, above): (DVec3, DVec3), expected: [DVec3; 2]| {
+        let off = (below - expected[0]).length() + (above - expected[1]).length();
+        assert!(off < 1e-14, "{below} {above}");
+    };
+    let extent = clump.extent(1.0, DQuat::IDENTITY);
+    is_near(extent, [dvec3(0.4, 0.4, 1.4), dvec3(0.4, 0.4, 0.7)]);
+    // By a right angle about x, z goes to -y; twice as large.
+    let turned = clump.extent(2.0, DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
+    is_near(turned, [dvec3(0.8, 1.4, 0.8), dvec3(0.8, 2.8, 0.8)]);
 }
 
 #[test]
