@@ -143,8 +143,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     fn put_blocks(stretch: &mut Stretch, blocks: &[Block<Histories<N, T, R, A>>], nothing: &[f64]) {
         let slots = || blocks.iter().flat_map(|block| &block.slots);
         let held = || slots().filter(|slot| slot.state & HELD != 0).count();
-        // Growing in steps would copy it over and over.
-        let remembering = if stretch.is_new() { held() } else { 0 };
+        // Growing in steps would copy it over and over. Laws that remember nothing need no count.
+        let is_new = stretch.is_new() && !nothing.is_empty();
+        let remembering = if is_new { held() } else { 0 };
         let listed = blocks.iter().map(|block| block.slots.len()).sum();
         stretch.reserve(listed, remembering, nothing.len());
         let write =

@@ -19,7 +19,7 @@ const GRAVITY: f64 = 9.81;
 /// Between grains and wall.
 const FRICTION: f64 = 0.3;
 /// Tangent of the angle of internal friction of spheres with a friction of 0.5 between them: 0.33 to 0.38 in slow shear, by codes of
-/// several groups (GDR MiDi 2004, Eur. Phys. J. E 14, 341).
+/// several groups (GDR MiDi 2004, Eur. Phys. J. E 14, 341; from memory).
 const BULK_FRICTION: f64 = 0.36;
 /// Slices of 5 mm.
 const SLICE: f64 = 0.005;
@@ -102,6 +102,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
     let (step, steps) = (plan.physics().time_step(), plan.physics().steps());
     let mut engine = start_planned(plan);
     let begin = (FROM / step).round() as u64;
+    let rest = (steps.checked_sub(begin)).context("the scene ends before the silo is looked at")?;
     engine.steps_at_once(begin, None)?;
     let mut seen = Profile {
         weight: vec![0.0; SLICES],
@@ -110,7 +111,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
         floor: 0.0,
     };
     for _ in 0..LOOKS {
-        engine.steps_at_once((steps - begin) / u64::from(LOOKS), RECORDS)?;
+        engine.steps_at_once(rest / u64::from(LOOKS), RECORDS)?;
         engine.complete_step()?;
         seen.add(&engine, walls);
     }
@@ -173,7 +174,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
             0.5 * (active + passive),
             direct,
             0.5 * (passive - active),
-            "Rankine 1857: from (1 - sin phi)/(1 + sin phi) to its inverse; tan phi = 0.36 of spheres of friction 0.5",
+            "Rankine 1857: from (1 - sin phi)/(1 + sin phi) to its inverse; tan phi = 0.36 of spheres of friction 0.5 (GDR MiDi 2004, from memory)",
         ),
         outcome(
             "janssen: growth of the stress over the lowest diameter, over that of a liquid",

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 use mercury_solver::step::Engine;
 
@@ -45,7 +45,8 @@ fn heap(friction: f64) -> Result<Heap> {
     let (step, steps) = (plan.physics().time_step(), plan.physics().steps());
     let mut engine = start_planned(plan);
     let last = (0.1 / step) as u64 / LOOKS;
-    engine.steps_at_once(steps - last * LOOKS, None)?;
+    let before = steps.checked_sub(last * LOOKS);
+    engine.steps_at_once(before.context("the scene is too short")?, None)?;
     let mut top = vec![0.0; BINS];
     for _ in 0..LOOKS {
         engine.steps_at_once(last, None)?;
@@ -96,7 +97,7 @@ pub(super) fn tell(_runs: &std::path::Path) -> Result<Told> {
             0.0,
             angles[0],
             5.76,
-            "internal friction of frictionless spheres, 5.76 degrees: Peyneau & Roux 2008, Phys. Rev. E 78, 011307",
+            "internal friction of frictionless spheres, 5.76 degrees (from memory): Peyneau & Roux 2008, Phys. Rev. E 78, 011307",
         ),
         outcome(
             "repose: steps of friction at which the slope does not grow",
