@@ -9,6 +9,7 @@ on, every second. --docs puts the result at the end of docs/stability.md. Exit 1
 
 What may grow, and by how much (the rest is an error):
 - the energies of each frame are kept for the end of the run: a row of 72 bytes, in an array that doubles, and copied into checkpoints, which double too;
+- the sizes that came in are kept up to 65,536 for each ingredient that has more than one size, 8 bytes each, and copied into checkpoints;
 - what was reserved for the largest number of grains so far: every array doubles too;
 - the allocator's pages: 128 KiB at the top of each of two arenas, in and out.
 """
@@ -30,6 +31,7 @@ STEP = 2.5e-4  # s
 RATE = 60  # grains a second
 ROW_OF_ENERGIES = 72  # bytes
 ALLOCATOR = 2 * 2 * 128 * 1024  # bytes
+SIZES = 3 * 8 * 65536  # bytes: kept, copied for a checkpoint, and written into one
 ROW = 1024  # bytes of a particle in all columns, lists, contacts and queued frames, rounded up
 
 SCENE = """
@@ -178,7 +180,7 @@ def main():
     start = [size for count, size in sizes if count >= 0.1 * frames][:5]
     late = [size for count, size in sizes if count >= 0.5 * frames]
     grown = max(late) - min(start)
-    allowed = 4 * ROW_OF_ENERGIES * frames + 2 * most * ROW + ALLOCATOR
+    allowed = 4 * ROW_OF_ENERGIES * frames + SIZES + 2 * most * ROW + ALLOCATOR
     fixed = 9
     wanted = RATE * end
     warnings = [text for text in summary["warnings"] if not text.startswith("overlaps above 10 %")]
@@ -197,7 +199,7 @@ def main():
     text += (f"{arguments.hours:g} hours of simulated time ({summary['steps']:.2e} steps, {took / 60:.0f} minutes by the clock) of insertion at {RATE} grains a second, half of them clumps, and deletion: "
              f"{summary['inserted']} grains came, {most} rows at most at a time. Particles, contacts, bodies, energies and walls are written every second, a checkpoint every minute by the clock. "
              f"Resident size at a tenth of the run {min(start) / 1e6:.1f} MB, at most {max(late) / 1e6:.1f} MB in its second half.\n\n```sh\nbenches/soak.py --hours {arguments.hours:g} --docs\n```\n\n")
-    text += ("What may grow: a row of energies of 72 bytes for each frame, kept for the end of the run, in an array that doubles, and copied into checkpoints; what is reserved for the largest number of grains; "
+    text += ("What may grow: a row of energies of 72 bytes for each frame, kept for the end of the run, in an array that doubles, and copied into checkpoints; up to 65,536 sizes, 8 bytes each, which a checkpoint copies; what is reserved for the largest number of grains; "
              "some pages of the allocator.\n\n| check | expected | measured | status |\n|---|---|---|---|\n")
     for name, expected, measured, holds in checks:
         text += f"| {name} | {expected} | {measured} | {'pass' if holds else '**FAIL**'} |\n"

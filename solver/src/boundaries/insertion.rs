@@ -5,6 +5,7 @@ use mercury_common::random::Stream;
 
 use super::behind::is_behind_a_wall;
 use super::crowd::Crowd;
+use super::placed_sizes::PlacedSizes;
 use super::placement::{Extent, Room, of_sphere, overlaps_wall};
 use super::quota::Quota;
 use super::thinning::{Credit, Looks};
@@ -43,15 +44,6 @@ pub struct Pending {
     pub ingredient: u32,
 }
 
-/// A particle or body that came in.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// Index of the ingredient of the mixture.
-    pub ingredient: u32,
-    /// Diameter of the sphere, or of the sphere of the body's volume, m.
-    pub diameter: f64,
-}
-
 /// A particle or body that is tried at a place.
 enum New {
     Particle(NewParticle),
@@ -74,8 +66,8 @@ pub struct InsertionState {
     pub drawn: [u64; 4],
     /// What it may spend on failures while its region is full.
     pub credit: Credit,
-    /// All that came in.
-    pub placed: Vec<Placed>,
+    /// The sizes that came in, by ingredient of the mixture; of ingredients of one size nothing.
+    pub sizes: Vec<PlacedSizes>,
 }
 
 impl InsertionState {
@@ -240,10 +232,7 @@ impl Insertion {
             let mut looks = Looks::default();
             if self.place(pending, insertion, particles, around, &mut looks) {
                 self.state.pending = None;
-                self.state.placed.push(Placed {
-                    ingredient: pending.ingredient,
-                    diameter: 2.0 * pending.radius,
-                });
+                self.count_size(pending, insertion);
                 failed = 0;
             } else {
                 self.state.pending = Some(pending);
@@ -292,6 +281,19 @@ impl Insertion {
             radius: 0.5 * chosen.sizes.sample_diameter(u),
             ingredient: index as u32,
         })
+    }
+
+    /// Remembers the size of what came in, for the check at the end.
+    fn count_size(&mut self, placed: Pending, insertion: &InsertionPlan) {
+        let index = placed.ingredient as usize;
+        let asked_for = &insertion.mixture[index].sizes;
+        if asked_for.has_single_sizes() {
+            return;
+        }
+        let known = self.state.sizes.len().max(index + 1);
+        self.state.sizes.resize_with(known, PlacedSizes::default);
+        // A quota is fixed in advance, and kept anyway.
+        self.state.sizes[index].count(2.0 * placed.radius, asked_for, insertion.by_quota);
     }
 
     /// Whether there is room at all between the bounds of the region: of a body, for its largest pebble.
@@ -425,11 +427,7 @@ crate::state::plain!(InsertionState {
     pending,
     drawn,
     credit,
-    placed
-});
-crate::state::plain!(Placed {
-    ingredient,
-    diameter
+    sizes
 });
 
 impl Plain for Limit {

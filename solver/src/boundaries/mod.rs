@@ -17,6 +17,7 @@ mod deletion;
 mod domain_volume;
 mod flux;
 mod insertion;
+mod placed_sizes;
 mod placement;
 mod plans;
 mod quota;
@@ -32,7 +33,8 @@ mod thinning;
 
 pub use domain_volume::volume_within;
 pub use flux::Crossed;
-pub use insertion::{InsertionState, Limit, Pending, Placed};
+pub use insertion::{InsertionState, Limit, Pending};
+pub use placed_sizes::PlacedSizes;
 pub(crate) use placement::{Space, may_hold};
 pub use plans::{CountedRegion, DeletionPlan, FluxPlan, Ingredient, InsertionPlan, Rate};
 pub(crate) use quota::MOST as MOST_OF_QUOTA;

@@ -30,7 +30,8 @@ use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
-use slots::{FREE, HELD, IMAGE, Slot, WallSlot};
+pub(super) use slots::FREE;
+use slots::{HELD, IMAGE, Slot, WallSlot};
 
 /// A block of consecutive rows with the slots that they own.
 #[derive(Debug)]
@@ -119,10 +120,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         nothing
     }
 
-    /// Every listed pair and its history, in order.
+    /// Every listed pair and its history, if it may have one, in order.
     fn saved_pairs(
         blocks: &[Block<Histories<N, T, R, A>>],
-    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> {
+    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
         blocks.iter().flat_map(move |block| {
             let first = block.rows.start;
             block.slots.iter().map(move |slot| {
@@ -134,7 +135,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     feature: FREE,
                     history: &[],
                 };
-                (saved, &slot.history)
+                // Without adhesion what does not touch has none.
+                let may_remember = A::ACTIVE || slot.state & HELD != 0;
+                (saved, may_remember.then_some(&slot.history))
             })
         })
     }
@@ -148,15 +151,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         let remembering = if is_new { held() } else { 0 };
         let listed = blocks.iter().map(|block| block.slots.len()).sum();
         stretch.reserve(listed, remembering, nothing.len());
-        let write =
-            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
-        stretch.extend(nothing, Self::saved_pairs(blocks), write);
+        let slots = Self::saved_pairs(blocks);
+        stretch.extend(nothing, slots, Histories::<N, T, R, A>::write);
     }
 
     /// Every slot at a wall and its history, in order.
     fn saved_near_walls(
         &self,
-    ) -> impl Iterator<Item = (SavedSlot<'static>, &Histories<N, T, R, A>)> {
+    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
         self.blocks.iter().flat_map(|block| {
             let near = block.near_walls.iter();
             let near = near.flat_map(|near| std::iter::repeat_n(near, near.features as usize));
@@ -169,7 +171,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     feature: slot.feature,
                     history: &[],
                 };
-                (saved, &slot.history)
+                (saved, Some(&slot.history))
             })
         })
     }
@@ -370,10 +372,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let (mut pairs, mut walls) = (SavedSlots::new(nothing.clone()), SavedSlots::new(nothing));
         pairs.reserve(self.listed());
         for (slot, history) in Self::saved_pairs(&self.blocks) {
-            pairs.push(slot, |numbers| history.write(numbers));
+            pairs.push(slot, history, Histories::<N, T, R, A>::write);
         }
         for (slot, history) in self.saved_near_walls() {
-            walls.push(slot, |numbers| history.write(numbers));
+            walls.push(slot, history, Histories::<N, T, R, A>::write);
         }
         (pairs, walls)
     }
@@ -406,9 +408,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let slots = self.listed_at_walls();
         // A sphere at a wall has a history there, as a rule.
         stretch.reserve(slots, slots, nothing.len());
-        let write =
-            |history: &Histories<N, T, R, A>, numbers: &mut Vec<f64>| history.write(numbers);
-        stretch.extend(&nothing, self.saved_near_walls(), write);
+        let slots = self.saved_near_walls();
+        stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);
         put_stretches(pieces, &nothing, vec![stretch]);
     }
 

@@ -1,7 +1,9 @@
 //! The slots of a contact loop as plain numbers, for the state of a run.
 
 use super::SlotState;
-use crate::state::{Pieces, Plain};
+use super::contact_loop::FREE;
+use crate::neighbours::NO_SHIFT;
+use crate::state::{Pieces, Plain, announced};
 
 /// One slot of [`SavedSlots`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,8 +43,22 @@ struct Head {
     remembers: bool,
 }
 
-/// Bytes of a slot in a state, but for its history.
-pub(super) const SAVED_BYTES: usize = 4 * size_of::<u32>() + 2;
+/// Bytes of a slot in a state but for its history: at most, if it is of no image and no feature. The slots of one row tell it once,
+/// so there are more that take five.
+pub(super) const SAVED_BYTES: usize = 1 + 2 * size_of::<u32>();
+
+/// In the first byte of a slot: its [`SlotState`].
+const STATE: u8 = 7;
+/// It has a history.
+const REMEMBERS: u8 = 1 << 3;
+/// Its row follows; else it is that of the slot before it.
+const OTHER_ROW: u8 = 1 << 4;
+/// The code of its image follows; else it is [`NO_SHIFT`].
+const OTHER_IMAGE: u8 = 1 << 5;
+/// Its feature follows; else it has none.
+const FEATURE: u8 = 1 << 6;
+/// Nothing.
+const UNUSED: u8 = 1 << 7;
 
 impl Head {
     fn of(slot: &SavedSlot<'_>, remembers: bool) -> Self {
@@ -54,6 +70,54 @@ impl Head {
             state: slot.state,
             remembers,
         }
+    }
+
+    /// Appends it, behind a slot of the row `before`.
+    #[inline(always)]
+    fn put(&self, before: Option<u32>, bytes: &mut Vec<u8>) {
+        let told = |flag: u8, is_told: bool| if is_told { flag } else { 0 };
+        let first = self.state as u8
+            | told(REMEMBERS, self.remembers)
+            | told(OTHER_ROW, before != Some(self.row))
+            | told(OTHER_IMAGE, self.image != NO_SHIFT)
+            | told(FEATURE, self.feature != FREE);
+        // Two numbers at once: there are several slots for each particle.
+        let mut raw = [first; 1 + size_of::<u32>()];
+        raw[1..].copy_from_slice(&self.partner.to_le_bytes());
+        bytes.extend_from_slice(&raw);
+        let others = [
+            (OTHER_ROW, self.row),
+            (OTHER_IMAGE, self.image),
+            (FEATURE, self.feature),
+        ];
+        for (flag, number) in others {
+            if first & flag != 0 {
+                number.put(bytes);
+            }
+        }
+    }
+
+    /// Takes one from the front, behind a slot of the row `before`.
+    fn take(before: Option<u32>, bytes: &mut &[u8]) -> Result<Self, String> {
+        let first = u8::take(bytes)?;
+        if first & UNUSED != 0 {
+            return Err(format!("{first} is no way to tell of a pair"));
+        }
+        let partner = u32::take(bytes)?;
+        let mut number = |flag: u8, otherwise: Option<u32>| {
+            if first & flag != 0 {
+                return u32::take(bytes);
+            }
+            otherwise.ok_or_else(|| "the first pair tells of no row".to_owned())
+        };
+        Ok(Self {
+            row: number(OTHER_ROW, before)?,
+            partner,
+            image: number(OTHER_IMAGE, Some(NO_SHIFT))?,
+            feature: number(FEATURE, Some(FREE))?,
+            state: SlotState::from_number(first & STATE)?,
+            remembers: first & REMEMBERS != 0,
+        })
     }
 }
 
@@ -67,6 +131,7 @@ fn remembers(history: &[f64], nothing: &[f64]) -> bool {
 #[derive(Debug)]
 pub(super) struct Stretch {
     heads: Vec<u8>,
+    slots: usize,
     histories: Vec<u8>,
     remembering: usize,
 }
@@ -78,6 +143,7 @@ impl Stretch {
         histories.clear();
         Self {
             heads,
+            slots: 0,
             histories,
             remembering: 0,
         }
@@ -95,23 +161,32 @@ impl Stretch {
         self.histories.capacity() == 0
     }
 
-    /// Appends slots. `write` appends the numbers of a history.
+    /// Appends all slots of some rows with the histories that they may have. `write` appends the numbers of a history.
     pub(super) fn extend<H>(
         &mut self,
         nothing: &[f64],
-        slots: impl Iterator<Item = (SavedSlot<'static>, H)>,
+        slots: impl Iterator<Item = (SavedSlot<'static>, Option<H>)>,
         write: impl Fn(H, &mut Vec<f64>),
     ) {
         let mut history = Vec::with_capacity(nothing.len());
+        let mut before = None;
         for (slot, own) in slots {
-            history.clear();
-            write(own, &mut history);
-            let remembers = remembers(&history, nothing);
-            Head::of(&slot, remembers).put(&mut self.heads);
+            let remembers = own.is_some_and(|own| {
+                history.clear();
+                write(own, &mut history);
+                remembers(&history, nothing)
+            });
+            Head::of(&slot, remembers).put(before, &mut self.heads);
+            before = Some(slot.row);
+            self.slots += 1;
             if remembers {
                 self.remembering += 1;
-                for number in &history {
-                    number.put(&mut self.histories);
+                // At once: there are some for each particle.
+                let begin = self.histories.len();
+                self.histories.resize(begin + size_of_val(&history[..]), 0);
+                let raw = self.histories[begin..].chunks_exact_mut(size_of::<f64>());
+                for (raw, number) in raw.zip(&history) {
+                    raw.copy_from_slice(&number.to_le_bytes());
                 }
             }
         }
@@ -121,9 +196,7 @@ impl Stretch {
 /// Appends what [`Plain::put`] of the [`SavedSlots`] with the slots of these stretches would.
 pub(super) fn put_stretches(pieces: &mut Pieces, nothing: &[f64], stretches: Vec<Stretch>) {
     nothing.to_vec().put(pieces.end());
-    let slots: usize = (stretches.iter())
-        .map(|stretch| stretch.heads.len() / SAVED_BYTES)
-        .sum();
+    let slots: usize = stretches.iter().map(|stretch| stretch.slots).sum();
     slots.put(pieces.end());
     let remembering: usize = stretches.iter().map(|stretch| stretch.remembering).sum();
     let (heads, histories): (Vec<_>, Vec<_>) = (stretches.into_iter())
@@ -156,11 +229,18 @@ impl SavedSlots {
         self.heads.reserve(slots);
     }
 
-    /// Appends a slot whose history `write` appends to what it is given.
-    pub fn push(&mut self, slot: SavedSlot<'_>, write: impl FnOnce(&mut Vec<f64>)) {
+    /// Appends a slot with the history that it may have, whose numbers `write` appends to what it is given.
+    pub fn push<H>(
+        &mut self,
+        slot: SavedSlot<'_>,
+        own: Option<H>,
+        write: impl FnOnce(H, &mut Vec<f64>),
+    ) {
         let begin = self.histories.len();
-        write(&mut self.histories);
-        let remembers = remembers(&self.histories[begin..], &self.nothing);
+        let remembers = own.is_some_and(|own| {
+            write(own, &mut self.histories);
+            remembers(&self.histories[begin..], &self.nothing)
+        });
         if !remembers {
             self.histories.truncate(begin);
         }
@@ -187,7 +267,9 @@ impl SavedSlots {
 
     /// Appends a slot with the numbers of its history.
     pub fn push_whole(&mut self, slot: SavedSlot<'_>) {
-        self.push(slot, |numbers| numbers.extend_from_slice(slot.history));
+        self.push(slot, Some(slot.history), |history, numbers| {
+            numbers.extend_from_slice(history);
+        });
     }
 
     /// The slots in order.
@@ -213,42 +295,30 @@ impl SavedSlots {
     }
 }
 
-impl Plain for Head {
-    fn put(&self, bytes: &mut Vec<u8>) {
-        // At once: there are several for each particle.
-        let mut raw = [0; SAVED_BYTES];
-        let numbers = [self.row, self.partner, self.feature, self.image];
-        for (raw, number) in raw.chunks_exact_mut(size_of::<u32>()).zip(numbers) {
-            raw.copy_from_slice(&number.to_le_bytes());
-        }
-        raw[SAVED_BYTES - 2] = self.state as u8;
-        raw[SAVED_BYTES - 1] = u8::from(self.remembers);
-        bytes.extend_from_slice(&raw);
-    }
-
-    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        Ok(Self {
-            row: Plain::take(bytes)?,
-            partner: Plain::take(bytes)?,
-            feature: Plain::take(bytes)?,
-            image: Plain::take(bytes)?,
-            state: Plain::take(bytes)?,
-            remembers: Plain::take(bytes)?,
-        })
-    }
-}
-
 impl Plain for SavedSlots {
     fn put(&self, bytes: &mut Vec<u8>) {
         self.nothing.put(bytes);
-        self.heads.put(bytes);
+        self.heads.len().put(bytes);
+        let mut before = None;
+        for head in &self.heads {
+            head.put(before, bytes);
+            before = Some(head.row);
+        }
         self.histories.put(bytes);
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let nothing = Plain::take(bytes)?;
+        let count = announced(bytes)?;
+        let mut before = None;
+        let heads = (0..count).map(|_| {
+            let head = Head::take(before, bytes)?;
+            before = Some(head.row);
+            Ok(head)
+        });
         let slots = Self {
-            nothing: Plain::take(bytes)?,
-            heads: Plain::take(bytes)?,
+            nothing,
+            heads: heads.collect::<Result<_, String>>()?,
             histories: Plain::take(bytes)?,
         };
         let remembering = slots.heads.iter().filter(|head| head.remembers).count();
@@ -264,13 +334,9 @@ impl Plain for SavedSlots {
     }
 }
 
-impl Plain for SlotState {
-    fn put(&self, bytes: &mut Vec<u8>) {
-        bytes.push(*self as u8);
-    }
-
-    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        match u8::take(bytes)? {
+impl SlotState {
+    fn from_number(number: u8) -> Result<Self, String> {
+        match number {
             0 => Ok(Self::Near),
             1 => Ok(Self::Touching),
             2 => Ok(Self::Bonded),
@@ -303,7 +369,7 @@ mod tests {
                     feature: 3,
                     history: &[],
                 };
-                slots.push(slot, |all| all.extend(history));
+                slots.push(slot, Some(history), |history, all| all.extend(history));
             }
             let something = |history: &&[f64; 2]| history.map(f64::to_bits) != [0; 2];
             let remembering = histories.iter().filter(something).count();

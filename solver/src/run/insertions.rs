@@ -61,24 +61,11 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
     let several = insertion.mixture.len() > 1;
     let mut lines = Vec::new();
     for (index, part) in insertion.mixture.iter().enumerate() {
-        let mut diameters: Vec<f64> = state
-            .placed
-            .iter()
-            .filter(|placed| placed.ingredient as usize == index)
-            .map(|placed| placed.diameter)
-            .collect();
-        if diameters.is_empty() || part.sizes.has_single_sizes() {
+        let Some(placed) = state.sizes.get(index).filter(|placed| placed.number() > 0) else {
             continue;
-        }
-        diameters.sort_unstable_by(f64::total_cmp);
-        let n = diameters.len() as f64;
-        let distance = |(i, &d): (usize, &f64)| {
-            let expected = part.sizes.number_cdf(d);
-            (expected - i as f64 / n).max((i + 1) as f64 / n - expected)
         };
-        let largest = (diameters.iter().enumerate())
-            .map(distance)
-            .fold(0.0, f64::max);
+        let n = placed.number() as f64;
+        let largest = placed.distance(&part.sizes);
         let name = match (several, part.clump) {
             (false, _) => String::new(),
             (true, Some(clump)) => format!(" of {}", plan.physics().clumps()[clump as usize].name),

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Why bytes are no state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -74,6 +74,20 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
         .ok_or_else(|| format!("{count} bytes expected, {} left", bytes.len()))?;
     *bytes = rest;
     Ok(front)
+}
+
+/// Takes a number of entries that follow. No entry takes less than a byte: a damaged number asks for no memory.
+///
+/// # Errors
+/// If there are not as many bytes.
+pub fn announced(bytes: &mut &[u8]) -> Result<usize, String> {
+    let (count, most) = (usize::take(bytes)?, bytes.len());
+    if count > most {
+        return Err(format!(
+            "{count} entries announced, room for {most} at most"
+        ));
+    }
+    Ok(count)
 }
 
 macro_rules! plain_number {
@@ -141,15 +155,7 @@ impl<T: Plain> Plain for Vec<T> {
     }
 
     fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        let count = usize::take(bytes)?;
-        // No value takes less than a byte: a damaged length asks for no memory.
-        let most = bytes.len();
-        if count > most {
-            return Err(format!(
-                "{count} entries announced, room for {most} at most"
-            ));
-        }
-        (0..count).map(|_| T::take(bytes)).collect()
+        (0..announced(bytes)?).map(|_| T::take(bytes)).collect()
     }
 }
 

@@ -13,7 +13,7 @@ mod record;
 
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
-pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION};
+pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle};
 pub use particles::{Particles, Prescribed};

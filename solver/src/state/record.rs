@@ -1,6 +1,6 @@
 //! What the force loop reads of a particle, and what it leaves there.
 
-use super::MaterialIndex;
+use super::{MaterialIndex, Plain};
 use glam::DVec3;
 
 /// The record that the contact loop reads: 96 bytes, position and radius within one cache line.
@@ -103,9 +103,14 @@ crate::state::plain!(Particle {
     material,
     flags
 });
-crate::state::plain!(Load {
-    force,
-    unused_force,
-    torque,
-    unused_torque
-});
+
+impl Plain for Load {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.force.put(bytes);
+        self.torque.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok(Self::new(Plain::take(bytes)?, Plain::take(bytes)?))
+    }
+}

@@ -49,7 +49,7 @@ fn monodisperse(diameter: f64) -> SizeDistribution {
 }
 
 /// Diameters uniform by number between two, m.
-fn uniform(min: f64, max: f64) -> SizeDistribution {
+pub(super) fn uniform(min: f64, max: f64) -> SizeDistribution {
     sizes(&format!(
         r#"{{ kind = "uniform", min_diameter = {min}, max_diameter = {max}, weighting = "number" }}"#
     ))

@@ -55,7 +55,7 @@ pub(super) struct WallSlot<H> {
     pub(super) history: H,
 }
 
-pub(super) const FREE: u32 = u32::MAX;
+pub(in crate::forces) const FREE: u32 = u32::MAX;
 
 impl<H: History> WallSlot<H> {
     /// Without a feature.
