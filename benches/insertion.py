@@ -1,50 +1,68 @@
 #!/usr/bin/env python3
-"""What insertion costs while its region is full: the time of the steps after 0.3 s of scenes/bench/full-region*.toml, with the insertion
-that goes on trying over that of the same run whose insertion ended at 0.3 s. Runs alternate; each pair gives a ratio.
+"""What insertion costs while its region is full: the time of scenes/bench/full-region*.toml from 0.3 s on, with the insertion that goes
+on trying over that without it. Both start from the same run to 0.3 s, and what goes on trying is 2.5 times as large, so that it never
+finds a place: both runs make the same steps of the same grains, and only the trying differs. Runs alternate; each pair gives a ratio.
 
     cargo build --release --bin mercury-solve && benches/insertion.py [--pairs 7] [--scene full-region-clumps]
 
-Processor time of one thread is counted. The run to 0.3 s, the same in both, is taken off.
+Processor time of one thread is counted, start-up included.
 """
 
 import argparse
-import os
+import json
 import pathlib
 import resource
 import statistics
 import subprocess
+import sys
 import tempfile
 
+# Diameters that wait, m.
+LARGE = {
+    "full-region": ["insertions.fill.psd.min_diameter=9e-3", "insertions.fill.psd.max_diameter=11e-3"],
+    "full-region-clumps": ["insertions.fill.psd.diameter=22.5e-3"],
+}
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOLVER = ROOT / "target/release/mercury-solve"
 
 
-def seconds(scene, *settings):
-    """Processor time of a run, s."""
+def run(scene, output, *settings):
+    """Runs a scene; returns its processor time, s."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    with tempfile.TemporaryDirectory() as folder:
-        command = [SOLVER, ROOT / f"scenes/bench/{scene}.toml", "--output", os.path.join(folder, "run"), "--quiet", "--threads", "1"]
-        for setting in settings:
-            command += ["--set", setting]
-        subprocess.run(command, check=True)
+    command = [SOLVER, scene, "--output", output, "--quiet", "--force", "--threads", "1", "--set", "output.pictures=false"]
+    for setting in settings:
+        command += ["--set", setting]
+    subprocess.run(command, check=True)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--pairs", type=int, default=7)
-    arguments.add_argument("--scene", action="append")
+    arguments.add_argument("--scene", action="append", choices=LARGE)
     arguments = arguments.parse_args()
-    for scene in arguments.scene or ["full-region", "full-region-clumps"]:
-        ratios = []
-        for _ in range(arguments.pairs):
-            filling = seconds(scene, "time.end=0.3")
-            trying = seconds(scene)
-            over = seconds(scene, "insertions.fill.until=0.3")
-            ratios.append((trying - filling) / (over - filling))
-            print(f"{scene}: {filling:.2f} s to 0.3 s, then {trying - filling:.2f} s with insertion, {over - filling:.2f} s without: {ratios[-1]:.4f}")
+    for name in arguments.scene or ["full-region", "full-region-clumps"]:
+        scene = ROOT / f"scenes/bench/{name}.toml"
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            run(scene, folder / "filled", "time.end=0.3")
+            # Beside the original, whose files it names.
+            later = scene.with_name(f".{name}-later.toml")
+            later.write_text(scene.read_text() + f'\n[[particles]]\nrun = "{folder / "filled"}"\n')
+            try:
+                ratios = []
+                for _ in range(arguments.pairs):
+                    trying = run(later, folder / "waiting", "time.end=0.2", *LARGE[name])
+                    over = run(later, folder / "over", "time.end=0.2", "insertions.fill.until=1e-9")
+                    ratios.append(trying / over)
+                    waiting = json.loads((folder / "waiting" / "summary.json").read_text())
+                    if waiting["inserted"]:
+                        sys.exit(f"{name}: {waiting['inserted']} came: they are not large enough")
+                    print(f"{name}: {trying:.2f} s with insertion, {over:.2f} s without: {ratios[-1]:.4f}")
+            finally:
+                later.unlink()
         spread = statistics.stdev(ratios) / len(ratios) ** 0.5 if len(ratios) > 1 else float("nan")
-        print(f"{scene}: median {statistics.median(ratios):.4f}, mean {statistics.mean(ratios):.4f} +- {spread:.4f}")
+        print(f"{name}: median {statistics.median(ratios):.4f}, mean {statistics.mean(ratios):.4f} +- {spread:.4f}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 //! What stands in the way of new particles: the spheres about an insertion region, in cells.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::thinning::Looks;
 use crate::neighbours::{Images, NO_SHIFT};
@@ -8,14 +8,18 @@ use crate::state::Particles;
 
 /// Most cells: a million heads of lists are cleared in a fraction of a millisecond.
 const MOST_CELLS: f64 = 1_048_576.0;
+/// What it costs to look whether a row is near, to find the cells of one that is, and to list it in a cell, in looks.
+const LOOKS_OF_ROW: u64 = 1;
+const LOOKS_OF_MEMBER: u64 = 10;
+const LOOKS_OF_LISTED: u64 = 2;
 /// The end of a list.
 const END: u32 = u32::MAX;
 
 /// The particles (and periodic images) near an insertion region, each listed in every cell that its bounding box meets.
 ///
-/// Cells hold where particles were listed, widened by a margin, tests use where they are now: so the cells serve until the
-/// candidate list is built again, however many steps that takes. Two boxes that meet share a cell even outside of the grid,
-/// as coordinates are clipped monotonically.
+/// Cells hold where particles were listed, widened by a margin, so they serve until the candidate list is built again, however many
+/// steps that takes. Where that alone decides, nobody is asked where it is now. Two boxes that meet share a cell even outside of the
+/// grid, as coordinates are clipped monotonically.
 #[derive(Debug, Clone)]
 pub(super) struct Crowd {
     low: DVec3,
@@ -25,21 +29,34 @@ pub(super) struct Crowd {
     margin: f64,
     inverse_edge: DVec3,
     counts: [usize; 3],
+    /// Who is listed in each cell, cell by cell, by ascending rows.
+    listed: Vec<Member>,
+    /// Where each cell begins in `listed`, and the end.
+    starts: Vec<u32>,
+    /// Who came since: lists by cells, the latest first. No heads while there is nobody.
     heads: Vec<u32>,
     links: Vec<Link>,
-    members: Vec<Member>,
     /// Rows that have been looked at.
     rows: usize,
+    /// How many of them and their images are near.
+    members: usize,
+    /// Largest coordinate or radius of a member, m: a part in 2^24 of it is lost there.
+    farthest: f32,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Link {
-    member: u32,
+    member: Member,
     next: u32,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// A particle in a cell, with where it was listed: most questions end here, and to ask elsewhere costs more than the question.
+#[derive(Debug, Clone, Copy, Default)]
 struct Member {
+    /// From the lowest corner, m.
+    centre: Vec3,
+    /// m
+    radius: f32,
     row: u32,
     image: u32,
 }
@@ -63,6 +80,7 @@ impl Crowd {
                 inverse_edge[axis] = counts[axis] as f64 / extent[axis];
             }
         }
+        let cells: usize = counts.iter().product();
         Self {
             low,
             high,
@@ -70,10 +88,13 @@ impl Crowd {
             margin,
             inverse_edge,
             counts,
-            heads: vec![END; counts.iter().product()],
+            listed: Vec::new(),
+            starts: vec![0; cells + 1],
+            heads: Vec::new(),
             links: Vec::new(),
-            members: Vec::new(),
             rows: 0,
+            members: 0,
+            farthest: 0.0,
         }
     }
 
@@ -82,41 +103,108 @@ impl Crowd {
         if self.rows == particles.len() {
             return;
         }
-        let codes: Vec<u32> = std::iter::once(NO_SHIFT)
-            .chain(images.neighbours())
-            .collect();
-        let reach = DVec3::splat(self.largest + self.margin);
-        let (low, high) = (self.low - reach, self.high + reach);
-        for row in self.rows..particles.len() {
-            let radius = DVec3::splat(particles.records[row].radius);
-            for &image in &codes {
-                let centre = particles.listed_at[row] + images.shift(image);
-                let meets =
-                    (centre + radius).cmpge(low).all() && (centre - radius).cmple(high).all();
-                if meets {
-                    self.add(row as u32, image, centre, radius.x + self.margin);
-                }
+        // Lists are for few: cell by cell they lie side by side.
+        if self.rows == 0 || self.links.len() > self.listed.len() {
+            return self.list(particles, images);
+        }
+        self.heads.resize(self.starts.len() - 1, END);
+        for member in self.near(self.rows, particles, images) {
+            self.note(&member);
+            for cell in self.cells_of(&member) {
+                let next = self.heads[cell];
+                self.heads[cell] = self.links.len() as u32;
+                self.links.push(Link { member, next });
             }
         }
         self.rows = particles.len();
     }
 
-    fn add(&mut self, row: u32, image: u32, centre: DVec3, reach: f64) {
-        let member = self.members.len() as u32;
-        self.members.push(Member { row, image });
-        let [low, high] = self.cells(centre, reach);
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                let start = self.counts[0] * (y + self.counts[1] * z);
-                for head in &mut self.heads[start + low[0]..=start + high[0]] {
-                    self.links.push(Link {
-                        member,
-                        next: *head,
+    /// Lists all rows.
+    fn list(&mut self, particles: &Particles, images: &Images) {
+        self.heads.clear();
+        self.links.clear();
+        self.members = 0;
+        self.rows = particles.len();
+        let near = self.near(0, particles, images);
+        self.starts.fill(0);
+        for member in &near {
+            self.note(member);
+            for cell in self.cells_of(member) {
+                self.starts[cell + 1] += 1;
+            }
+        }
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
+        }
+        let mut ends = self.starts.clone();
+        let listed = self.starts.last().map_or(0, |&end| end as usize);
+        self.listed.clear();
+        self.listed.resize(listed, Member::default());
+        for member in near {
+            for cell in self.cells_of(&member) {
+                self.listed[ends[cell] as usize] = member;
+                ends[cell] += 1;
+            }
+        }
+    }
+
+    /// Rows from `first` on, and their images, that may meet a new particle.
+    fn near(&self, first: usize, particles: &Particles, images: &Images) -> Vec<Member> {
+        let codes: Vec<u32> = std::iter::once(NO_SHIFT)
+            .chain(images.neighbours())
+            .collect();
+        let reach = DVec3::splat(self.largest + self.margin);
+        let (low, high) = (self.low - reach, self.high + reach);
+        let mut near = Vec::new();
+        for row in first..particles.len() {
+            let radius = particles.records[row].radius;
+            for &image in &codes {
+                let centre = particles.listed_at[row] + images.shift(image);
+                let meets = (centre + DVec3::splat(radius)).cmpge(low).all()
+                    && (centre - DVec3::splat(radius)).cmple(high).all();
+                if meets {
+                    near.push(Member {
+                        centre: (centre - self.low).as_vec3(),
+                        radius: radius as f32,
+                        row: row as u32,
+                        image,
                     });
-                    *head = self.links.len() as u32 - 1;
                 }
             }
         }
+        near
+    }
+
+    fn note(&mut self, member: &Member) {
+        self.members += 1;
+        let farthest = member.centre.abs().max_element().max(member.radius);
+        self.farthest = self.farthest.max(farthest);
+    }
+
+    /// How far a member may be from where it was listed in single precision, with what its radius lacks, m.
+    fn apart(&self, farthest: f32) -> f64 {
+        self.margin + 4.0 * f64::from(f32::EPSILON) * f64::from(farthest)
+    }
+
+    /// The cells that the box of a member meets.
+    fn cells_of(&self, member: &Member) -> impl Iterator<Item = usize> + use<> {
+        let farthest = member.centre.abs().max_element().max(member.radius);
+        let reach = f64::from(member.radius) + self.apart(farthest);
+        let [low, high] = self.cells(member.centre.as_dvec3(), reach);
+        let [columns, rows, _] = self.counts;
+        (low[2]..=high[2]).flat_map(move |z| {
+            (low[1]..=high[1]).flat_map(move |y| {
+                let start = columns * (y + rows * z);
+                start + low[0]..=start + high[0]
+            })
+        })
+    }
+
+    /// What it costs to take in all that are there now, in looks.
+    pub(super) fn cost(&self) -> u64 {
+        LOOKS_OF_ROW * self.rows as u64
+            + LOOKS_OF_MEMBER * self.members as u64
+            + LOOKS_OF_LISTED * (self.listed.len() + self.links.len()) as u64
     }
 
     /// Whether a sphere would overlap anybody; touching is not overlapping.
@@ -128,35 +216,59 @@ impl Crowd {
         radius: f64,
         looks: &mut Looks,
     ) -> bool {
-        let [low, high] = self.cells(centre, radius);
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                let start = self.counts[0] * (y + self.counts[1] * z);
-                for &head in &self.heads[start + low[0]..=start + high[0]] {
-                    let mut next = head;
-                    looks.add(1);
-                    while next != END {
-                        looks.add(1);
-                        let link = self.links[next as usize];
-                        let member = self.members[link.member as usize];
-                        let record = &particles.records[member.row as usize];
-                        let branch = record.position + images.shift(member.image) - centre;
-                        let contact = record.radius + radius;
-                        if branch.length_squared() < contact * contact {
-                            return true;
-                        }
-                        next = link.next;
-                    }
-                }
+        let from_corner = centre - self.low;
+        let apart = self.apart(self.farthest);
+        let mut meets = |member: &Member| {
+            looks.at_sphere();
+            let squared = (member.centre.as_dvec3() - from_corner).length_squared();
+            let contact = f64::from(member.radius) + radius;
+            let (surely, perhaps) = (contact - apart, contact + apart);
+            if surely > 0.0 && squared < surely * surely {
+                return true;
             }
-        }
-        false
+            squared < perhaps * perhaps && {
+                looks.at_sphere();
+                let record = &particles.records[member.row as usize];
+                let branch = record.position + images.shift(member.image) - centre;
+                let contact = record.radius + radius;
+                branch.length_squared() < contact * contact
+            }
+        };
+        let mut is_taken = |cell: usize| {
+            // The latest first, wherever they stand: what is looked at must not depend on when they came.
+            let mut next = self.heads.get(cell).copied().unwrap_or(END);
+            while next != END {
+                let link = &self.links[next as usize];
+                if meets(&link.member) {
+                    return true;
+                }
+                next = link.next;
+            }
+            let listed = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+            self.listed[listed].iter().rev().any(&mut meets)
+        };
+        // Who is in the way is most often about the centre.
+        let [middle, _] = self.cells(from_corner, 0.0);
+        let cell = |[x, y, z]: [usize; 3]| x + self.counts[0] * (y + self.counts[1] * z);
+        let mut cells = 1;
+        let mut is_taken_at = |at: [usize; 3]| {
+            cells += 1;
+            is_taken(cell(at))
+        };
+        let [low, high] = self.cells(from_corner, radius);
+        let about = (low[2]..=high[2]).flat_map(|z| {
+            (low[1]..=high[1]).flat_map(move |y| (low[0]..=high[0]).map(move |x| [x, y, z]))
+        });
+        let is_free =
+            !is_taken_at(middle) && !about.filter(|&at| at != middle).any(&mut is_taken_at);
+        looks.at_cells(cells);
+        !is_free
     }
 
-    /// Lowest and highest cell that a cube of half edge `reach` meets.
-    fn cells(&self, centre: DVec3, reach: f64) -> [[usize; 3]; 2] {
+    /// Lowest and highest cell that a cube of half edge `reach` meets, whose middle lies so far from the lowest corner.
+    fn cells(&self, from_corner: DVec3, reach: f64) -> [[usize; 3]; 2] {
         [-reach, reach].map(|reach| {
-            let scaled = (centre + DVec3::splat(reach) - self.low) * self.inverse_edge;
+            let scaled = (from_corner + DVec3::splat(reach)) * self.inverse_edge;
             // Casts from negative numbers give 0.
             [0, 1, 2].map(|axis| (scaled[axis] as usize).min(self.counts[axis] - 1))
         })

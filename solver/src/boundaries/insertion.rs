@@ -189,6 +189,7 @@ impl Insertion {
     /// Forgets who stands about: rows or what is known of their positions changed.
     pub(super) fn forget_crowd(&mut self) {
         self.crowd = None;
+        self.state.credit.forget_crowd();
     }
 
     /// Inserts what is due and fits; returns whether anything was inserted.
@@ -391,10 +392,11 @@ impl Insertion {
         let centre = (self.room).draw(spheres, extent, &mut self.places, images, looks)?;
         let crowd = self.crowd.get_or_insert_with(|| {
             let (low, high) = self.room.extent(self.smallest_radius, self.reach);
-            let edge = 2.0 * self.mean_radius;
+            let edge = 4.0 * self.mean_radius;
             Crowd::new(low, high, self.largest_radius, edge, around.margin)
         });
         crowd.take_in(particles, images);
+        looks.among_crowd(crowd.cost());
         let at = |offset: DVec3| images.wrap(centre + offset);
         // Particles before walls, which are dearer to ask and seldom in the way of what particles leave room for.
         let is_free = spheres

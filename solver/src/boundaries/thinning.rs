@@ -2,19 +2,21 @@
 //!
 //! Trying is thinned by what it costs, counted in looks (is this sphere inside, is that particle in the way): what is counted does
 //! not depend on clocks or threads. Once `attempts` consecutive places have failed, each further failure is paid from a credit
-//! that grows in every step by a hundredth of what the step costs for the particles that are there. Places that are found cost
-//! nothing, so a region that is not full is filled as fast as ever.
-
-use crate::state::Plain;
+//! that grows in every step by a hundredth of what the step costs for the particles that are there. To find out who stands about the
+//! region is paid from it too, and as much may be spent on places then, in advance: so tries come in rounds, and neither costs more
+//! than the other. Places that are found cost nothing, so a region that is not full is filled as fast as ever.
 
 /// The part of the cost of a step that may go into failures.
 const SHARE: f64 = 0.01;
-/// Looks that take as long as a step of one particle: some 100 ns against some 4 ns.
-const LOOKS_PER_PARTICLE: f64 = 25.0;
+/// Looks that take as long as a step of one particle: at least 60 ns against some 4 ns.
+const LOOKS_PER_PARTICLE: f64 = 15.0;
 /// What a step costs with no particle, in particles.
 const EMPTY_STEP: f64 = 100.0;
 /// Looks that an attempt costs before it looks: random numbers.
 const LOOKS_OF_DRAW: u64 = 12;
+/// Looks that it costs to find a cell, which lies anywhere in the memory, and to ask a sphere in it.
+const LOOKS_OF_CELL: u64 = 8;
+const LOOKS_OF_SPHERE: u64 = 2;
 /// Looks that a question to a wall costs.
 const LOOKS_OF_WALL: u64 = 10;
 /// Most credit, in looks for each of `attempts`: a region that was empty for long is tried with `attempts` at once.
@@ -22,32 +24,62 @@ const LOOKS_PER_ATTEMPT: f64 = 50.0;
 
 /// What an attempt has looked at.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Looks(u64);
+pub(super) struct Looks {
+    number: u64,
+    /// Who stands about was asked, which it took so many looks to find out.
+    crowd: Option<u64>,
+}
 
 impl Looks {
-    /// So many looks at spheres or cells.
+    /// So many questions to shapes.
     pub(super) fn add(&mut self, number: u64) {
-        self.0 += number;
+        self.number += number;
+    }
+
+    /// So many cells were looked up.
+    pub(super) fn at_cells(&mut self, cells: u64) {
+        self.number += LOOKS_OF_CELL * cells;
+    }
+
+    /// A sphere was asked.
+    pub(super) fn at_sphere(&mut self) {
+        self.number += LOOKS_OF_SPHERE;
+    }
+
+    /// Who stands about was asked, which it took so many looks to find out.
+    pub(super) fn among_crowd(&mut self, cost: u64) {
+        self.crowd = Some(cost);
     }
 
     /// A place was drawn.
     pub(super) fn draw(&mut self) {
-        self.0 += LOOKS_OF_DRAW;
+        self.number += LOOKS_OF_DRAW;
     }
 
     /// So many walls were asked.
     pub(super) fn at_walls(&mut self, walls: usize) {
-        self.0 += LOOKS_OF_WALL * walls as u64;
+        self.number += LOOKS_OF_WALL * walls as u64;
     }
 }
 
-/// Looks that an insertion may still spend on failures; without bound until it first found its region full.
+/// What an insertion may still spend on failures.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Credit(f64);
+pub struct Credit {
+    /// Looks; without bound until the region was first found full.
+    left: f64,
+    /// What it may fall to, looks: as much may be spent on places as it cost to find out who stands about them.
+    least: f64,
+    /// Whether that was paid for who stands about now.
+    is_crowd_paid: bool,
+}
 
 impl Default for Credit {
     fn default() -> Self {
-        Self(f64::INFINITY)
+        Self {
+            left: f64::INFINITY,
+            least: 0.0,
+            is_crowd_paid: false,
+        }
     }
 }
 
@@ -55,37 +87,48 @@ impl Credit {
     /// A step of so many particles has been made.
     pub(super) fn step(&mut self, particles: usize, attempts: u64) {
         let most = LOOKS_PER_ATTEMPT * attempts as f64;
-        if self.0 <= most {
+        if self.left <= most {
             let earned = SHARE * LOOKS_PER_PARTICLE * (particles as f64 + EMPTY_STEP);
-            self.0 = (self.0 + earned).min(most);
+            self.left = (self.left + earned).min(most);
         }
+    }
+
+    /// Who stands about must be found out anew.
+    pub(super) fn forget_crowd(&mut self) {
+        self.least = 0.0;
+        self.is_crowd_paid = false;
     }
 
     /// A place was tried in vain.
     pub(super) fn spend(&mut self, looks: Looks) {
-        self.0 -= looks.0 as f64;
+        if let Some(crowd) = looks.crowd.filter(|_| !self.is_crowd_paid) {
+            self.is_crowd_paid = true;
+            self.left -= crowd as f64;
+            self.least = (self.left - crowd as f64).min(0.0);
+        }
+        self.left -= looks.number as f64;
+        if self.left < self.least {
+            // Until all is paid off.
+            self.least = 0.0;
+        }
     }
 
     /// Whether the next attempt must wait.
     pub(super) fn is_used_up(self) -> bool {
-        self.0 < 0.0
+        self.left < self.least
     }
 
     /// The region is full.
     pub(super) fn found_full(&mut self) {
-        self.0 = self.0.min(0.0);
+        self.left = self.left.min(0.0);
     }
 }
 
-impl Plain for Credit {
-    fn put(&self, bytes: &mut Vec<u8>) {
-        self.0.put(bytes);
-    }
-
-    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
-        f64::take(bytes).map(Self)
-    }
-}
+crate::state::plain!(Credit {
+    left,
+    least,
+    is_crowd_paid
+});
 
 #[cfg(test)]
 mod tests {
@@ -106,7 +149,7 @@ mod tests {
             credit.spend(failure());
         }
         credit.found_full();
-        // 50 looks for a failure; a step of 3900 particles and its own cost earns 0.01 * 25 * 4000 = 1000.
+        // 50 looks for a failure; a step of 3900 particles and its own cost earns 0.01 * 15 * 4000 = 600.
         let mut failures = 0;
         for _ in 0..100 {
             credit.step(3900, 1000);
@@ -115,7 +158,7 @@ mod tests {
                 failures += 1;
             }
         }
-        assert_eq!(failures, 100 * 1000 / 50 + 1);
+        assert_eq!(failures, 100 * 600 / 50 + 1);
         // A long pause earns a whole round of attempts, not more.
         for _ in 0..10_000 {
             credit.step(3900, 1000);
@@ -126,5 +169,40 @@ mod tests {
             failures += 1;
         }
         assert_eq!(failures, 1001);
+    }
+
+    #[test]
+    fn who_stands_about_is_paid_for_once_and_as_much_may_be_spent_on_places() {
+        let mut credit = Credit::default();
+        credit.found_full();
+        let mut failure = Looks::default();
+        failure.draw();
+        failure.add(38);
+        failure.among_crowd(10_000);
+        let until_used_up = |credit: &mut Credit| {
+            let mut failures = 0;
+            while !credit.is_used_up() {
+                credit.spend(failure);
+                failures += 1;
+            }
+            failures
+        };
+        // 50 looks for a failure.
+        assert_eq!(until_used_up(&mut credit), 10_000 / 50 + 1);
+        // All of the 20,050 looks are paid off, at 600 a step, before it goes on.
+        let mut steps = 0;
+        while credit.is_used_up() {
+            credit.step(3900, 1000);
+            steps += 1;
+        }
+        assert_eq!(steps, 20_050_u32.div_ceil(600));
+        // The same crowd costs nothing more, another does.
+        let left = 600 * steps - 20_050;
+        assert_eq!(until_used_up(&mut credit), left / 50 + 1);
+        credit.forget_crowd();
+        while credit.is_used_up() {
+            credit.step(3900, 1000);
+        }
+        assert!(until_used_up(&mut credit) > 10_000 / 50);
     }
 }

@@ -634,3 +634,42 @@ fn a_quota_goes_on_from_its_state() {
     assert_eq!(whole.particles.len(), 500);
     assert_eq!(whole.particles.records, second.particles.records);
 }
+
+#[test]
+fn an_insertion_that_waits_goes_on_from_any_step_as_if_it_had_not_stopped() {
+    // Full from the first step on; the spheres fly out of the region, so that lists, and with them who stands about, are made anew
+    // all the time, and places become free.
+    let mut scene = plan();
+    scene.insertions = vec![InsertionPlan {
+        velocity_mean: DVec3::new(0.0, 0.0, -2.0),
+        velocity_spread: DVec3::splat(0.5),
+        ..insertion(
+            Region::Box {
+                min: DVec3::splat(0.2),
+                max: DVec3::splat(0.8),
+            },
+            uniform(0.03, 0.08),
+            Total::Number(1_000_000),
+        )
+    }];
+    let plan = Arc::new(scene.plan().unwrap());
+    let mut engine = Engine::new(plan.clone(), 1).unwrap();
+    let state = |engine: &Engine| engine.boundaries().state();
+    let started_with = state(&engine).insertions[0].clone();
+    let mut resumed: Vec<Engine> = Vec::new();
+    for step in 0..250 {
+        engine.step(None).unwrap();
+        for other in &mut resumed {
+            other.step(None).unwrap();
+            assert_eq!(state(other), state(&engine), "step {step}");
+            assert_eq!(other.particles.records, engine.particles.records);
+        }
+        if step % 31 == 0 {
+            let snapshot = engine.snapshot();
+            resumed.push(Engine::restore(plan.clone(), snapshot, 1).unwrap());
+        }
+    }
+    let now = &state(&engine).insertions[0];
+    assert!(now.failed_attempts > started_with.failed_attempts);
+    assert!(now.inserted.number > started_with.inserted.number);
+}
