@@ -46,21 +46,18 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             run(scene, folder / "filled", "time.end=0.3")
-            # Beside the original, whose files it names.
-            later = scene.with_name(f".{name}-later.toml")
-            later.write_text(scene.read_text() + f'\n[[particles]]\nrun = "{folder / "filled"}"\n')
-            try:
-                ratios = []
-                for _ in range(arguments.pairs):
-                    trying = run(later, folder / "waiting", "time.end=0.2", *LARGE[name])
-                    over = run(later, folder / "over", "time.end=0.2", "insertions.fill.until=1e-9")
-                    ratios.append(trying / over)
-                    waiting = json.loads((folder / "waiting" / "summary.json").read_text())
-                    if waiting["inserted"]:
-                        sys.exit(f"{name}: {waiting['inserted']} came: they are not large enough")
-                    print(f"{name}: {trying:.2f} s with insertion, {over:.2f} s without: {ratios[-1]:.4f}")
-            finally:
-                later.unlink()
+            later = folder / "later.toml"
+            text = scene.read_text().replace('"../', f'"{scene.parent.parent}/')
+            later.write_text(text + f'\n[[particles]]\nrun = "{folder / "filled"}"\n')
+            ratios = []
+            for _ in range(arguments.pairs):
+                trying = run(later, folder / "waiting", "time.end=0.2", *LARGE[name])
+                over = run(later, folder / "over", "time.end=0.2", "insertions.fill.until=1e-9")
+                ratios.append(trying / over)
+                waiting = json.loads((folder / "waiting" / "summary.json").read_text())
+                if waiting["inserted"]:
+                    sys.exit(f"{name}: {waiting['inserted']} came: they are not large enough")
+                print(f"{name}: {trying:.2f} s with insertion, {over:.2f} s without: {ratios[-1]:.4f}")
         spread = statistics.stdev(ratios) / len(ratios) ** 0.5 if len(ratios) > 1 else float("nan")
         print(f"{name}: median {statistics.median(ratios):.4f}, mean {statistics.mean(ratios):.4f} +- {spread:.4f}")
 
