@@ -12,6 +12,8 @@ const MOST_CELLS: f64 = 1_048_576.0;
 const LOOKS_OF_ROW: u64 = 1;
 const LOOKS_OF_MEMBER: u64 = 10;
 const LOOKS_OF_LISTED: u64 = 2;
+/// Cells, empty or not, that are gone over in the time of a look.
+const CELLS_PER_LOOK: u64 = 2;
 /// The end of a list.
 const END: u32 = u32::MAX;
 
@@ -202,7 +204,8 @@ impl Crowd {
 
     /// What it costs to take in all that are there now, in looks.
     pub(super) fn cost(&self) -> u64 {
-        LOOKS_OF_ROW * self.rows as u64
+        self.starts.len() as u64 / CELLS_PER_LOOK
+            + LOOKS_OF_ROW * self.rows as u64
             + LOOKS_OF_MEMBER * self.members as u64
             + LOOKS_OF_LISTED * (self.listed.len() + self.links.len()) as u64
     }
