@@ -108,8 +108,9 @@ fn correction(p: f64, n: f64) -> f64 {
 
 /// The probability that W^2 of a sample of `n` from a continuous, fully known law exceeds `x`.
 ///
-/// The limit at Stephens' modified statistic (W^2 - 0.4/n + 0.6/n^2)(1 + 1/n) (1970, J. R. Stat. Soc. B 32, 115); for fewer than
-/// ten numbers moved and stretched to the mean 1/6 and variance (4 n - 3) / (180 n); for one number exact.
+/// The limit at W^2 moved and stretched to the mean 1/6 and variance (4 n - 3) / (180 n) of n numbers; for one number exact. It is
+/// within 0.035 for 5 numbers, 0.02 for 10 and 0.004 for 50. Stephens' modification (1970, J. R. Stat. Soc. B 32, 115), made for the
+/// upper tail, is wrong by 0.27, 0.17 and 0.04 where p is large.
 #[must_use]
 pub fn cramer_von_mises_tail(x: f64, n: usize) -> f64 {
     if n == 1 {
@@ -117,13 +118,8 @@ pub fn cramer_von_mises_tail(x: f64, n: usize) -> f64 {
         return (1.0 - 2.0 * (x - 1.0 / 12.0).max(0.0).sqrt()).clamp(0.0, 1.0);
     }
     let n = n as f64;
-    if n < 10.0 {
-        let stretch = (4.0 * n / (4.0 * n - 3.0)).sqrt();
-        return cramer_von_mises_limit_tail((1.0 / 6.0 + (x - 1.0 / 6.0) * stretch).max(0.0));
-    }
-    // Below its possible minimum 1/(12 n) the modification means nothing.
-    let modified = (x - 0.4 / n + 0.6 / (n * n)) * (1.0 + 1.0 / n);
-    cramer_von_mises_limit_tail(modified.max(0.0))
+    let stretch = (4.0 * n / (4.0 * n - 3.0)).sqrt();
+    cramer_von_mises_limit_tail((1.0 / 6.0 + (x - 1.0 / 6.0) * stretch).max(0.0))
 }
 
 /// The tail of the limit of W^2 = sum of Z_j^2 / (pi j)^2.
@@ -176,6 +172,8 @@ fn scaled_bessel(y: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use mercury_common::random::Stream;
+
     use super::*;
 
     #[test]
@@ -239,6 +237,29 @@ mod tests {
             let p = cramer_von_mises_limit_tail(x);
             assert!(p <= last + 1e-12, "{x}");
             last = p;
+        }
+    }
+
+    #[test]
+    fn p_values_of_few_numbers_are_uniform() {
+        const TRIALS: usize = 20_000;
+        for (n, stated) in [(5, 0.035), (10, 0.02), (50, 0.004)] {
+            let mut stream = Stream::new(7, "numbers", n as u64);
+            let mut p: Vec<f64> = (0..TRIALS)
+                .map(|_| {
+                    let mut u: Vec<f64> = (0..n).map(|_| stream.uniform()).collect();
+                    u.sort_by(f64::total_cmp);
+                    let middle = |i: usize| (2 * i + 1) as f64 / (2 * n) as f64;
+                    let squares = u.iter().enumerate().map(|(i, u)| (u - middle(i)).powi(2));
+                    cramer_von_mises_tail(1.0 / (12 * n) as f64 + squares.sum::<f64>(), n)
+                })
+                .collect();
+            p.sort_by(f64::total_cmp);
+            let distance = |(i, p): (usize, &f64)| (p - (i as f64 + 0.5) / TRIALS as f64).abs();
+            let largest = p.iter().enumerate().map(distance).fold(0.0, f64::max);
+            // What is stated, and the bound of Dvoretzky, Kiefer and Wolfowitz at 1e-6.
+            let noise = (f64::ln(2e6) / (2.0 * TRIALS as f64)).sqrt();
+            assert!(largest < stated + noise, "{n}: {largest}");
         }
     }
 
