@@ -147,7 +147,7 @@ impl Check<'_> {
         if let Some([mass, wanted]) = self.masses {
             let _ = writeln!(
                 text,
-                "  mass {} kg of {} kg requested ({:+.3} %)",
+                "  mass {} kg, expected for the total {} kg ({:+.3} %)",
                 significant(mass, 6),
                 significant(wanted, 6),
                 100.0 * (mass / wanted - 1.0)
@@ -167,7 +167,13 @@ impl Check<'_> {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.is_quota {
+        // Its sizes come in random order: what came first is like a random sample.
+        let is_complete = self
+            .masses
+            .is_none_or(|[mass, wanted]| mass > 0.999 * wanted);
+        if self.is_quota && !is_complete {
+            notes.push("the quota is not complete: its sizes come in random order, and what came fits like random sizes".to_owned());
+        } else if self.is_quota {
             notes.push("sizes follow by quota, which fits better than chance: p-values near 1 are to be expected".to_owned());
         }
         if self.goodness.kolmogorov.is_none() {

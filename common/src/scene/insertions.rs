@@ -54,6 +54,8 @@ pub struct Component {
     pub psd: Option<Located<Psd>>,
     /// Its share, scaled such that all shares of the mixture sum to 1.
     pub share: f64,
+    /// Its share as it is written.
+    pub stated_share: f64,
 }
 
 /// What an inserted body is.
@@ -220,6 +222,7 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
             body: body?,
             psd: psd?,
             share: 1.0,
+            stated_share: 1.0,
         }]);
     };
     let items = item.list()?;
@@ -250,11 +253,13 @@ fn read_component(item: &Item<'_>) -> Option<Component> {
     let psd = read_sizes(&fields);
     let share = fields.need("share").and_then(|item| item.non_negative());
     fields.finish();
+    let share = share?.value;
     Some(Component {
         place: item.place.clone(),
         body: body?,
         psd: psd?,
-        share: share?.value,
+        share,
+        stated_share: share,
     })
 }
 

@@ -12,6 +12,7 @@
 //! advance (`quota`).
 
 mod behind;
+mod blocked;
 mod crowd;
 mod deletion;
 mod domain_volume;
@@ -31,6 +32,7 @@ mod tally;
 mod tests;
 mod thinning;
 
+pub(crate) use blocked::wall_in_the_way;
 pub use domain_volume::volume_within;
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};

@@ -10,7 +10,7 @@ use mercury_common::scene::{
 use super::checks;
 use super::earlier::{Earlier, Here, carried};
 use super::fluxes::fluxes;
-use super::insertions::{deletions, insertions};
+use super::insertions::{check_among_walls, deletions, insertions};
 use super::magnitudes::magnitudes;
 use super::meshes;
 use super::pair::PairPlan;
@@ -119,6 +119,15 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             &mut warnings,
         );
         counted.scale_up(&start, &clumps);
+        check_among_walls(
+            scene,
+            &insertions,
+            &clumps,
+            &walls,
+            dimensions,
+            &mut errors,
+            &mut warnings,
+        );
     }
 
     // A pair that could not be resolved could change the step.

@@ -16,10 +16,12 @@ use super::{Plan, meshes};
 use crate::bodies::Clump;
 use crate::boundaries::{
     DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, Rate, Region, Space, may_hold,
-    volume_within,
+    volume_within, wall_in_the_way,
 };
 use crate::contact::parameter::short;
+use crate::neighbours::Images;
 use crate::state::{MaterialIndex, volume};
+use crate::walls::{Wall, WallNow};
 
 /// All insertions that can be planned, in the order of the file. No `clumps`: they could not be read.
 pub(super) fn insertions(
@@ -242,6 +244,66 @@ fn check_room(
         ));
     }
     Ok(())
+}
+
+/// Shares that sum to 1 but for this were rounded.
+const ROUNDED: f64 = 0.01;
+
+/// Refuses regions in which walls that never move leave no place, and warns of shares that do not sum to 1.
+pub(super) fn check_among_walls(
+    scene: &Scene,
+    insertions: &[InsertionPlan],
+    clumps: &[Clump],
+    walls: &[Wall],
+    dimensions: u8,
+    errors: &mut Vec<SceneError>,
+    warnings: &mut Vec<String>,
+) {
+    let space = Space {
+        domain: (*scene.domain.min, *scene.domain.max),
+        periodic: scene.domain.periodic,
+        dimensions,
+    };
+    let images = Images::new(space.domain.0, space.domain.1, space.periodic);
+    let stays =
+        |wall: &&Wall| wall.motion.is_static() && wall.from <= 0.0 && wall.until == f64::INFINITY;
+    let (walls, now): (Vec<&Wall>, Vec<WallNow>) = (walls.iter().filter(stays))
+        .map(|wall| (wall, WallNow::new(wall, 0.0, &images)))
+        .unzip();
+    for (insertion, planned) in scene.insertions.iter().zip(insertions) {
+        let stated: f64 = (insertion.mixture.iter())
+            .map(|part| part.stated_share)
+            .sum();
+        // What is like 3 to 1 is meant as it is.
+        let are_parts = insertion.mixture.iter().all(|part| part.stated_share < 1.0);
+        if are_parts && (stated - 1.0).abs() > ROUNDED {
+            let shares = insertion.mixture.iter().map(|part| short(part.share));
+            let shares: Vec<String> = shares.map(|share| share.to_string()).collect();
+            warnings.push(format!(
+                "the shares of \"{}\" sum to {}, not to 1; they are scaled to {}",
+                insertion.name.value,
+                short(stated),
+                shares.join(", ")
+            ));
+        }
+        let radius = spheres(&planned.mixture, clumps, SizeDistribution::smallest)
+            .map(|(radius, _)| radius)
+            .fold(f64::INFINITY, f64::min);
+        if !radius.is_finite() {
+            continue;
+        }
+        if let Some(wall) = wall_in_the_way(&planned.region, radius, space, &now) {
+            let error = insertion.region.error(format!(
+                "the region of \"{}\" lies behind or in walls, most of it `{}`: not even a sphere of {} m has a place there",
+                insertion.name.value,
+                walls[wall].name,
+                short(2.0 * radius)
+            ));
+            errors.push(error.with_help(
+                "move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`",
+            ));
+        }
+    }
 }
 
 /// Points of the rule by which the mean area of discs is found; the quantile function is monotonic, so the error is at

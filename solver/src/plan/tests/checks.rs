@@ -311,6 +311,79 @@ fn a_region_in_which_nothing_can_be_is_an_error() {
     assert!((half - std::f64::consts::PI / 12.0).abs() < 1e-3 * half);
 }
 
+/// An insertion of balls of 0.1 m into a sphere of radius 0.3 m about the origin, and a wall.
+fn inserted_beside(wall: &str, more: &str) -> String {
+    format!(
+        "{BALL}[[walls]]\nname = \"shield\"\nmaterial = \"ball\"\n{wall}\n[[insertions]]\nname = \"rain\"\nmaterial = \"ball\"\n\
+         psd = {{ kind = \"monodisperse\", diameter = 0.1 }}\nregion = {{ shape = \"sphere\", origin = [0, 0, 0], radius = 0.3 }}\n\
+         total = {{ number = 3 }}\n{more}"
+    )
+}
+
+#[test]
+fn a_region_behind_walls_is_an_error() {
+    let refused = [
+        "shape = \"sphere\"\norigin = [0, 0, 0]\nradius = 0.5\nside = \"outside\"",
+        "shape = \"plane\"\npoint = [0, 0, 0.35]\nnormal = [0, 0, 1]",
+        // All but a layer that is thinner than a ball.
+        "shape = \"plane\"\npoint = [0, 0, 0.21]\nnormal = [0, 0, 1]",
+    ];
+    for wall in refused {
+        let complaints = complaints(&inserted_beside(wall, ""));
+        assert_eq!(
+            complaints,
+            [
+                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: not even a sphere of 0.1 m has a place there | \
+                 move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`"
+            ],
+            "{wall}"
+        );
+    }
+    let taken = [
+        // The other side; a cap that holds some; a wall that goes away.
+        "shape = \"sphere\"\norigin = [0, 0, 0]\nradius = 0.5\nside = \"inside\"",
+        "shape = \"plane\"\npoint = [0, 0, 0.1]\nnormal = [0, 0, 1]",
+        "shape = \"plane\"\npoint = [0, 0, 0.35]\nnormal = [0, 0, 1]\nuntil = 0.1",
+    ];
+    for wall in taken {
+        planned(&inserted_beside(wall, ""));
+    }
+}
+
+#[test]
+fn shares_that_do_not_sum_to_one_get_a_word() {
+    let mixture = |shares: [f64; 2]| {
+        let part = |share: f64, diameter: f64| {
+            format!(
+                "{{ material = \"ball\", psd = {{ kind = \"monodisperse\", diameter = {diameter:?} }}, share = {share:?} }}"
+            )
+        };
+        format!(
+            "{BALL}[[insertions]]\nname = \"rain\"\nmixture = [{}, {}]\n\
+             region = {{ shape = \"sphere\", origin = [0, 0, 0], radius = 0.5 }}\ntotal = {{ number = 3 }}\n",
+            part(shares[0], 0.1),
+            part(shares[1], 0.2)
+        )
+    };
+    let words = |shares| -> Vec<String> {
+        let plan = planned(&mixture(shares));
+        let about = |text: &&String| text.contains("shares");
+        plan.notes()
+            .warnings()
+            .iter()
+            .filter(about)
+            .cloned()
+            .collect()
+    };
+    assert_eq!(
+        words([0.5, 0.4]),
+        ["the shares of \"rain\" sum to 0.9, not to 1; they are scaled to 0.555556, 0.444444"]
+    );
+    assert!(words([3.0, 1.0]).is_empty());
+    assert!(words([0.25, 0.75]).is_empty());
+    assert!(words([0.333, 0.666]).is_empty());
+}
+
 #[test]
 fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
     let body = format!(
