@@ -391,7 +391,7 @@ fn runs_are_checked_against_their_plan() {
         .map(|key| value["kinds"]["grain"][key].as_f64().expect("a mass"));
     assert!((masses[0] / masses[1] - 1.0).abs() < 0.1, "{masses:?}");
     let report = done(at, &["check", "x"]);
-    assert!(report.contains("kg requested"), "{report}");
+    assert!(report.contains("expected for the total"), "{report}");
     // At the end 300 have left; above 1.5 mm deep lie the large ones.
     let value = json(at, &["check", "x", "--of", "grain", "--at", "1", "--json"]);
     assert_eq!(value["kinds"]["grain"]["number"], 1700);
