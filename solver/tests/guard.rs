@@ -228,3 +228,153 @@ fn wrong_keys_are_refused() {
         assert!(errors(&output).contains(what), "{}", errors(&output));
     }
 }
+
+/// A ball of 1 mm at rest where a wall passes by; the time step is 1e-5 s, so that 100 m/s are a radius in a step.
+fn ball_and_wall(wall: &str, motion: &str, position: [f64; 3], steps: u32) -> String {
+    let end = f64::from(steps) * 1e-5;
+    format!(
+        r#"
+        time = {{ end = {end}, step = 1e-5 }}
+        domain = {{ min = [-0.2, -0.2, -0.2], max = [0.2, 0.2, 0.2] }}
+        materials.m = {{ density = 2500.0, normal = {{ {LINEAR}, restitution = 0.9 }} }}
+        output = {{ interval = {end}, pictures = false }}
+        [[walls]]
+        name = "wall"
+        material = "m"
+        {wall}
+        motion = [{{ {motion} }}]
+        [[particles]]
+        name = "ball"
+        material = "m"
+        radius = 1e-3
+        position = {position:?}
+        "#
+    )
+}
+
+/// A sheet of two triangles normal to x, acting on both sides.
+const SHEET: &str = "solid sheet\n\
+    facet normal 1 0 0\nouter loop\nvertex 0 -0.05 -0.05\nvertex 0 0.05 -0.05\nvertex 0 0.05 0.05\nendloop\nendfacet\n\
+    facet normal 1 0 0\nouter loop\nvertex 0 -0.05 -0.05\nvertex 0 0.05 0.05\nvertex 0 -0.05 0.05\nendloop\nendfacet\n\
+    endsolid sheet\n";
+
+/// The wall comes from the left at any speed from a tenth of a radius in a step to ten: no wall passes a resting ball in silence, from wherever its last step
+/// begins. (Beyond 1.2 radii a step those with two sides did, beyond 1.8 those with one.)
+#[test]
+fn no_wall_is_too_fast_to_be_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.stl"), SHEET).unwrap();
+    for wall in [
+        r#"shape = "disc", origin = [0, 0, 0], axis = [1, 0, 0], radius = 0.05"#,
+        r#"shape = "mesh", file = "sheet.stl""#,
+        r#"shape = "sphere", origin = [-0.02, 0, 0], radius = 0.02, side = "outside""#,
+        r#"shape = "cylinder", origin = [0.01, 0, 0], axis = [0, 0, 1], radius = 0.01, along = [-0.05, 0.05], side = "inside""#,
+    ] {
+        let lines = split_keys(wall);
+        for part in [0.2, 0.6, 1.3, 1.9, 2.5, 4.0, 10.0] {
+            for place in 0..3 {
+                let x = 0.0105 + 0.0004 * f64::from(place);
+                let speed = part * 100.0;
+                let motion = format!(r#"kind = "translation", velocity = [{speed}, 0, 0]"#);
+                let steps = (15.0 / part) as u32 + 4;
+                let text = ball_and_wall(&lines, &motion, [x, 1e-4, 2e-4], steps);
+                let output = solve(folder.path(), &text, &[]);
+                let said = errors(&output);
+                assert_eq!(output.status.code(), Some(1), "{wall} {part} {x}: {said}");
+                let is_named = ["overlaps wall `wall`", "has gone through wall `wall`"];
+                assert!(is_named.iter().any(|name| said.contains(name)), "{said}");
+            }
+        }
+    }
+}
+
+/// Keys of an inline table, a line each.
+fn split_keys(keys: &str) -> String {
+    let mut depth = 0;
+    let split = |c: char| {
+        depth += match c {
+            '[' => 1,
+            ']' => -1,
+            _ => 0,
+        };
+        if c == ',' && depth == 0 { '\n' } else { c }
+    };
+    keys.chars().map(split).collect()
+}
+
+/// Surfaces that move fast in themselves, that leave, or that pass beside a ball: nothing comes near, and nothing is said.
+#[test]
+fn fast_walls_that_do_not_come_near_are_no_alarm() {
+    let folder = tempfile::tempdir().unwrap();
+    let turning = |speed: f64| {
+        format!(
+            r#"kind = "rotation", origin = [0, 0, 0], axis = [0, 0, 1], angular_velocity = {speed}"#
+        )
+    };
+    let away = r#"kind = "translation", velocity = [300, 0, 0]"#.to_owned();
+    let drum = r#"shape = "cylinder", origin = [0, 0, 0], axis = [0, 0, 1], radius = 0.1"#;
+    let disc = |origin: &str, axis: &str| {
+        format!(r#"shape = "disc", origin = {origin}, axis = {axis}, radius = 0.05"#)
+    };
+    for (wall, motion, position) in [
+        // 20 radii a step along the surface, which the ball nearly touches, inside and outside.
+        (
+            format!(r#"{drum}, side = "inside""#),
+            turning(2e4),
+            [0.0989, 0.0, 0.0],
+        ),
+        (
+            format!(r#"{drum}, side = "outside""#),
+            turning(2e4),
+            [0.1011, 0.0, 0.0],
+        ),
+        (disc("[0, 0, 0]", "[1, 0, 0]"), away, [-0.0011, 0.0, 0.0]),
+        // A blade whose tip, 10 radii a step fast, passes a tenth of a radius before the ball.
+        (
+            disc("[0.05, 0, 0]", "[0, 1, 0]"),
+            turning(1e4),
+            [0.0, 0.1011, 0.0],
+        ),
+    ] {
+        let text = ball_and_wall(&split_keys(&wall), &motion, position, 200);
+        let output = solve(folder.path(), &text, &[]);
+        let said = errors(&output);
+        assert_eq!(output.status.code(), Some(0), "{wall}: {said}");
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+        assert!(!summary.contains("guard:"), "{wall}: {summary}");
+    }
+}
+
+/// However large `guard.overlap` and `guard.way` are: a centre that goes through a wall is named, also where the wall stands at the face of the domain, so that it is removed
+/// in that very step.
+#[test]
+fn passing_through_is_named_whatever_the_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let disc = split_keys(r#"shape = "disc", origin = [0, 0, 0], axis = [1, 0, 0], radius = 0.05"#);
+    let slow = r#"kind = "translation", velocity = [20, 0, 0]"#;
+    let by_disc = ball_and_wall(&disc, slow, [0.0112, 1e-4, 2e-4], 70);
+    // 0.2 radii in a step, and 3.
+    for (text, wall) in [
+        (by_disc, "wall"),
+        (box_with_ball(LINEAR, 40.0, 5e-6), "box.+x"),
+        (box_with_ball(LINEAR, 60.0, 5e-5), "box.+x"),
+    ] {
+        for overlap in ["guard.overlap=1", "guard.overlap=5"] {
+            let limits = ["--set", overlap, "--set", "guard.way=9"];
+            let output = solve(folder.path(), &text, &limits);
+            let said = errors(&output);
+            assert_eq!(output.status.code(), Some(1), "{wall}: {said}");
+            let told = format!("has gone through wall `{wall}`: its centre is ");
+            assert!(
+                said.contains(&told) && said.contains("approaching"),
+                "{said}"
+            );
+
+            let warn = [&limits[..], &["--set", "guard.policy=\"warn\""]].concat();
+            let output = solve(folder.path(), &text, &warn);
+            assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+            let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
+            assert!(summary.contains(&told), "{summary}");
+        }
+    }
+}

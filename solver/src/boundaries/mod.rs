@@ -54,7 +54,7 @@ use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
 use crate::neighbours::Images;
-use crate::state::{Particles, Row};
+use crate::state::{Id, Particle, Particles, Row};
 use crate::walls::WallNow;
 
 /// All of the boundaries that must be kept to go on later with the same numbers.
@@ -88,6 +88,8 @@ pub struct Boundaries {
     deletion: Deletion,
     deleted: Vec<Tally>,
     faces: [Tally; 6],
+    /// Particles that left through a face in the present step, as they were then.
+    left_by_face: Vec<(Id, Particle)>,
     rows: RowMap,
     /// How far a particle may be from where it was listed, m.
     margin: f64,
@@ -115,6 +117,7 @@ impl Boundaries {
             deletion: Deletion::new(deletions, setting),
             deleted: vec![Tally::default(); deletions.len()],
             faces: [Tally::default(); 6],
+            left_by_face: Vec::new(),
             rows: RowMap::default(),
             margin: 0.0,
             time_step: setting.time_step,
@@ -153,6 +156,7 @@ impl Boundaries {
 
     /// Removes what has left; returns whether anything had.
     fn delete(&mut self, particles: &mut Particles, dimensions: u8, images: &Images) -> bool {
+        self.left_by_face.clear();
         let gone = self.deletion.find(particles, images);
         if gone.is_empty() {
             return false;
@@ -165,6 +169,10 @@ impl Boundaries {
             match leaver {
                 Leaver::Row(row) => {
                     let row = row as usize;
+                    if matches!(exit, Exit::Face(_)) {
+                        let left = (particles.ids[row], particles.records[row]);
+                        self.left_by_face.push(left);
+                    }
                     tally.count(&particles.records[row], particles.masses[row], dimensions);
                 }
                 Leaver::Body(index) => tally.count_body(&particles.bodies()[index as usize]),
@@ -177,6 +185,12 @@ impl Boundaries {
             insertion.forget_crowd();
         }
         true
+    }
+
+    /// Particles, not bodies, that left through a face of the domain in the present step, as they were then.
+    #[must_use]
+    pub fn left_by_face(&self) -> &[(Id, Particle)] {
+        &self.left_by_face
     }
 
     /// There was a list of `rows` rows, which are where they were.

@@ -48,6 +48,8 @@ pub struct StepContext<'a> {
     pub feature_loads: bool,
     /// Overlap over the smaller radius beyond which contacts are named; infinite where none is.
     pub overlap_limit: f64,
+    /// Overlap with a wall over the radius beyond which it may be that the centre goes through; infinite if nobody wants to know.
+    pub deep: f64,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
 }

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use glam::DQuat;
 
 use super::Engine;
+use super::crossings::SEEN;
 use super::motion::turn_orientations;
 use crate::forces::{Finish, MotionBound, StepContext, Watch, block_size};
 use crate::state::{Load, Particle, Particles};
@@ -107,6 +108,7 @@ impl Engine {
         watch: Option<Watch>,
         finish: &Finish<'_>,
     ) -> MotionBound {
+        let overlap_limit = self.overlap_limit();
         let context = StepContext {
             spring_time,
             velocity_lag: 0.5 * self.since_last(),
@@ -115,7 +117,12 @@ impl Engine {
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: self.plan.outputs().files().triangle_loads,
-            overlap_limit: self.overlap_limit(),
+            overlap_limit,
+            deep: if overlap_limit.is_infinite() {
+                f64::INFINITY
+            } else {
+                overlap_limit.min(SEEN)
+            },
             watch,
         };
         let pool = self.pool.as_deref();

@@ -46,6 +46,8 @@ struct Count {
 pub(super) struct Guard {
     /// By kind of contact, then long ways.
     counts: [Count; 4],
+    /// Who went through a wall in this step and was not seen by a contact.
+    pub(super) crossed: Alarms,
     /// Why the run stops.
     stop: Option<Event>,
     /// Nothing stops it any more: the last step is made to be looked at.
@@ -208,7 +210,8 @@ impl Engine {
 
     /// Looks at the contacts of the evaluation just made.
     pub(super) fn guard_contacts(&mut self) {
-        let alarms = self.forces.contacts.take_alarms();
+        let mut alarms = self.forces.contacts.take_alarms();
+        alarms.take_from(&mut self.guard.crossed);
         if alarms != Alarms::default() {
             for kind in Alarms::KINDS {
                 if let Some(alarm) = alarms.worst(kind) {

@@ -7,10 +7,11 @@
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
-//! | what is beyond a limit is named | `guard` |
+//! | what is beyond a limit is named | `guard`, `crossings` |
 
 mod audit;
 mod awake;
+mod crossings;
 mod error;
 mod exchange;
 mod forces;
@@ -122,7 +123,9 @@ impl Engine {
         self.guard_ways(fastest);
         self.move_walls();
         self.reshape_walls()?;
+        self.guard_crossings(fastest);
         self.exchange_particles();
+        self.guard_leavers();
         self.keep_lists_valid(fastest)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
         self.guard_contacts();

@@ -44,8 +44,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     /// Whether there is something to say of a touch of a wall; `at`: the bits of its side.
     #[inline(always)]
     pub(super) fn is_alarming(&self, a: &Particle, touch: &Touch, at: u32) -> bool {
-        at & THROUGH_OR_BEHIND != 0
-            || a.radius - touch.distance > self.context.overlap_limit * a.radius
+        at & THROUGH_OR_BEHIND != 0 || a.radius - touch.distance > self.context.deep * a.radius
     }
 
     /// Names a touch of a wall.
@@ -62,22 +61,29 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if self.context.overlap_limit.is_infinite() {
             return;
         }
-        let kind = if at == BEHIND {
-            AlarmKind::Behind
-        } else if at == THROUGH || touch.distance < 0.0 {
-            AlarmKind::Through
-        } else {
-            AlarmKind::Overlap
-        };
         let normal = side.state.out_of_wall(touch.normal);
         let velocity = a.velocity - side.state.velocity.at(side.centre);
+        // On a surface that acts on both sides the distance has no sign: a step before, it was on the other side.
+        let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
+        let has_crossed = last < 0.0 && !side.wall.shape().is_one_sided();
+        let kind = if at == BEHIND {
+            AlarmKind::Behind
+        } else if at == THROUGH || touch.distance < 0.0 || has_crossed {
+            AlarmKind::Through
+        } else if a.radius - touch.distance > self.context.overlap_limit * a.radius {
+            AlarmKind::Overlap
+        } else {
+            return;
+        };
+        // Told from the side that it came from.
+        let front = if has_crossed { -1.0 } else { 1.0 };
         let alarm = Alarm {
             id: self.ids[side.near.row as usize],
             other: Other::Wall(side.near.wall),
             position: a.position,
             radius: a.radius,
-            overlap: a.radius - touch.distance,
-            speed: -velocity.dot(normal),
+            overlap: a.radius - front * touch.distance,
+            speed: -front * velocity.dot(normal),
         };
         alarms.note(kind, alarm);
     }

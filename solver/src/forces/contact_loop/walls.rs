@@ -310,7 +310,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 /// The wall's side of a contact.
 pub(super) struct WallSide<'a> {
     pub(super) near: NearWall,
-    wall: &'a WallNow,
+    pub(super) wall: &'a WallNow,
     pub(super) state: &'a WallState,
     /// Centre of the particle's image that is near, m.
     pub(super) centre: DVec3,

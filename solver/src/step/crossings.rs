@@ -1,0 +1,227 @@
+//! Centres that went through a wall in one step, or a wall through them.
+//!
+//! Contacts see where a centre is at the end of each step. One that is on the other side of a wall at once, because it or the wall is so fast, touches
+//! nothing there, or is pushed out to where it should not be. So where a particle and a wall may come nearer by more than [`SEEN`] of its radius in a step, the
+//! way of the one past the other is followed; and so is that of a particle which leaves the domain before a contact can see it.
+
+use glam::{DQuat, DVec3};
+
+use super::Engine;
+use crate::forces::{Alarm, AlarmKind, Alarms, Other};
+use crate::neighbours::Images;
+use crate::plan::GuardPolicy;
+use crate::state::{Id, Particle, WallIndex};
+use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
+
+/// By this part of its radius a centre may move against a wall in a step so that the contact loop sees it go through: before and after it, it
+/// touches the wall.
+pub(super) const SEEN: f64 = 0.5;
+
+/// A wall on its way through a step.
+struct Passing<'a> {
+    index: WallIndex,
+    wall: &'a WallNow,
+    /// Its motion, if it changes where the surface is.
+    motion: RigidVelocity,
+    /// How far points of the surface go at most, m.
+    way: f64,
+    dt: f64,
+    images: &'a Images,
+}
+
+/// A place on the way of a centre, in the wall's frame.
+struct Sample {
+    place: DVec3,
+    touch: Touch,
+    foot: DVec3,
+}
+
+impl<'a> Passing<'a> {
+    fn new(index: usize, wall: &'a WallNow, dt: f64, images: &'a Images) -> Self {
+        let mut passing = Self {
+            index: WallIndex::new(index as u16),
+            wall,
+            motion: RigidVelocity::REST,
+            way: 0.0,
+            dt,
+            images,
+        };
+        let state = &wall.state;
+        if state.moves {
+            // The velocity is that of the middle of the step.
+            let moved = state.velocity.velocity * dt;
+            let end = state.velocity.origin + 0.5 * moved;
+            let turn = DQuat::from_scaled_axis(-dt * state.velocity.angular_velocity);
+            let before = (state.pose).then(&Pose::about(end, turn, -moved));
+            let (about, reach) = (images.min + 0.5 * images.size, images.size.length());
+            passing.way = wall
+                .shape()
+                .displacement(&before, &state.pose, about, reach);
+            // A drum that turns in itself is where it was.
+            if passing.way > 0.0 {
+                passing.motion = RigidVelocity {
+                    origin: end,
+                    ..state.velocity
+                };
+            }
+        }
+        passing
+    }
+
+    /// Whether the way of a particle past the wall must be followed; else contacts see all of it.
+    fn is_fast(&self, particle: &Particle) -> bool {
+        self.way + particle.velocity.length() * self.dt > SEEN * particle.radius
+    }
+
+    /// Where a centre that is at `centre` now (m) was, with the part `left` of the step to go, as seen from the wall, in its frame.
+    fn place(&self, particle: &Particle, centre: DVec3, left: f64) -> DVec3 {
+        let (motion, time) = (&self.motion, left * self.dt);
+        let then = centre - particle.velocity * time;
+        // Carried along with the wall to where that is now.
+        let from_origin = then - (motion.origin - motion.velocity * time);
+        let turn = DQuat::from_scaled_axis(motion.angular_velocity * time);
+        (self.wall.state).into_wall(motion.origin + turn * from_origin)
+    }
+
+    /// The nearest place of the wall within `reach` (m).
+    fn sample(&self, place: DVec3, reach: f64, touches: &mut Touches) -> Option<Sample> {
+        self.wall.shape().touches(place, reach, touches);
+        let nearest =
+            (touches.iter()).min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()))?;
+        Some(Sample {
+            place,
+            touch: *nearest,
+            foot: place - nearest.normal * nearest.distance,
+        })
+    }
+
+    /// What there is to say if the centre of a particle went through the wall in this step.
+    fn crossing(&self, id: Id, particle: &Particle, touches: &mut Touches) -> Option<Alarm> {
+        // Particles that contacts cannot move do not feel walls.
+        if particle.inverse_mass == 0.0 || !self.wall.state.present {
+            return None;
+        }
+        let codes = self.wall.met_by().iter();
+        codes
+            .filter_map(|&code| {
+                let image = (self.wall).image_of(self.images, particle.position, code);
+                let centre = particle.position + self.images.any_shift(image);
+                self.crossing_of(id, particle, centre, touches)
+            })
+            .next()
+    }
+
+    fn crossing_of(
+        &self,
+        id: Id,
+        particle: &Particle,
+        centre: DVec3,
+        touches: &mut Touches,
+    ) -> Option<Alarm> {
+        let (dt, radius) = (self.dt, particle.radius);
+        let against = particle.velocity - self.motion.at(centre);
+        // The velocity of the wall's points changes along the way.
+        let turning = self.motion.angular_velocity.length()
+            * (particle.velocity - self.motion.velocity).length()
+            * dt;
+        let way = (against.length() + turning) * dt;
+        let (mut left, mut stride) = (1.0, 0.0);
+        let mut before: Option<(Sample, f64)> = None;
+        loop {
+            let place = self.place(particle, centre, left);
+            // Of the wall nothing else is in its way any more.
+            let now = self.sample(place, way * left + radius, touches)?;
+            if let Some((before, then)) = &before
+                && is_through(before, &now, stride)
+            {
+                let end = self.place(particle, centre, 0.0);
+                let behind = (before.foot - end).dot(before.touch.normal).max(0.0);
+                let nearer = (before.place - now.place).dot(before.touch.normal);
+                return Some(Alarm {
+                    id,
+                    other: Other::Wall(self.index),
+                    position: particle.position,
+                    radius,
+                    overlap: radius + behind,
+                    speed: nearer / ((then - left) * dt),
+                });
+            }
+            if left == 0.0 {
+                return None;
+            }
+            // Through the wall it comes only by a stride of the shortest: after a longer one it is still before it.
+            let distance = now.touch.distance.abs();
+            stride = f64::max(distance - SEEN * radius, SEEN * radius);
+            let then = left;
+            before = (distance <= stride).then_some((now, then));
+            left = (left - stride / way).max(0.0);
+        }
+    }
+}
+
+/// Whether the way between two places, `stride` long at most (m), leads through the surface.
+fn is_through(before: &Sample, now: &Sample, stride: f64) -> bool {
+    if before.touch.distance < 0.0 {
+        // It was behind already.
+        return false;
+    }
+    if now.touch.distance < 0.0 {
+        // Not round the rim: it left the front of where it was near, or came from the front of where it is.
+        return (now.place - before.foot).dot(before.touch.normal) < 0.0
+            || (before.place - now.foot).dot(now.touch.normal) >= 0.0;
+    }
+    // From one side of a surface with two to the other, not from one surface to one that faces it.
+    now.touch.normal.dot(before.touch.normal) < 0.0 && now.foot.distance(before.foot) <= stride
+}
+
+impl Engine {
+    /// Looks for centres that walls were too fast for, or that were too fast for a wall, in a step in which no particle was faster than `fastest` (m/s). Particles have
+    /// moved, none has come or gone yet.
+    pub(super) fn guard_crossings(&mut self, fastest: f64) {
+        let physics = self.plan.physics();
+        let (dt, own) = (physics.time_step(), fastest * physics.time_step());
+        let seen = SEEN * physics.smallest_radius();
+        if physics.guard().policy == GuardPolicy::Off {
+            return;
+        }
+        let mut touches = Touches::default();
+        let mut alarms = Alarms::default();
+        for (index, wall) in self.walls.iter().enumerate() {
+            if !wall.state.moves && own <= seen {
+                continue;
+            }
+            let passing = Passing::new(index, wall, dt, &self.images);
+            if passing.way + own <= seen {
+                continue;
+            }
+            for (record, &id) in self.particles.records.iter().zip(&self.particles.ids) {
+                if passing.is_fast(record)
+                    && let Some(alarm) = passing.crossing(id, record, &mut touches)
+                {
+                    alarms.note(AlarmKind::Through, alarm);
+                }
+            }
+        }
+        self.guard.crossed.take_from(&mut alarms);
+    }
+
+    /// The same for slower ones that have just left through a face of the domain: no contact sees them any more.
+    pub(super) fn guard_leavers(&mut self) {
+        let leavers = self.boundaries.left_by_face();
+        if leavers.is_empty() || self.plan.physics().guard().policy == GuardPolicy::Off {
+            return;
+        }
+        let dt = self.plan.physics().time_step();
+        let mut touches = Touches::default();
+        for (index, wall) in self.walls.iter().enumerate() {
+            let passing = Passing::new(index, wall, dt, &self.images);
+            for (id, record) in leavers {
+                if !passing.is_fast(record)
+                    && let Some(alarm) = passing.crossing(*id, record, &mut touches)
+                {
+                    self.guard.crossed.note(AlarmKind::Through, alarm);
+                }
+            }
+        }
+    }
+}
