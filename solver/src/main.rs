@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Parser;
@@ -10,7 +12,7 @@ use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
 use mercury_common::scene::{SceneErrors, Statement};
-use mercury_solver::output::folder::{self, Earlier, Found};
+use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Memory, Plan, document, read_scene, refusal, report};
 use mercury_solver::run::checkpoint::{self, Checkpoint};
@@ -110,6 +112,23 @@ fn checkpoint_every(text: &str) -> Result<Every, String> {
     }
 }
 
+/// What signals ask of a run.
+struct Requests {
+    /// To stop after its step.
+    stop: Arc<AtomicBool>,
+    /// To write a checkpoint and go on.
+    checkpoint: Arc<AtomicBool>,
+}
+
+impl Requests {
+    fn listen() -> Result<Self, Failure> {
+        Ok(Self {
+            stop: cli::stop_on_request()?,
+            checkpoint: cli::note_on_request()?,
+        })
+    }
+}
+
 fn main() -> ExitCode {
     cli::main(|arguments: Arguments| execute(&arguments))
 }
@@ -122,6 +141,11 @@ fn execute(arguments: &Arguments) -> Outcome {
         let checkpoint = checkpoint::read(file).map_err(Failure::input)?;
         return say(&checkpoint.to_string());
     }
+    // From the first instant of a run on, so that no request comes too early; what only looks may be ended at any time.
+    let requests = match arguments.check {
+        true => None,
+        false => Some(Requests::listen()?),
+    };
     // The argument is required without --completions and --inspect.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
@@ -140,10 +164,10 @@ fn execute(arguments: &Arguments) -> Outcome {
         let fit = check_fit(&scene, &plan, &memory, limit);
         fit.map_err(|error| refused(SceneErrors(vec![error])))?;
     }
-    if arguments.check {
+    let Some(requests) = requests else {
         return Ok(());
-    }
-    let Some(report) = run_plan(arguments, plan, &memory, &scene.statement)? else {
+    };
+    let Some(report) = run_plan(arguments, plan, &memory, &scene.statement, requests)? else {
         return Ok(());
     };
     if arguments.json {
@@ -184,6 +208,7 @@ fn run_plan(
     plan: Plan,
     memory: &Memory,
     statement: &Statement,
+    requests: Requests,
 ) -> Result<Option<Report>, Failure> {
     let folder =
         (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
@@ -212,7 +237,7 @@ fn run_plan(
     };
     // The folder is this run's until the end of the function.
     let (_lock, found) =
-        folder::prepare(&folder, plan.outputs().prefix(), earlier).map_err(Failure::input)?;
+        folder::prepare(&folder, plan.outputs().prefix(), earlier).map_err(unusable)?;
     let mut notes = Vec::new();
     let mut from = None;
     if found == Found::Run {
@@ -245,12 +270,12 @@ fn run_plan(
         threads,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
-        stop: cli::stop_on_request()?,
+        stop: requests.stop,
         time_limit: arguments.time_limit,
         checkpoints: Some(Checkpoints {
             every: arguments.checkpoint_every.0,
             at_end: arguments.checkpoint_every.0.is_some(),
-            now: cli::note_on_request()?,
+            now: requests.checkpoint,
             scene,
         }),
         notes,
@@ -263,6 +288,14 @@ fn run_plan(
     result
         .map(Some)
         .map_err(|failure| Failure::run(format!("the run failed: {failure}")))
+}
+
+/// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
+fn unusable(error: FolderError) -> Failure {
+    match error {
+        FolderError::System { .. } => Failure::run(error),
+        _ => Failure::input(error),
+    }
 }
 
 /// The checkpoint from which a run in this folder goes on, and what is to be said of it.
@@ -282,7 +315,7 @@ fn resumed(
             .with_help("--force replaces it"));
         }
         notes.push("no checkpoint yet: from the beginning".to_owned());
-        folder::clear(folder, plan.outputs().prefix()).map_err(Failure::input)?;
+        folder::clear(folder, plan.outputs().prefix()).map_err(unusable)?;
         return Ok(None);
     };
     checkpoint.fits(plan, scene).map_err(Failure::input)?;

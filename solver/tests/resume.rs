@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -607,4 +608,47 @@ fn a_folder_that_vanishes_ends_the_run_in_words() {
         "{}",
         told(&output)
     );
+}
+
+/// The scene comes through a pipe, so that the run has begun and knows nothing yet: what is asked for then is done as soon as it can be.
+#[cfg(target_os = "linux")]
+#[test]
+fn requests_in_the_first_instants_are_heard() {
+    let place = Place::new();
+    let path = place.0.path().join("heap.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    for (name, code, time) in [("TERM", 75, ""), ("USR1", 0, "0.004")] {
+        fs::remove_file(&path).unwrap();
+        let made = Command::new("mkfifo").arg(&path).status().unwrap();
+        assert!(made.success());
+        let set = format!("time.end={}", if time.is_empty() { "1.0" } else { time });
+        let mut command = Command::new(env!("CARGO_BIN_EXE_mercury-solve"));
+        let mut child = (command.current_dir(place.0.path()))
+            .args(["heap.toml", "--quiet", "--force", "--set", &set])
+            .spawn()
+            .unwrap();
+        // Its mask of caught signals, of which SIGUSR1 is number 10 and SIGTERM number 15.
+        let catches = || {
+            let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+            let mask = status.split("SigCgt:").nth(1).unwrap();
+            let mask = mask.split_whitespace().next().unwrap();
+            let mask = u64::from_str_radix(mask, 16).unwrap();
+            mask & (1 << 14) != 0 && mask & (1 << 9) != 0
+        };
+        let begun = Instant::now();
+        while !catches() && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        signal(&child, name);
+        // Whoever opens it after this finds a file.
+        let mut pipe = fs::OpenOptions::new().write(true).open(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(&path, &text).unwrap();
+        pipe.write_all(text.as_bytes()).unwrap();
+        drop(pipe);
+        let status = child.wait().unwrap();
+        assert_eq!(status.code(), Some(code), "{name}");
+        let step = place.newest().head.step;
+        assert!(if code == 75 { step == 1 } else { step > 1 }, "{step}");
+    }
 }

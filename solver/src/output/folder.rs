@@ -2,6 +2,7 @@
 
 mod lock;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -23,6 +24,19 @@ pub enum FolderError {
         path: PathBuf,
         /// A file of that run.
         found: String,
+    },
+    /// The run that is there is another scene's, so that this one cannot go on with it.
+    #[error(
+        "{}: the run in this folder is one of `{other}`, not of `{prefix}`, and cannot be resumed as such\nhelp: --output DIR names the folder of the run to go on with, or an empty one; --force replaces what is here",
+        path.display()
+    )]
+    OfAnotherScene {
+        /// The folder.
+        path: PathBuf,
+        /// Whose run it is.
+        other: String,
+        /// Whose was asked for.
+        prefix: String,
     },
     /// Another run writes into the folder at this moment.
     #[error(
@@ -175,6 +189,16 @@ pub fn prepare(
         .and_then(|()| fs::remove_file(&probe))
         .map_err(cannot)?;
     let lock = locked.map_err(cannot)?;
+    if earlier == Earlier::Continue
+        && let Some(other) = earlier_prefix(folder)
+        && other != prefix
+    {
+        return Err(FolderError::OfAnotherScene {
+            path: folder.to_owned(),
+            other,
+            prefix: prefix.to_owned(),
+        });
+    }
     if earlier == Earlier::Continue && !present.is_empty() {
         remove_unfinished(folder, prefix)?;
         return Ok((lock, Found::Run));
@@ -196,19 +220,28 @@ fn system(path: &Path, action: &'static str, source: io::Error) -> FolderError {
 /// # Errors
 /// If one cannot be removed.
 pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
-    let earlier = earlier_prefix(folder);
-    for prefix in [Some(prefix), earlier.as_deref()].into_iter().flatten() {
+    let earlier = earlier_prefix(folder).filter(|earlier| earlier != prefix);
+    let prefixes = || [Some(prefix), earlier.as_deref()].into_iter().flatten();
+    let mut names: BTreeSet<String> =
+        (prefixes().flat_map(|prefix| present(folder, prefix))).collect();
+    let plan = names.take("plan.toml");
+    let (checkpoints, others): (Vec<_>, Vec<_>) =
+        (names.into_iter()).partition(|name| name.ends_with(".restart"));
+    for prefix in prefixes() {
         remove_unfinished(folder, prefix)?;
-        for name in present(folder, prefix) {
-            remove(&folder.join(name))?;
-        }
+    }
+    // Who is killed in between leaves nothing that could be gone on with, and to the end the name of the run whose files these are.
+    for name in checkpoints.iter().chain(&others) {
+        remove(&folder.join(name))?;
+    }
+    for prefix in prefixes() {
         for path in vtk_files(folder, prefix) {
             remove(&path)?;
         }
     }
     // Only if nothing of anybody else is in it.
     let _ = fs::remove_dir(folder.join(VTK));
-    Ok(())
+    plan.map_or(Ok(()), |name| remove(&folder.join(name)))
 }
 
 /// The folder of the files for ParaView inside that of the run.
@@ -312,6 +345,41 @@ mod tests {
         for name in others {
             assert!(folder.join(name).exists(), "{name}");
         }
+    }
+
+    /// A folder in the place of a file cannot be removed as one: it stops the removal as a kill would.
+    #[test]
+    fn a_removal_that_is_interrupted_leaves_nothing_to_resume_and_says_whose_the_rest_is() {
+        for prefix in ["lid", "drum"] {
+            let place = tempfile::tempdir().unwrap();
+            let folder = place.path();
+            let files = ["summary.json", "run.log", "lid.0.restart", "lid.1.restart"];
+            for name in files.iter().chain(&["plan.toml", "lid.data"]) {
+                fs::write(folder.join(name), "prefix = \"lid\"\n").unwrap();
+            }
+            let obstacle = folder.join("lid.ene");
+            fs::create_dir(&obstacle).unwrap();
+            prepare(folder, prefix, Earlier::Replace).unwrap_err();
+            assert!(!folder.join("lid.0.restart").exists());
+            assert!(!folder.join("lid.1.restart").exists());
+            assert_eq!(earlier_prefix(folder).as_deref(), Some("lid"));
+            fs::remove_dir(&obstacle).unwrap();
+            prepare(folder, prefix, Earlier::Replace).unwrap();
+            assert_eq!(fs::read_dir(folder).unwrap().count(), 0);
+        }
+    }
+
+    #[test]
+    fn a_run_of_another_scene_is_not_gone_on_with_nor_removed() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path();
+        for name in ["plan.toml", "lid.data"] {
+            fs::write(folder.join(name), "prefix = \"lid\"\n").unwrap();
+        }
+        let refused = prepare(folder, "drum", Earlier::Continue).unwrap_err();
+        let told = "the run in this folder is one of `lid`, not of `drum`";
+        assert!(refused.to_string().contains(told), "{refused}");
+        assert!(folder.join("lid.data").exists() && folder.join("plan.toml").exists());
     }
 
     #[test]
