@@ -296,16 +296,6 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     };
     let section = |key| root.need(key).and_then(|item| item.table());
     let time = section("time").and_then(|fields| settings::read_time(&fields));
-    if let (Some(gravity), Some(time)) = (&gravity, &time)
-        && *time.until_at_rest
-        && gravity.value == DVec3::ZERO
-    {
-        let error = time
-            .until_at_rest
-            .place
-            .error("without gravity nothing says what rest is: it is measured against m g d");
-        context.report(error.with_help("leave it out; `time.end` ends the run"));
-    }
     let domain = section("domain").and_then(|fields| settings::read_domain(&fields));
     let contact = match root.get("contact") {
         Some(item) => item

@@ -10,7 +10,7 @@ use super::passes::passes;
 use super::{Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
-use crate::walls::Shape;
+use crate::walls::{Shape, Wall};
 
 /// The plan in aligned plain text, with the memory that its run is expected to take, beside what the machine has, if that is known.
 #[must_use]
@@ -379,6 +379,20 @@ fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {
     Ok(())
 }
 
+/// What an end at rest waits for.
+fn until_rest(plan: &Plan) -> String {
+    let physics = plan.physics();
+    let end = physics.steps() as f64 * physics.time_step();
+    let goes_on = |wall: &&Wall| wall.motion.windows().any(|[_, until]| until >= end);
+    let mut told = "or until the particles rest".to_owned();
+    if let Some(wall) = physics.walls().iter().find(goes_on) {
+        told += &format!(", which they do not as long as wall `{}` moves", wall.name);
+    } else if let Some(event) = physics.last_event() {
+        told += &format!(", but not before {event}");
+    }
+    told
+}
+
 fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
     heading(text, "Time")?;
     let step = plan.notes().step();
@@ -391,7 +405,7 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
         &format!("{}, until {end} s", plan.physics().steps()),
     )?;
     if plan.physics().until_at_rest() {
-        line(text, "", "or until the particles rest")?;
+        line(text, "", &until_rest(plan))?;
     }
     let speed = format!(
         "{} m/s: {}",

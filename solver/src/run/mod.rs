@@ -37,7 +37,7 @@ use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
 };
 use crate::plan::{Plan, checkpoint_paths};
-use crate::state::{Encoder, FIXED, PEBBLE, inverse_inertia_factor};
+use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
 /// What a run needs beside its plan.
@@ -296,10 +296,7 @@ impl Run {
             None => {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
                 let writer = Writer::start(folder, &plan, &engine.history_columns(), None)?;
-                let rest = plan.physics().until_at_rest().then(|| {
-                    let factor = inverse_inertia_factor(plan.physics().dimensions());
-                    Rest::new(plan.physics().gravity().length(), factor)
-                });
+                let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
                 let at_start = exchanged(&engine);
                 // Should the writer have given up, `advance` finds it so, and `finish` says why.
                 let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
@@ -403,20 +400,22 @@ impl Run {
         let step = engine.steps();
         // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
         let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
-        let target = if stopping.is_some() || self.rest.is_some() {
-            step + 1
-        } else {
-            (step + most)
-                .min(self.schedule.next_step())
-                .clamp(step + 1, until)
-        };
+        let mut target = (step + most)
+            .min(self.schedule.next_step())
+            .clamp(step + 1, until);
+        if stopping.is_some() {
+            target = step + 1;
+        } else if self.rest.is_some() {
+            target = target.min((step / rest::EVERY + 1) * rest::EVERY);
+        }
         let count = target - step;
         let step = target;
         let due = self.schedule.due(step);
         let planned_end = step == engine.plan().physics().steps();
+        let is_rest_due = step.is_multiple_of(rest::EVERY);
         // A step that may be the last one is watched in case it is.
-        let perhaps_last =
-            planned_end || stopping.is_some() || self.rest.as_ref().is_some_and(Rest::is_near);
+        let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
+        let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;
         let everything = self.schedule.everything();
         let watch = (due.any() || perhaps_last).then_some(Watch {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
@@ -427,9 +426,8 @@ impl Run {
             return Err(error.into());
         }
         self.particle_steps += count * engine.particles.grains() as u64;
-        let at_rest = self.rest.as_mut().is_some_and(|rest| {
-            rest.is_reached(&engine.particles, engine.boundaries().expects_more())
-        });
+        let at_rest =
+            is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
         self.ended = if at_rest {
             Some(Ending::AtRest)
         } else if planned_end {
@@ -538,6 +536,11 @@ impl Run {
             &looped,
             &written,
         );
+        if let (Some(rest), Some(Ending::Planned)) = (&self.rest, self.ended) {
+            let why = rest.why_not(&self.engine);
+            let told = format!("time.until_at_rest: the end came before rest: {why}");
+            report.summary.warnings.push(told);
+        }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
             .map_err(OutputError::from)?;

@@ -144,6 +144,20 @@ impl Component {
         }
     }
 
+    /// When it begins and ends, s.
+    fn window(&self) -> [f64; 2] {
+        match self {
+            Self::Translation { from, until, .. }
+            | Self::Rotation { from, until, .. }
+            | Self::Oscillation { from, until, .. } => [*from, *until],
+            Self::Table { table, .. } => {
+                let times = [table.rows().first(), table.rows().last()];
+                times.map(|row| row.map_or(0.0, |row| row.time))
+            }
+            Self::Servo(servo) => [servo.from, servo.until],
+        }
+    }
+
     fn pose(&self, time: f64, driven: &ServoState) -> Pose {
         match self {
             Self::Translation {
@@ -367,6 +381,12 @@ impl Motion {
     #[must_use]
     pub fn is_static(&self) -> bool {
         self.components.iter().all(Component::is_static)
+    }
+
+    /// When each of its parts that move begins and ends, s; the end may be infinite.
+    pub fn windows(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let moving = self.components.iter().filter(|part| !part.is_static());
+        moving.map(Component::window)
     }
 
     /// Whether all turns leave the direction of the coordinate axis 0, 1 or 2 as it is.

@@ -1,4 +1,4 @@
-//! When a run has come to rest: kinetic energies just below and just above the limit, of all kinds of grains.
+//! When a run has come to rest: energies just below and just above the limit, of all kinds of grains.
 
 use super::*;
 use crate::bodies::NewBody;
@@ -24,12 +24,23 @@ fn particles(plan: Draft) -> Particles {
     particles
 }
 
-fn is_calm(particles: &Particles) -> bool {
-    let mut rest = Rest::new(GRAVITY, INVERSE_INERTIA);
-    (1..=1000).all(|step| rest.is_reached(particles, false) == (step == 1000))
+/// Looks that make rest: 1,000 steps, every tenth of which is looked at.
+const LOOKS: u32 = 100;
+/// So long that 1,000 steps are longer than anything here takes to begin to fall, s.
+const STEP: f64 = 1e-5;
+
+fn rest() -> Rest {
+    let mut plan = plan(1, 1.0, 0.0);
+    plan.gravity = DVec3::new(0.0, 0.0, -GRAVITY);
+    Rest::new(&plan.plan().unwrap())
 }
 
-/// The limit is 1e-6 m g d per grain, m and d their means: of spheres the energies of moving and of turning count, and so do those of bodies.
+fn is_calm(particles: &Particles) -> bool {
+    let mut rest = rest();
+    (1..=LOOKS).all(|look| rest.look(particles, STEP, |_| false) == (look == LOOKS))
+}
+
+/// The limit is 1e-6 m g d per grain, m and d their means: of spheres the energy of moving counts, and so does that of bodies. Spin that stays as it is does not.
 #[test]
 fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
     let material = MaterialIndex::new(0);
@@ -38,16 +49,15 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
         // Two spheres, of which one moves and one turns; fixed and prescribed ones do not count.
         let (small, large) = (RADIUS, 2.0 * RADIUS);
         let mean = 0.5 * (mass(small) + mass(large));
-        // Two grains: twice the limit in all, half of it each.
-        let each = part * 1e-6 * mean * GRAVITY * (small + large);
+        // Two grains: twice the limit in all, which one of them has.
+        let energy = 2.0 * part * 1e-6 * mean * GRAVITY * (small + large);
         let at = |x: f64, radius: f64| NewParticle::at(DVec3::X * x, radius, material);
         let moving = NewParticle {
-            velocity: DVec3::Y * (2.0 * each / mass(small)).sqrt(),
+            velocity: DVec3::Y * (2.0 * energy / mass(small)).sqrt(),
             ..at(0.0, small)
         };
-        let inertia = mass(large) * large * large / INVERSE_INERTIA;
         let turning = NewParticle {
-            angular_velocity: DVec3::Z * (2.0 * each / inertia).sqrt(),
+            angular_velocity: DVec3::Z * 1000.0,
             ..at(0.1, large)
         };
         let fixed = NewParticle {
@@ -73,8 +83,8 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
         let twin = Clump::new("twin", material, pebbles.to_vec(), mass, volume, moments).unwrap();
         let limit = part * 1e-6 * mass * GRAVITY * (4.0 * RADIUS);
         let body = NewBody {
-            velocity: DVec3::Z * (2.0 * 0.3 * limit / mass).sqrt(),
-            angular_velocity: DVec3::Y * (2.0 * 0.7 * limit / moments.y).sqrt(),
+            velocity: DVec3::Z * (2.0 * limit / mass).sqrt(),
+            angular_velocity: DVec3::Y * 1000.0,
             ..NewBody::at(DVec3::ZERO, 0)
         };
         let driven = NewBody {
@@ -87,27 +97,73 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
     }
 }
 
-/// A thousand calm steps in a row: one that is not, and one at which particles are still to come, begin the count anew.
+/// Spin that changes by more than the limit in the calm looks is slowed down by something, and that may be set in motion: the count begins anew. It may be
+/// first the larger or the smaller.
 #[test]
-fn calm_steps_are_counted_in_a_row() {
+fn spin_counts_by_how_it_changes() {
+    let mass = DENSITY * crate::state::volume(RADIUS, 3);
+    let limit = 1e-6 * mass * GRAVITY * (2.0 * RADIUS);
+    let inertia = mass * RADIUS * RADIUS / INVERSE_INERTIA;
+    let turning = |energy: f64| {
+        let speed = (2.0 * energy / inertia).sqrt();
+        let new = NewParticle {
+            angular_velocity: DVec3::ONE.normalize() * speed,
+            ..NewParticle::at(DVec3::ZERO, RADIUS, MaterialIndex::new(0))
+        };
+        particles(plan(1, 1.0, 0.0).with_particles(vec![new]))
+    };
+    for (change, calm) in [(0.99, true), (-0.99, true), (1.01, false), (-1.01, false)] {
+        let (before, after) = (turning(1e3 * limit), turning((1e3 + change) * limit));
+        let mut rest = rest();
+        for _ in 0..LOOKS - 1 {
+            assert!(!rest.look(&before, STEP, |_| false));
+        }
+        assert_eq!(rest.look(&after, STEP, |_| false), calm, "{change}");
+        // Else it is the first of another hundred.
+        let again = (2..=LOOKS).all(|look| rest.look(&after, STEP, |_| false) == (look == LOOKS));
+        assert!(calm || again, "{change}");
+    }
+}
+
+/// With steps so short that in 1,000 of them nothing has begun to fall: calm lasts a tenth of sqrt(d/g).
+#[test]
+fn calm_lasts_as_long_as_a_fall_takes_to_show() {
+    let new = NewParticle::at(DVec3::ZERO, RADIUS, MaterialIndex::new(0));
+    let still = particles(plan(1, 1.0, 0.0).with_particles(vec![new]));
+    let least = 0.1 * (2.0 * RADIUS / GRAVITY).sqrt();
+    let dt = least / 25_000.0;
+    let mut rest = rest();
+    let looks = (1..10_000).find(|_| rest.look(&still, dt, |_| false));
+    assert!(
+        looks.is_some_and(|looks| looks == 2500 || looks == 2501),
+        "{looks:?}"
+    );
+    // What falls from rest has left the limit by then: v^2 / 2 = (g t)^2 / 2 is 1e-2 / 2 of g d.
+    let speed = GRAVITY * least;
+    assert!(0.5 * speed * speed > 1e3 * 1e-6 * GRAVITY * 2.0 * RADIUS);
+}
+
+/// A hundred calm looks in a row: one that is not, and one at which something is awaited, begin the count anew.
+#[test]
+fn calm_looks_are_counted_in_a_row() {
     let at = |velocity: DVec3| NewParticle {
         velocity,
         ..NewParticle::at(DVec3::ZERO, RADIUS, MaterialIndex::new(0))
     };
     let still = particles(plan(1, 1.0, 0.0).with_particles(vec![at(DVec3::ZERO)]));
     let moving = particles(plan(1, 1.0, 0.0).with_particles(vec![at(DVec3::X)]));
-    let mut rest = Rest::new(GRAVITY, INVERSE_INERTIA);
+    let mut rest = rest();
     for (last, more) in [(&moving, false), (&still, true)] {
-        for _ in 0..999 {
-            assert!(!rest.is_reached(&still, false));
+        for _ in 0..LOOKS - 1 {
+            assert!(!rest.look(&still, STEP, |_| false));
         }
         assert!(rest.is_near() && !rest.is_over());
-        assert!(!rest.is_reached(last, more));
+        assert!(!rest.look(last, STEP, |_| more));
         assert!(!rest.is_near());
     }
-    assert!((1..=1000).all(|step| rest.is_reached(&still, false) == (step == 1000)));
+    assert!((1..=LOOKS).all(|look| rest.look(&still, STEP, |_| false) == (look == LOOKS)));
     // Nobody is at rest where there is nobody.
-    let mut rest = Rest::new(GRAVITY, INVERSE_INERTIA);
+    let mut rest = self::rest();
     let nobody = particles(plan(1, 1.0, 0.0));
-    assert!((0..2000).all(|_| !rest.is_reached(&nobody, false)));
+    assert!((0..200).all(|_| !rest.look(&nobody, STEP, |_| false)));
 }

@@ -1,0 +1,45 @@
+//! What is still to come by the clock of a run.
+
+use std::fmt;
+
+use mercury_common::readable::rounded;
+
+use super::Physics;
+use crate::walls::Wall;
+
+/// Something that a scene lets begin or end at a time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// When, s.
+    pub time: f64,
+    /// The wall that comes, goes, or begins or ceases to move.
+    pub wall: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (wall, time) = (&self.wall, rounded(self.time, 12));
+        write!(f, "what wall `{wall}` does at t = {time} s")
+    }
+}
+
+impl Physics {
+    /// The last time at which a wall comes, goes, or begins or ceases to move; `None` if nothing of that kind happens after the start.
+    #[must_use]
+    pub fn last_event(&self) -> Option<Event> {
+        let events = self.walls.iter().map(|wall| Event {
+            time: last_event(wall),
+            wall: wall.name.clone(),
+        });
+        events
+            .filter(|event| event.time > 0.0)
+            .max_by(|a, b| a.time.total_cmp(&b.time))
+    }
+}
+
+/// When a wall does something new for the last time, s; 0 if never.
+fn last_event(wall: &Wall) -> f64 {
+    let windows = wall.motion.windows().chain([[wall.from, wall.until]]);
+    let times = windows.flatten().filter(|time| time.is_finite());
+    times.fold(0.0, f64::max)
+}
