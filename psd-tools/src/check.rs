@@ -10,9 +10,10 @@ pub mod run;
 mod two_samples;
 mod verdict;
 
-pub use bands::{Interval, VolumeBand, number_band, number_interval, volume_interval};
+pub use bands::{Interval, VolumeBand, fewest, number_band, number_interval, volume_interval};
 pub(crate) use goodness::anderson_darling;
 pub use goodness::{ChiSquare, ClassCount, Goodness, Outside, Statistic};
 pub use many_samples::anderson_darling_samples;
 pub use two_samples::TwoSamples;
-pub use verdict::{Criterion, Verdict};
+pub(crate) use verdict::too_few;
+pub use verdict::{Criterion, Finding, Verdict};

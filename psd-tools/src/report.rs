@@ -6,8 +6,8 @@ use mercury_common::sizes::{SizeDistribution, Weighting};
 use serde_json::{Value, json};
 
 use crate::check::{
-    Goodness, Interval, Statistic, TwoSamples, Verdict, number_band, number_interval,
-    volume_interval,
+    Finding, Goodness, Interval, Statistic, TwoSamples, Verdict, number_band, number_interval,
+    too_few, volume_interval,
 };
 use crate::sample::Sample;
 use crate::statistics::{Unit, significant};
@@ -95,6 +95,16 @@ impl Check<'_> {
                     "   ({} classes, worst off by {worst:+.2} st.dev.)",
                     chi.classes.len()
                 );
+                if chi.unmerged.degrees > chi.degrees {
+                    let _ = write!(
+                        text,
+                        "\n  {:20} of the {} classes before merging those with less than 5 expected: {} of {} degrees",
+                        "",
+                        chi.unmerged.degrees + 1,
+                        significant(chi.unmerged.value, 4),
+                        chi.unmerged.degrees
+                    );
+                }
             }
             text.push('\n');
         }
@@ -103,25 +113,36 @@ impl Check<'_> {
         if !self.target.has_single_sizes() {
             let _ = writeln!(
                 text,
-                "  {:20} {:4}= {:<12} {} % band +-{}, as if of {} equal particles",
+                "  {:20} {:4}= {:<12} {}, as if of {} equal particles",
                 "volume",
                 "D",
                 significant(goodness.volume_distance, 4),
-                significant(100.0 * (1.0 - self.level), 4),
-                significant(goodness.volume_band.half_width, 3),
+                if goodness.volume_band.half_width < 1.0 {
+                    format!(
+                        "{} % band +-{}",
+                        significant(100.0 * (1.0 - self.level), 4),
+                        significant(goodness.volume_band.half_width, 3)
+                    )
+                } else {
+                    "no band".to_owned()
+                },
                 significant(goodness.volume_band.effective_number, 3)
             );
         }
         let _ = writeln!(
             text,
-            "  Wasserstein distance {} {} = {} % of d50; band of the number +-{}",
+            "  Wasserstein distance {} {} = {} % of d50; {}",
             significant(goodness.wasserstein * unit.per_metre, 4),
             unit.name,
             significant(
                 100.0 * goodness.wasserstein / self.target.by(Weighting::Number).quantile(0.5),
                 3
             ),
-            significant(band, 3)
+            if band < 1.0 {
+                format!("band of the number +-{}", significant(band, 3))
+            } else {
+                "no band of the number".to_owned()
+            }
         );
         let _ = writeln!(
             text,
@@ -136,11 +157,7 @@ impl Check<'_> {
                 name,
                 unit.show(wanted),
                 unit.show(interval.value),
-                format!(
-                    "{} ... {}",
-                    unit.show(interval.low),
-                    unit.show(interval.high)
-                ),
+                ends(&interval, |end| unit.show(end)),
                 100.0 * (interval.value / wanted - 1.0)
             );
         }
@@ -156,11 +173,7 @@ impl Check<'_> {
         for note in self.notes() {
             let _ = writeln!(text, "  note: {note}");
         }
-        let word = if self.verdict.passed {
-            "PASSED"
-        } else {
-            "FAILED"
-        };
+        let word = self.verdict.finding.word();
         let _ = writeln!(text, "  {word}: {}", self.verdict.reasons.join("; "));
         text
     }
@@ -179,7 +192,7 @@ impl Check<'_> {
         if self.goodness.kolmogorov.is_none() {
             notes.push("the target has single sizes: only counts are tested".to_owned());
         }
-        if self.goodness.number > 100_000 && !self.verdict.passed {
+        if self.goodness.number > 100_000 && self.verdict.finding == Finding::Failed {
             notes.push("with so many particles differences that do not matter are significant; --tolerance judges by size".to_owned());
         }
         notes
@@ -214,8 +227,11 @@ impl Check<'_> {
             })
             .collect();
         json!({
-            "number": goodness.number, "passed": self.verdict.passed, "reasons": self.verdict.reasons,
+            "number": goodness.number, "passed": self.verdict.passed(), "verdict": self.verdict.finding.word().to_lowercase(),
+            "reasons": self.verdict.reasons,
             "tests": tests, "degrees": goodness.chi_square.as_ref().map(|chi| chi.degrees), "classes": classes,
+            "unmerged_chi_square": goodness.chi_square.as_ref().map(|chi| chi.unmerged.value),
+            "unmerged_degrees": goodness.chi_square.as_ref().map(|chi| chi.unmerged.degrees),
             "wasserstein": goodness.wasserstein, "number_band": number_band(goodness.number, self.level),
             "volume_distance": goodness.volume_distance, "volume_band": goodness.volume_band.half_width,
             "volume_p": goodness.volume_band.p, "effective_number_by_volume": goodness.volume_band.effective_number,
@@ -263,26 +279,36 @@ pub fn two_samples_text(name: &str, result: &TwoSamples, level: f64) -> String {
     for (weighting, name, interval) in &result.differences {
         let _ = writeln!(
             text,
-            "  {name} by {:7}{:>+9.3} %  ({:+.3} ... {:+.3} %)",
+            "  {name} by {:7}{:>+9.3} %  ({})",
             weighting.word(),
             100.0 * interval.value,
-            100.0 * interval.low,
-            100.0 * interval.high
+            ends(interval, |end| format!("{:+.3} %", 100.0 * end)),
         );
     }
     if result.ties {
         text += "  note: equal sizes occur, so the p-values are approximate\n";
     }
-    let _ = writeln!(
-        text,
-        "  {} at level {level}",
-        if result.agree(level) {
-            "PASSED: no difference is seen"
-        } else {
-            "FAILED: the two differ"
+    let finding = result.finding(level);
+    let why = match finding {
+        Finding::Passed => format!("no difference is seen at level {level}"),
+        Finding::Failed => format!("the two differ at level {level}"),
+        Finding::Undetermined => {
+            let [first, second] = result.numbers;
+            too_few(&format!("{first} against {second}"), level)
         }
-    );
+    };
+    let _ = writeln!(text, "  {}: {why}", finding.word());
     text
+}
+
+/// An interval in words.
+fn ends(interval: &Interval, show: impl Fn(f64) -> String) -> String {
+    match (interval.low, interval.high) {
+        (Some(low), Some(high)) => format!("{} ... {}", show(low), show(high)),
+        (Some(low), None) => format!("from {} on", show(low)),
+        (None, Some(high)) => format!("up to {}", show(high)),
+        (None, None) => "too few to tell".to_owned(),
+    }
 }
 
 /// What two samples come to, for scripts.
@@ -299,7 +325,8 @@ pub fn two_samples_json(result: &TwoSamples, level: f64) -> Value {
         })
         .collect();
     let mut object = json!({
-        "numbers": result.numbers, "passed": result.agree(level),
+        "numbers": result.numbers, "passed": result.finding(level) == Finding::Passed,
+        "verdict": result.finding(level).word().to_lowercase(),
         "wasserstein": result.wasserstein, "volume_distance": result.volume_distance,
         "differences": differences, "ties": result.ties,
     });

@@ -55,6 +55,18 @@ pub struct ChiSquare {
     pub degrees: usize,
     /// The classes, merged until each is expected to hold five particles.
     pub classes: Vec<ClassCount>,
+    /// The same sum over the classes as they were.
+    pub unmerged: Unmerged,
+}
+
+/// Pearson's sum over all classes, also those in which hardly a particle is expected. As others print it; its law is not that of
+/// chi-square, so that nothing follows from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unmerged {
+    /// Sum of (observed - expected)^2 / expected.
+    pub value: f64,
+    /// Classes - 1.
+    pub degrees: usize,
 }
 
 /// Particles of sizes that the target does not have.
@@ -193,7 +205,7 @@ fn chi_square(
     target: &SizeDistribution,
     by_number: &Weighted,
 ) -> Option<ChiSquare> {
-    pearson(merged(counts(sample, target, by_number)), sample.len())
+    pearson(counts(sample, target, by_number), sample.len())
 }
 
 fn counts(sample: &Sample, target: &SizeDistribution, by_number: &Weighted) -> Vec<ClassCount> {
@@ -247,7 +259,7 @@ fn single_sizes(sample: &Sample, by_number: &Weighted) -> Option<ChiSquare> {
             return None;
         }
     }
-    pearson(merged(counts), sizes.len())
+    pearson(counts, sizes.len())
 }
 
 /// Neighbours together until each class is expected to hold enough.
@@ -279,26 +291,34 @@ fn merged(counts: Vec<ClassCount>) -> Vec<ClassCount> {
     merged
 }
 
-fn pearson(classes: Vec<ClassCount>, total: usize) -> Option<ChiSquare> {
-    let degrees = classes
-        .len()
-        .checked_sub(1)
-        .filter(|&degrees| degrees > 0)?;
-    debug_assert_eq!(classes.iter().map(|c| c.observed).sum::<usize>(), total);
-    let value = classes
+/// Pearson's sum. Classes in which nothing is expected and nothing is are no classes.
+fn sum_of_squares(classes: &[ClassCount]) -> Unmerged {
+    let terms = classes
         .iter()
+        .filter(|class| class.expected > 0.0 || class.observed > 0)
         .map(|class| {
             let difference = class.observed as f64 - class.expected;
             difference * difference / class.expected
-        })
-        .sum();
-    Some(ChiSquare {
+        });
+    Unmerged {
+        value: terms.clone().sum(),
+        degrees: terms.count().saturating_sub(1),
+    }
+}
+
+fn pearson(counts: Vec<ClassCount>, total: usize) -> Option<ChiSquare> {
+    let unmerged = sum_of_squares(&counts);
+    let classes = merged(counts);
+    debug_assert_eq!(classes.iter().map(|c| c.observed).sum::<usize>(), total);
+    let Unmerged { value, degrees } = sum_of_squares(&classes);
+    (degrees > 0).then(|| ChiSquare {
         statistic: Statistic {
             value,
             p: chi_square_tail(value, degrees as f64),
         },
         degrees,
         classes,
+        unmerged,
     })
 }
 

@@ -2,8 +2,9 @@
 
 use mercury_common::sizes::Weighting;
 
-use super::bands::Interval;
+use super::bands::{Interval, fewest};
 use super::goodness::Statistic;
+use super::verdict::Finding;
 use super::many_samples::anderson_darling_samples;
 use crate::sample::Sample;
 use crate::special::{cramer_von_mises_limit_tail, two_sample_kolmogorov_tail};
@@ -45,14 +46,17 @@ impl TwoSamples {
                 });
                 // Half widths add in squares, side by side.
                 let value = (b.value - a.value) / a.value;
-                let hypot = |x: f64, y: f64| (x * x + y * y).sqrt() / a.value;
+                let width = |one: Option<f64>, other: Option<f64>| {
+                    let (one, other) = (one? - b.value, other? - a.value);
+                    Some((one * one + other * other).sqrt() / a.value)
+                };
                 differences.push((
                     weighting,
                     name,
                     Interval {
                         value,
-                        low: value - hypot(b.value - b.low, a.high - a.value),
-                        high: value + hypot(b.high - b.value, a.value - a.low),
+                        low: width(b.low, a.high).map(|width| value - width),
+                        high: width(b.high, a.low).map(|width| value + width),
                     },
                 ));
             }
@@ -86,12 +90,24 @@ impl TwoSamples {
         tests
     }
 
-    /// Whether the two are taken for samples of one distribution: no test rejects at `level` over the number of tests.
+    /// Whether the two are taken for samples of one distribution: no test rejects at `level` over the number of tests. Undetermined
+    /// where that is so with fewer particles on either side than [`fewest`].
     #[must_use]
-    pub fn agree(&self, level: f64) -> bool {
+    pub fn finding(&self, level: f64) -> Finding {
         let tests = self.tests();
         let least = level / tests.len() as f64;
-        tests.iter().all(|(_, _, test)| test.p >= least)
+        if tests.iter().any(|(_, _, test)| test.p < least) {
+            Finding::Failed
+        } else if self.fewer() < fewest(level) {
+            Finding::Undetermined
+        } else {
+            Finding::Passed
+        }
+    }
+
+    /// Particles of the smaller sample.
+    pub(crate) fn fewer(&self) -> usize {
+        self.numbers[0].min(self.numbers[1])
     }
 }
 

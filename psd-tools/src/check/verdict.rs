@@ -2,6 +2,7 @@
 
 use mercury_common::sizes::{SizeDistribution, Weighting};
 
+use super::bands::fewest;
 use super::goodness::Goodness;
 use crate::sample::Sample;
 
@@ -15,11 +16,34 @@ pub enum Criterion {
     Tolerance(f64),
 }
 
+/// Passed, failed, or neither.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Finding {
+    /// Nothing speaks against the target, and a sample of that number could have.
+    Passed,
+    /// The sample is not one of the target.
+    Failed,
+    /// Nothing speaks against the target, as there are too few particles.
+    Undetermined,
+}
+
+impl Finding {
+    /// For reports.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "PASSED",
+            Self::Failed => "FAILED",
+            Self::Undetermined => "UNDETERMINED",
+        }
+    }
+}
+
 /// What a check comes to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Whether the sample passed.
-    pub passed: bool,
+    /// What was found.
+    pub finding: Finding,
     /// Why not, or by what.
     pub reasons: Vec<String>,
 }
@@ -28,7 +52,8 @@ impl Verdict {
     /// Judges a sample against its target.
     ///
     /// By level: the smallest p of the tests is compared with the level over their number (Bonferroni), so that asking several
-    /// does not fail more good samples.
+    /// does not fail more good samples. Where none rejects but there are [`fewest`] particles or less, they prove nothing; but for
+    /// targets of one size, of which each particle is right or wrong.
     #[must_use]
     pub fn of(
         goodness: &Goodness,
@@ -57,9 +82,23 @@ impl Verdict {
                 reasons.extend(by_deciles(sample, target, tolerance))
             }
         }
-        let passed = reasons.is_empty();
-        if passed {
-            reasons.push(match criterion {
+        if !reasons.is_empty() {
+            let finding = Finding::Failed;
+            return Self { finding, reasons };
+        }
+        let number = sample.len();
+        let has_one_size = target.smallest() == target.largest();
+        if let Criterion::Level(level) = criterion
+            && number < fewest(level)
+            && !has_one_size
+        {
+            return Self {
+                finding: Finding::Undetermined,
+                reasons: vec![too_few(&number.to_string(), level)],
+            };
+        }
+        reasons.push(
+            match criterion {
                 Criterion::Level(_) if tests(goodness).next().is_none() => {
                     "all sizes are those of the target".to_owned()
                 }
@@ -70,10 +109,27 @@ impl Verdict {
                         percent(tolerance)
                     )
                 }
-            });
+            },
+        );
+        Self {
+            finding: Finding::Passed,
+            reasons,
         }
-        Self { passed, reasons }
     }
+
+    /// Whether the sample passed.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.finding == Finding::Passed
+    }
+}
+
+/// Why so few particles (`counted`, in words) show nothing.
+pub(crate) fn too_few(counted: &str, level: f64) -> String {
+    format!(
+        "too few particles ({counted}): with fewer than {} not even the median has an interval at level {level}",
+        fewest(level)
+    )
 }
 
 fn percent(share: f64) -> String {

@@ -14,6 +14,9 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     let Some(target) = apapm() else { return };
     let random = radii("apapm_mercury_random_insertion_radii.csv").expect("radii");
     let goodness = tested(&random, &target);
+    let of_all = goodness.chi_square.as_ref().expect("classes").unmerged;
+    assert_eq!(of_all.degrees, 45);
+    assert!((of_all.value - 34.7).abs() < 0.05, "{of_all:?}");
     assert_eq!(goodness.number, 7312);
     let ks = goodness.kolmogorov.expect("continuous");
     // Printed digits: D 0.0131, p 0.164; 34.7 of 45 degrees, p 0.867; A^2 1.711; W1 of the radii 6.28e-6 m; volume 0.0108.
@@ -22,15 +25,11 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
         "{ks:?}"
     );
     // The index counts in all classes, the test merges the last ones, in which less than five are expected.
-    let all = |sample: &Sample| {
-        let counts = counts(sample, &target, &target.by(Weighting::Number));
-        pearson(counts, sample.len()).expect("classes")
-    };
-    let chi = all(&random);
-    assert_eq!(chi.degrees, 45);
-    assert!((chi.statistic.value - 34.7).abs() < 0.05, "{chi:?}");
-    assert!((chi.statistic.p - 0.867).abs() < 1e-3, "{chi:?}");
-    assert_eq!(goodness.chi_square.as_ref().expect("classes").degrees, 41);
+    let merged = goodness.chi_square.as_ref().expect("classes");
+    assert_eq!(merged.degrees, 41);
+    assert!((merged.statistic.value - 33.3).abs() < 0.05, "{merged:?}");
+    let p = chi_square_tail(of_all.value, 45.0);
+    assert!((p - 0.867).abs() < 1e-3, "{p}");
     let anderson = goodness.anderson_darling.expect("continuous");
     assert!((anderson.value - 1.711).abs() < 5e-4, "{anderson:?}");
     assert!(
@@ -47,7 +46,7 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     let verdict = |g: &Goodness, s: &Sample| {
         super::super::Verdict::of(g, s, &target, super::super::Criterion::Level(0.01))
     };
-    assert!(verdict(&goodness, &random).passed);
+    assert!(verdict(&goodness, &random).passed());
 
     let manual = radii("apapm_mercury_manual_insertion_radii.csv").expect("radii");
     let goodness = tested(&manual, &target);
@@ -56,18 +55,14 @@ fn the_two_insertions_of_mercury_dpm_are_told_apart() {
     // D 0.2096, p 1e-222; 1531.9 of 45; A^2 474.3; W1 1.215e-4; volume 0.0219.
     assert!((ks.value - 0.2096).abs() < 5e-5, "{ks:?}");
     assert!((ks.p.log10() + 222.0).abs() < 1.0, "{ks:?}");
-    let chi = all(&manual);
-    assert!(
-        (chi.statistic.value - 1531.9).abs() < 0.1,
-        "{}",
-        chi.statistic.value
-    );
+    let chi = goodness.chi_square.as_ref().expect("classes").unmerged;
+    assert!((chi.value - 1531.9).abs() < 0.1, "{chi:?}");
     let anderson = goodness.anderson_darling.expect("continuous");
     assert!((anderson.value - 474.3).abs() < 0.1, "{anderson:?}");
     assert!((goodness.wasserstein / 2.0 / 1.215e-4 - 1.0).abs() < 2e-3);
     assert!((goodness.volume_distance - 0.0219).abs() < 5e-5);
     let verdict = verdict(&goodness, &manual);
-    assert!(!verdict.passed);
+    assert!(!verdict.passed());
     assert_eq!(verdict.reasons.len(), 4, "{:?}", verdict.reasons);
 }
 
@@ -80,7 +75,7 @@ fn a_p_value_of_random_curves_is_never_zero() {
     let other =
         law("kind = \"lognormal\"\nmedian_diameter = 3e-3\nsigma = 0.3\nweighting = \"volume\"");
     let sample = Sample::new(draw(&other, 400, Method::Random, 1)).expect("sizes");
-    let p = tested(&sample, &target).volume_band.p;
+    let p = tested(&sample, &target).volume_band.p.expect("many");
     assert!((p * 2001.0 - 1.0).abs() < 1e-12, "{p}");
 }
 
@@ -151,7 +146,7 @@ fn wrong_samples_are_found_out() {
         &narrow,
         super::super::Criterion::Tolerance(1e-2),
     );
-    assert!(!verdict.passed);
+    assert!(!verdict.passed());
     assert!(
         verdict.reasons[0].contains("smaller than the smallest of the target"),
         "{:?}",
@@ -175,7 +170,7 @@ fn single_sizes_are_counted() {
             target,
             super::super::Criterion::Level(0.01),
         )
-        .passed
+        .passed()
     };
     assert!(verdict(&sample, &one));
     // A clump's equal-volume diameter is off by round-off.
@@ -222,7 +217,7 @@ fn classes_are_merged_until_five_are_expected() {
 
 #[test]
 fn bands_and_intervals_hold_their_level() {
-    use super::super::{number_interval, volume_interval};
+    use super::super::{Interval, number_interval, volume_interval};
     let target =
         law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"number\"");
     let number = target.by(Weighting::Number).quantile(0.5);
@@ -233,8 +228,12 @@ fn bands_and_intervals_hold_their_level() {
         let sample = Sample::new(draw(&target, 1000, Method::Random, seed)).expect("sizes");
         let a = number_interval(&sample, 0.5, 0.05);
         let b = volume_interval(&sample, 0.5, 0.05);
-        in_number += u64::from(a.low <= number && number <= a.high);
-        in_volume += u64::from(b.low <= volume && volume <= b.high);
+        let holds = |interval: Interval, wanted: f64| {
+            let ends = interval.low.zip(interval.high);
+            u64::from(ends.is_some_and(|(low, high)| low <= wanted && wanted <= high))
+        };
+        in_number += holds(a, number);
+        in_volume += holds(b, volume);
         let goodness = tested(&sample, &target);
         in_band += u64::from(goodness.volume_distance <= goodness.volume_band.half_width);
     }
@@ -247,4 +246,62 @@ fn bands_and_intervals_hold_their_level() {
         let share = count as f64 / trials as f64;
         assert!((0.89..=0.995).contains(&share), "{name}: {share}");
     }
+}
+
+/// One particle: no interval has an end, the band is everything, and the verdict is none. Not so for a target of one size.
+#[test]
+fn few_particles_prove_nothing_and_it_is_said() {
+    use super::super::{Criterion, Finding, Verdict, fewest, number_interval, volume_interval};
+    let target =
+        law("kind = \"lognormal\"\nmedian_diameter = 1e-3\nsigma = 0.3\nweighting = \"number\"");
+    let judged = |sample: &Sample, target: &SizeDistribution| {
+        Verdict::of(
+            &tested(sample, target),
+            sample,
+            target,
+            Criterion::Level(0.01),
+        )
+    };
+    let of = |number: usize| Sample::new(draw(&target, number, Method::Quota, 1)).expect("sizes");
+    let one = of(1);
+    for u in [0.1, 0.5, 0.9] {
+        for interval in [number_interval(&one, u, 0.01), volume_interval(&one, u, 0.01)] {
+            assert_eq!([interval.low, interval.high], [None, None]);
+        }
+    }
+    let band = tested(&one, &target).volume_band;
+    assert_eq!((band.half_width, band.p), (1.0, None));
+    let verdict = judged(&one, &target);
+    assert_eq!(verdict.finding, Finding::Undetermined);
+    assert_eq!(
+        verdict.reasons,
+        ["too few particles (1): with fewer than 8 not even the median has an interval at level 0.01"]
+    );
+    // 2/2^7 > 0.01 > 2/2^8.
+    assert_eq!(fewest(0.01), 8);
+    assert_eq!(judged(&of(7), &target).finding, Finding::Undetermined);
+    assert_eq!(judged(&of(8), &target).finding, Finding::Passed);
+    assert!(number_interval(&of(7), 0.5, 0.01).low.is_none());
+    let eight = number_interval(&of(8), 0.5, 0.01);
+    assert_eq!(eight.low, Some(of(8).smallest()));
+    assert_eq!(eight.high, Some(of(8).largest()));
+    // 0.9^n <= 0.005 from n = 51 on: only then d10 has a lower end.
+    assert!(number_interval(&of(50), 0.1, 0.01).low.is_none());
+    assert!(number_interval(&of(51), 0.1, 0.01).low.is_some());
+    // What is wrong is wrong, be it alone.
+    let far = Sample::new(vec![1.0]).expect("a size");
+    assert_eq!(judged(&far, &target).finding, Finding::Failed);
+    let single = law("kind = \"monodisperse\"\ndiameter = 1e-3");
+    let exact = Sample::new(vec![1e-3]).expect("a size");
+    assert_eq!(judged(&exact, &single).finding, Finding::Passed);
+}
+
+/// The ranks of the interval of the median, n = 100, 95 %: 40 and 61, as the binomial law of 100 with 1/2 has 1.76 % at or below 39 and
+/// 2.84 % at or below 40.
+#[test]
+fn intervals_by_number_follow_the_binomial_law() {
+    use super::super::number_interval;
+    let sample = Sample::new((1..=100).map(f64::from).collect()).expect("sizes");
+    let interval = number_interval(&sample, 0.5, 0.05);
+    assert_eq!([interval.low, interval.high], [Some(40.0), Some(61.0)]);
 }

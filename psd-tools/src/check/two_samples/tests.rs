@@ -38,17 +38,20 @@ fn differences_are_seen_and_measured() {
         law("kind = \"lognormal\"\nmedian_diameter = 1.1e-3\nsigma = 0.2\nweighting = \"number\"");
     let (a, b) = (sample(&a, 2000, 1), sample(&b, 3000, 2));
     let result = TwoSamples::of(&a, &b, 0.001);
-    assert!(!result.agree(0.01));
+    assert_eq!(result.finding(0.01), Finding::Failed);
     // All sizes 10 % larger; the six intervals of 99.9 % hold that, W1 = 10 % of the mean.
     for (weighting, name, interval) in &result.differences {
-        assert!(
-            interval.low < 0.1 && 0.1 < interval.high,
-            "{weighting:?} {name} {interval:?}"
-        );
-        assert!(interval.high - interval.low < 0.15);
+        let (Some(low), Some(high)) = (interval.low, interval.high) else {
+            panic!("{weighting:?} {name} {interval:?}");
+        };
+        assert!(low < 0.1 && 0.1 < high, "{weighting:?} {name} {interval:?}");
+        assert!(high - low < 0.15);
     }
     assert!((result.wasserstein / (0.1 * a.moment(1)) - 1.0).abs() < 0.1);
-    assert!(TwoSamples::of(&a, &a, 0.05).agree(0.01));
+    assert_eq!(
+        TwoSamples::of(&a, &a, 0.05).finding(0.01),
+        Finding::Passed
+    );
     assert!(TwoSamples::of(&a, &a, 0.05).ties);
 }
 
@@ -60,4 +63,9 @@ fn small_samples_by_hand() {
     assert_eq!(result.kolmogorov.value, 0.5);
     assert!((result.cramer_von_mises.value - 0.125).abs() < 1e-15);
     assert!((result.wasserstein - 1.0).abs() < 1e-15);
+    // Two against two say nothing, and no difference has an end.
+    assert_eq!(result.finding(0.01), Finding::Undetermined);
+    for (_, _, interval) in &result.differences {
+        assert_eq!([interval.low, interval.high], [None, None]);
+    }
 }

@@ -7,7 +7,7 @@ use mercury_common::cli::{Exit, Failure, Outcome, say};
 use mercury_common::sizes::SizeDistribution;
 use mercury_psd::charts;
 use mercury_psd::check::run::{Run, Selection};
-use mercury_psd::check::{Criterion, Goodness, TwoSamples, Verdict};
+use mercury_psd::check::{Criterion, Finding, Goodness, TwoSamples, Verdict};
 use mercury_psd::input::{self, Sizes};
 use mercury_psd::report;
 use mercury_psd::sample::Sample;
@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
             masses: subject.mass.zip(target.mass).map(<[f64; 2]>::from),
             is_quota: target.is_quota,
         };
-        outcome.passed &= verdict.passed;
+        outcome.passed &= verdict.passed();
         outcome.text += &check.text();
         outcome.values.insert(subject.name.clone(), check.json());
         if let Some(stem) = &arguments.output {
@@ -308,8 +308,7 @@ fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
         };
         let other = others.swap_remove(found);
         let result = TwoSamples::of(&subject.sample, &other.sample, arguments.level);
-        let agree = result.agree(arguments.level);
-        outcome.passed &= agree;
+        outcome.passed &= result.finding(arguments.level) == Finding::Passed;
         outcome.text += &report::two_samples_text(&subject.name, &result, arguments.level);
         outcome.values.insert(
             subject.name.clone(),
