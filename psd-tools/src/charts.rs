@@ -1,20 +1,28 @@
 //! Distributions, samples, fits and checks as charts.
 
-use mercury_common::sizes::Weighting;
-use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Place, Series};
+mod checked;
 
-use crate::check::{Goodness, TwoSamples, number_band};
+use mercury_common::sizes::Weighting;
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Hue, Place, Series};
+
+use crate::check::TwoSamples;
 use crate::fit::{Data, Fitted};
 use crate::input::{Sizes, Source};
 use crate::sample::Sample;
 use crate::statistics::Spectrum as _;
 use mercury_common::sizes::SizeDistribution;
 
+pub use checked::checked;
+
 /// Points of a curve, and steps of a sample that are drawn: more than a printer resolves.
 const POINTS: usize = 400;
 const MOST_STEPS: usize = 2000;
 /// Ends of axes that cannot show 0 and 1.
 const LEAST_SHARE: f64 = 1e-3;
+/// Nor less than this, whatever was measured.
+const LEAST_OF_ALL: f64 = 1e-6;
+/// Left beside the outermost diameters, of their range.
+const MARGIN: f64 = 0.03;
 
 /// The axis of cumulative shares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -38,22 +46,39 @@ pub struct Look {
 }
 
 impl Look {
-    fn diameters(self) -> Axis {
-        if self.log {
-            Axis::log("diameter", "m")
-        } else {
-            Axis::linear("diameter", "m")
+    /// The axis of all panels of a page that show diameters in [low, high], so that they stand above each other.
+    fn diameters(self, [low, high]: [f64; 2]) -> Axis {
+        let low = self.low(low, high);
+        let name = "diameter";
+        match (self.log, low < high) {
+            (true, true) => {
+                let margin = libm::exp(MARGIN * libm::log(high / low));
+                Axis::log(name, "m").within(low / margin, high * margin)
+            }
+            (false, true) => {
+                let margin = MARGIN * (high - low);
+                // No diameter is below 0.
+                Axis::linear(name, "m").within((low - margin).max(0.0), high + margin)
+            }
+            // One size: as the curves need it.
+            (true, false) => Axis::log(name, "m"),
+            (false, false) => Axis::linear(name, "m"),
         }
     }
 
     fn cumulative(self, weighting: Weighting) -> Axis {
+        self.cumulative_within(weighting, [LEAST_SHARE, 1.0 - LEAST_SHARE])
+    }
+
+    /// The same, where it cannot show 0 and 1, at least between these shares.
+    fn cumulative_within(self, weighting: Weighting, [low, high]: [f64; 2]) -> Axis {
         let name = format!("share by {} below", weighting.word());
+        let low = low.clamp(LEAST_OF_ALL, LEAST_SHARE);
+        let high = high.clamp(1.0 - LEAST_SHARE, 1.0 - LEAST_OF_ALL);
         match self.shares {
             Shares::Linear => Axis::linear(&name, "").within(0.0, 1.0),
-            Shares::Probability => Axis::probability(&name).within(LEAST_SHARE, 1.0 - LEAST_SHARE),
-            Shares::RosinRammler => {
-                Axis::rosin_rammler(&name).within(LEAST_SHARE, 1.0 - LEAST_SHARE)
-            }
+            Shares::Probability => Axis::probability(&name).within(low, high),
+            Shares::RosinRammler => Axis::rosin_rammler(&name).within(low, high),
         }
     }
 
@@ -133,18 +158,26 @@ fn cumulative_series(source: &Source, weighting: Weighting, look: Look) -> Serie
 /// Cumulative curves of distributions and samples, and their densities per ln d below.
 #[must_use]
 pub fn curves(title: &str, sources: &[Source], weighting: Weighting, look: Look) -> ChartPage {
-    let mut cumulative = Chart::new("", look.diameters(), look.cumulative(weighting));
+    let range = range_of(sources.iter().map(|source| source.sizes.range()));
+    let mut cumulative = Chart::new("", look.diameters(range), look.cumulative(weighting));
     let density_axis = Axis::linear(&format!("density by {} per ln d", weighting.word()), "");
-    let mut density = Chart::new("", look.diameters(), density_axis);
+    let mut density = Chart::new("", look.diameters(range), density_axis);
     for source in sources {
         cumulative = cumulative.with(cumulative_series(source, weighting, look));
         density = density.with(density_series(source, weighting, look));
     }
     let page = ChartPage::new(title, 1, vec![cumulative, density]);
     ChartPage {
-        shared_legend: sources.len() > 1,
+        shared_legend: true,
         ..page
     }
+}
+
+/// From the smallest to the largest diameter, m.
+fn range_of(ranges: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
+    ranges.fold([f64::INFINITY, 0.0], |[low, high], [a, b]| {
+        [low.min(a), high.max(b)]
+    })
 }
 
 fn density_series(source: &Source, weighting: Weighting, look: Look) -> Series {
@@ -201,125 +234,6 @@ fn density_series(source: &Source, weighting: Weighting, look: Look) -> Series {
     Series::line(&source.name, points)
 }
 
-/// A sample against its target: cumulative numbers and volumes with their bands, their differences, and the residuals of classes.
-#[must_use]
-pub fn checked(
-    title: &str,
-    sample: &Sample,
-    target: &SizeDistribution,
-    goodness: &Goodness,
-    level: f64,
-    look: Look,
-) -> ChartPage {
-    let number = number_band(sample.len(), level);
-    let volume = goodness.volume_band.half_width;
-    let confidence = format!("{} % band", 100.0 * (1.0 - level));
-    let mut charts = Vec::new();
-    for (weighting, band) in [(Weighting::Number, number), (Weighting::Volume, volume)] {
-        let ranks = ranks(sample);
-        let at = |side: f64| {
-            ranks
-                .iter()
-                .map(|&rank| {
-                    let share = share_at(sample, weighting, rank) + side * band;
-                    (sample.diameters()[rank], share.clamp(0.0, 1.0))
-                })
-                .collect::<Vec<_>>()
-        };
-        let chart = Chart::new("", look.diameters(), look.cumulative(weighting))
-            .with(Series::steps("sample", steps(sample, weighting)))
-            .with(Series::band(&confidence, at(-1.0), at(1.0)))
-            .with(
-                Series::line("target", curve(target, weighting, look))
-                    .hue(Hue::Ink)
-                    .dash(Dash::Dashed),
-            );
-        charts.push(chart);
-    }
-    for (weighting, band) in [(Weighting::Number, number), (Weighting::Volume, volume)] {
-        let view = target.by(weighting);
-        let points = ranks(sample)
-            .iter()
-            .map(|&rank| {
-                let d = sample.diameters()[rank];
-                // In the middle of its step.
-                let before = if rank == 0 {
-                    0.0
-                } else {
-                    share_at(sample, weighting, rank - 1)
-                };
-                (
-                    d,
-                    0.5 * (before + share_at(sample, weighting, rank)) - view.cdf(d),
-                )
-            })
-            .collect();
-        let axis = Axis::linear(&format!("sample - target by {}", weighting.word()), "");
-        let ends = [sample.smallest(), sample.largest()];
-        let chart = Chart::new("", look.diameters(), axis)
-            .with(Series::line("", points))
-            .with(Series::band(
-                "",
-                ends.map(|d| (d, -band)).to_vec(),
-                ends.map(|d| (d, band)).to_vec(),
-            ))
-            .with(Series::level("", 0.0));
-        charts.push(chart);
-    }
-    if let Some(chi) = &goodness.chi_square {
-        let mut edges: Vec<f64> = chi.classes.iter().map(|class| class.low).collect();
-        edges.extend(chi.classes.last().map(|class| class.high));
-        let heights: Vec<f64> = chi
-            .classes
-            .iter()
-            .map(|class| class.residual(goodness.number))
-            .collect();
-        let rising =
-            edges.windows(2).all(|pair| pair[0] < pair[1]) && (!look.log || edges[0] > 0.0);
-        if rising {
-            let axis = Axis::linear("residual of class, in st.dev.", "");
-            let chart = Chart::new("", look.diameters(), axis)
-                .with(Series::bars("", edges, heights))
-                .with(Series::level("", 2.0))
-                .with(Series::level("", -2.0));
-            charts.push(chart);
-            charts.push(quantiles(sample, target));
-        }
-    }
-    ChartPage::new(title, 2, charts)
-}
-
-/// Quantiles of sample and target against each other: on the diagonal if they agree.
-fn quantiles(sample: &Sample, target: &SizeDistribution) -> Chart {
-    let n = sample.len() as f64;
-    let view = target.by(Weighting::Number);
-    let points: Vec<(f64, f64)> = ranks(sample)
-        .iter()
-        .map(|&rank| {
-            (
-                view.quantile((rank as f64 + 0.5) / n),
-                sample.diameters()[rank],
-            )
-        })
-        .collect();
-    let ends = vec![
-        (target.smallest(), target.smallest()),
-        (target.largest(), target.largest()),
-    ];
-    Chart::new(
-        "",
-        Axis::linear("target's quantile", "m"),
-        Axis::linear("sample's quantile", "m"),
-    )
-    .with(Series::line("particles", points))
-    .with(
-        Series::line("equal", ends)
-            .hue(Hue::Grey)
-            .dash(Dash::Dashed)
-            .width(1.2),
-    )
-}
-
 /// Two samples: cumulative numbers and volumes.
 #[must_use]
 pub fn two_samples(
@@ -329,9 +243,10 @@ pub fn two_samples(
     result: &TwoSamples,
     look: Look,
 ) -> ChartPage {
+    let range = range_of(samples.iter().map(|s| [s.smallest(), s.largest()]));
     let charts = [Weighting::Number, Weighting::Volume]
         .map(|weighting| {
-            let mut chart = Chart::new("", look.diameters(), look.cumulative(weighting));
+            let mut chart = Chart::new("", look.diameters(range), look.cumulative(weighting));
             for (name, sample) in names.iter().zip(samples) {
                 chart = chart.with(Series::steps(name, steps(sample, weighting)));
             }
@@ -351,6 +266,7 @@ pub fn two_samples(
 #[must_use]
 pub fn fitted(title: &str, source: &Source, data: &Data, fits: &[Fitted], look: Look) -> ChartPage {
     let weighting = data.weighting();
+    let mut shown = [LEAST_SHARE, 1.0 - LEAST_SHARE];
     let points = match &source.sizes {
         Sizes::Distribution(sizes, table) => {
             let classes = sizes.classes();
@@ -360,20 +276,34 @@ pub fn fitted(title: &str, source: &Source, data: &Data, fits: &[Fitted], look: 
                 .or(classes.map(|c| c.edges()));
             let view = sizes.by(weighting);
             let edges = edges.unwrap_or_default().iter();
-            Series::points("measured", edges.map(|&d| (d, view.cdf(d))).collect())
+            let points: Vec<(f64, f64)> = edges.map(|&d| (d, view.cdf(d))).collect();
+            for &(_, share) in points.iter().filter(|(_, share)| {
+                // 0 and 1 but for round-off.
+                *share > LEAST_OF_ALL && *share < 1.0 - LEAST_OF_ALL
+            }) {
+                // With some air about them.
+                shown[0] = shown[0].min(0.5 * share);
+                shown[1] = shown[1].max(0.5 * (1.0 + share));
+            }
+            Series::points("measured", points)
         }
         Sizes::Sample(sample) => Series::steps("measured", steps(sample, weighting)),
     };
+    let [low, high] = source.sizes.range();
+    let axis = look.cumulative_within(weighting, shown);
     let mut cumulative =
-        Chart::new("", look.diameters(), look.cumulative(weighting)).with(points.hue(Hue::Ink));
+        Chart::new("", look.diameters([low, high]), axis).with(points.hue(Hue::Ink));
+    if look.shares != Shares::Linear {
+        cumulative = cumulative.note("0 and 100 % have no place on this axis", Place::LowerRight);
+    }
     let is_classes = matches!(source.sizes, Sizes::Distribution(..)) || data.gathered().is_some();
     let residual = if is_classes {
-        "residual of class"
+        "residual of class, in st.dev."
     } else {
         "(measured - law) root N"
     };
-    let mut residuals = Chart::new("", look.diameters(), Axis::linear(residual, ""));
-    let [low, high] = source.sizes.range();
+    let axis = Axis::linear(residual, "");
+    let mut residuals = Chart::new("", look.diameters([low, high]), axis);
     let grid = look.grid(look.low(low, high), high);
     for fit in fits {
         let name = fit.family.word();

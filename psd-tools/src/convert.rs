@@ -1,7 +1,7 @@
 //! Distributions as tables of any type.
 
 use mercury_common::formats::number::{NumberStyle, push_number};
-use mercury_common::sizes::table::{SizeKind, ValueKind};
+use mercury_common::sizes::table::{BY_QUOTA, SizeKind, ValueKind};
 use mercury_common::sizes::{ClassModel, Classes, SizeDistribution, Weighting, changes};
 
 use crate::input::Sizes;
@@ -125,14 +125,18 @@ pub fn table(classes: &Classes, form: &Form) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
-/// A list of sizes as a file.
+/// A list of sizes as a file; one that was drawn by quota says so.
 #[must_use]
-pub fn list(diameters: &[f64], size: SizeKind, unit: Unit) -> Vec<u8> {
+pub fn list(diameters: &[f64], size: SizeKind, unit: Unit, by_quota: bool) -> Vec<u8> {
     let (name, part) = match size {
         SizeKind::Radius => ("radius", 0.5),
         SizeKind::Diameter | SizeKind::Sieve => ("diameter", 1.0),
     };
-    let mut out = format!("{name} [{}]\n", unit.name).into_bytes();
+    let comment = match by_quota {
+        true => format!("# {}: {}\n", BY_QUOTA[0], BY_QUOTA[1]),
+        false => String::new(),
+    };
+    let mut out = format!("{comment}{name} [{}]\n", unit.name).into_bytes();
     for d in diameters {
         push_number(&mut out, d * part * unit.per_metre, NumberStyle::Shortest);
         out.push(b'\n');
@@ -231,14 +235,15 @@ mod tests {
 
     #[test]
     fn lists_are_read_back() {
-        let text = list(
-            &[1e-3, 2.5e-3],
-            SizeKind::Radius,
-            Unit {
-                name: "mm",
-                per_metre: 1e3,
-            },
-        );
-        assert_eq!(String::from_utf8_lossy(&text), "radius [mm]\n0.5\n1.25\n");
+        let unit = Unit {
+            name: "mm",
+            per_metre: 1e3,
+        };
+        let text = |by_quota| {
+            let bytes = list(&[1e-3, 2.5e-3], SizeKind::Radius, unit, by_quota);
+            String::from_utf8(bytes).unwrap()
+        };
+        assert_eq!(text(false), "radius [mm]\n0.5\n1.25\n");
+        assert_eq!(text(true), "# sampling: quota\nradius [mm]\n0.5\n1.25\n");
     }
 }

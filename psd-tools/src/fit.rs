@@ -1,12 +1,14 @@
 //! Laws fitted to measurements by maximum likelihood, in the weighting that was measured.
 //!
-//! `family` holds the laws, `data` what was measured and its likelihood, `minimise` the search, `bootstrap` the p-values.
+//! `family` holds the laws, `data` what was measured and its likelihood, `minimise` the search, `determined` what the data leave open,
+//! `bootstrap` the p-values.
 //! Parameters are searched as logarithms (means of normal laws as they are, shares of mixtures as logits), with diameters in units of
 //! the median of the data; standard errors come from the second derivatives of the likelihood there (the observed
 //! information), intervals are those of the searched parameters, carried over.
 
 mod bootstrap;
 mod data;
+mod determined;
 mod family;
 mod minimise;
 
@@ -17,6 +19,7 @@ use toml::{Table, Value};
 pub use data::{Data, DataError};
 pub use family::{Family, Shape};
 
+use determined::Lack;
 use family::Law;
 use minimise::{Minimum, minimise};
 
@@ -33,6 +36,8 @@ pub struct Parameter {
     pub error: Option<f64>,
     /// Ends of the confidence interval.
     pub interval: Option<[f64; 2]>,
+    /// Why it has neither.
+    pub lack: Option<String>,
 }
 
 /// Observed against expected: for the plot of residuals.
@@ -164,13 +169,28 @@ fn search(data: &Data, family: Family) -> Result<Minimum, DataError> {
         return Ok(minimum);
     }
     let mut best: Option<Minimum> = None;
+    let mut is_unbounded = false;
     for start in data.starts(family) {
         let found = minimise(|theta| data.minus_log_likelihood(family, theta), &start);
-        if found.value.is_finite() && best.as_ref().is_none_or(|b| found.value < b.value) {
+        if !found.value.is_finite() {
+            continue;
+        }
+        if !data.is_maximum(family, &found) {
+            is_unbounded = true;
+            continue;
+        }
+        if best.as_ref().is_none_or(|b| found.value < b.value) {
             best = Some(found);
         }
     }
-    best.ok_or(DataError::NoFit(family))
+    best.ok_or(if is_unbounded {
+        DataError::Unbounded {
+            number: data.number(),
+            family,
+        }
+    } else {
+        DataError::NoFit(family)
+    })
 }
 
 /// Searched again from a start that is known to be near.
@@ -191,10 +211,17 @@ fn finished(data: &Data, family: Family, minimum: Minimum, level: f64) -> Fitted
     } else {
         minimum.errors(|theta| data.minus_log_likelihood(family, theta))
     };
+    let lacks = determined::lacks(data, family, &minimum, &errors, z);
+    let known: Vec<Result<f64, Option<Lack>>> = (errors.iter().zip(lacks))
+        .map(|(error, lack)| match (error, lack) {
+            (Some(error), None) => Ok(*error),
+            (_, lack) => Err(lack),
+        })
+        .collect();
     Fitted {
         family,
         weighting: data.weighting(),
-        parameters: parameters(family, &minimum.at, &errors, unit, z),
+        parameters: parameters(family, &minimum.at, &known, unit, z),
         number,
         log_likelihood,
         aic: 2.0 * free - 2.0 * log_likelihood,
@@ -206,11 +233,32 @@ fn finished(data: &Data, family: Family, minimum: Minimum, level: f64) -> Fitted
     }
 }
 
-/// Searched parameters and their errors as those of the law, the smaller component first.
+/// In words, `at` being where the parameter is followed to.
+fn why(lack: Lack, at: &str, z: f64) -> String {
+    match lack {
+        Lack::AtEnd => "no standard error: the largest of the sizes".to_owned(),
+        Lack::Flat { fall, .. } => format!(
+            "not determined by these data: {at} the other parameters make up for it, ln L falls by {:.2} only, and an interval ends where it falls by {:.2}",
+            fall.max(0.0),
+            0.5 * z * z
+        ),
+        Lack::Absent { fall } => format!(
+            "not determined by these data: this part need not be there, ln L falls by {:.2} only without it, and an interval ends where it falls by {:.2}",
+            fall.max(0.0),
+            0.5 * z * z
+        ),
+        Lack::Others => {
+            "no standard error: ln L is flat here, as other parameters are not determined"
+                .to_owned()
+        }
+    }
+}
+
+/// Searched parameters and their errors (or why there are none) as those of the law, the smaller component first.
 fn parameters(
     family: Family,
     theta: &[f64],
-    errors: &[Option<f64>],
+    errors: &[Result<f64, Option<Lack>>],
     unit: f64,
     z: f64,
 ) -> Vec<Parameter> {
@@ -228,17 +276,22 @@ fn parameters(
         let logistic = |t: f64| 1.0 / (1.0 + libm::exp(-t));
         let t = sign * theta[0];
         let share = logistic(t);
+        let error = errors[0].ok();
         list.push(Parameter {
             name: "share 1".to_owned(),
             unit: "",
             value: share,
-            error: errors[0].map(|e| e * share * (1.0 - share)),
-            interval: errors[0].map(|e| [logistic(t - z * e), logistic(t + z * e)]),
+            error: error.map(|e| e * share * (1.0 - share)),
+            interval: error.map(|e| [logistic(t - z * e), logistic(t + z * e)]),
+            lack: errors[0].err().flatten().map(|lack| {
+                let upwards = matches!(lack, Lack::Flat { upwards, .. } if upwards == first);
+                why(lack, if upwards { "near 1" } else { "near 0" }, z)
+            }),
         });
     }
     for (number, &start) in parts.iter().enumerate() {
         for (i, name) in names.iter().enumerate() {
-            let (t, error) = (theta[start + i], errors[start + i]);
+            let (t, error) = (theta[start + i], errors[start + i].ok());
             let is_length = family.shape.is_length(i);
             let unit_of = if is_length { unit } else { 1.0 };
             let (natural, slope): (Box<dyn Fn(f64) -> f64>, f64) = if family.shape.is_plain(i) {
@@ -258,6 +311,16 @@ fn parameters(
                 value: natural(t),
                 error: error.map(|e| e * slope),
                 interval: error.map(|e| [natural(t - z * e), natural(t + z * e)]),
+                lack: errors[start + i].err().flatten().map(|lack| {
+                    let upwards = matches!(lack, Lack::Flat { upwards: true, .. });
+                    let at = match (upwards, family.shape.is_plain(i)) {
+                        (false, false) => "a hundred times smaller",
+                        (true, false) => "a hundred times larger",
+                        (false, true) => "far below",
+                        (true, true) => "far above",
+                    };
+                    why(lack, at, z)
+                }),
             });
         }
     }

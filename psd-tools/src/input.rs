@@ -35,6 +35,8 @@ pub struct Source {
     pub sizes: Sizes,
     /// What was repaired or left out while reading.
     pub notes: Vec<String>,
+    /// Whether it is a list that says that it was drawn by quota.
+    pub by_quota: bool,
 }
 
 /// Why an argument stands for nothing.
@@ -92,16 +94,19 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
         return Ok(vec![of_law(name, sizes)]);
     }
     Ok(vec![match content(path, options)? {
-        Content::Table(table) => Source {
-            name,
-            notes: noted(&table.notes, table.classes.edges()),
-            sizes: Sizes::Distribution(
-                SizeDistribution::from_classes(table.classes.clone(), table.weighting),
-                Some(table),
-            ),
-        },
-        Content::Sizes(diameters) => {
-            let sample = Sample::new(diameters).map_err(|error| InputError::Sample {
+        Content::Table(table) => {
+            let sizes = SizeDistribution::from_classes(table.classes.clone(), table.weighting);
+            let mut notes = noted(&table.notes, table.classes.edges());
+            notes.extend(sizes.warning_of_fines());
+            Source {
+                name,
+                notes,
+                sizes: Sizes::Distribution(sizes, Some(table)),
+                by_quota: false,
+            }
+        }
+        Content::Sizes(list) => {
+            let sample = Sample::new(list.diameters).map_err(|error| InputError::Sample {
                 path: path.to_owned(),
                 error,
             })?;
@@ -109,6 +114,7 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
                 name,
                 notes: noted(&[], &[sample.smallest(), sample.largest()]),
                 sizes: Sizes::Sample(sample),
+                by_quota: list.by_quota,
             }
         }
     }])
@@ -144,6 +150,7 @@ pub fn of_run(folder: &Path, selection: &Selection) -> Result<Vec<Source>, Input
             name: format!("{name}: {kind}"),
             sizes: Sizes::Sample(sample),
             notes: Vec::new(),
+            by_quota: false,
         });
     }
     if sources.is_empty() {
@@ -178,10 +185,13 @@ fn inline(argument: &str) -> Result<Source, InputError> {
 }
 
 fn of_law(name: String, sizes: SizeDistribution) -> Source {
+    let mut notes = noted(&[], &[sizes.smallest(), sizes.largest()]);
+    notes.extend(sizes.warning_of_fines());
     Source {
         name,
-        notes: noted(&[], &[sizes.smallest(), sizes.largest()]),
+        notes,
         sizes: Sizes::Distribution(sizes, None),
+        by_quota: false,
     }
 }
 

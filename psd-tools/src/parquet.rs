@@ -1,17 +1,18 @@
 //! Tables and lists of sizes in Parquet files.
 //!
 //! A Parquet file holds what a text file would: columns of the same names, units in their metadata, what is assumed inside a class as
-//! the file's entry `in-class`. It is turned into that text and read by the one grammar of tables, with the same rules and messages; lines
+//! the file's entry `in-class`, `sampling` likewise. It is turned into that text and read by the one grammar of tables, with the same rules and messages; lines
 //! in messages are those of that text.
 
 use std::path::Path;
 
 use mercury_common::error::FormatError;
 use mercury_common::formats::number::{NumberStyle, parse_number, push_number};
+use mercury_common::sizes::table::BY_QUOTA;
 use mercury_tables::{Column, Kind, Table, Values, WriteError};
 
-/// The entry of the metadata that says what is assumed inside a class, as the comment of a text file does.
-const MODEL: &str = "in-class";
+/// The entries of the metadata that say what the comments of a text file do: what is assumed inside a class, how sizes were drawn.
+const ENTRIES: [&str; 2] = ["in-class", BY_QUOTA[0]];
 /// The ending that asks for Parquet.
 const ENDING: &str = "parquet";
 
@@ -53,8 +54,10 @@ pub fn as_text(path: &Path) -> Result<String, FormatError> {
         });
     }
     let mut out = Vec::new();
-    if let Some((_, model)) = table.metadata.iter().find(|(key, _)| key == MODEL) {
-        out.extend_from_slice(format!("# {MODEL}: {model}\n").as_bytes());
+    for (key, word) in &table.metadata {
+        if ENTRIES.contains(&key.as_str()) {
+            out.extend_from_slice(format!("# {key}: {word}\n").as_bytes());
+        }
     }
     let names: Vec<String> = (columns.iter())
         .map(|column| match &column.unit[..] {
@@ -91,7 +94,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), ParquetError> {
         if let Some(comment) = line.strip_prefix('#') {
             if let Some((key, word)) = comment
                 .split_once(':')
-                .filter(|(key, _)| key.trim() == MODEL)
+                .filter(|(key, _)| ENTRIES.contains(&key.trim()))
             {
                 let entry = (key.trim().to_owned(), word.trim().to_owned());
                 table.metadata.push(entry);
@@ -143,6 +146,7 @@ mod tests {
             "# in-class: volume-log-uniform\ndiameter [mm],cumulative volume [-]\n1,0\n2.5,0.25\n4,1\n",
             "sieve [um],retained volume [%]\n63,12.5\n125,87.5\n250,0\n",
             "radius [um]\n63.5\n125\n",
+            "# sampling: quota\nradius [um]\n63.5\n125\n",
         ] {
             let path = folder.path().join("t.parquet");
             write(&path, text).expect("written");

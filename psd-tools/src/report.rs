@@ -178,12 +178,23 @@ impl Check<'_> {
         text
     }
 
+    /// Whether these are all sizes of a quota.
+    ///
+    /// They come in random order: what came first is like a random sample. Of a list that is whole, the curve keeps within 1/N of the
+    /// target.
+    #[must_use]
+    pub fn is_whole_quota(&self) -> bool {
+        let within = (1.0 + 1e-6) / self.goodness.number as f64;
+        let is_whole = match self.masses {
+            Some([mass, wanted]) => mass > 0.999 * wanted,
+            None => (self.goodness.kolmogorov).is_none_or(|test| test.value <= within),
+        };
+        self.is_quota && is_whole
+    }
+
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        // Its sizes come in random order: what came first is like a random sample.
-        let is_complete = self
-            .masses
-            .is_none_or(|[mass, wanted]| mass > 0.999 * wanted);
+        let is_complete = self.is_whole_quota();
         if self.is_quota && !is_complete {
             notes.push("the quota is not complete: its sizes come in random order, and what came fits like random sizes".to_owned());
         } else if self.is_quota {

@@ -10,6 +10,7 @@ pub mod changes;
 mod classes;
 mod distribution;
 mod error;
+mod fines;
 #[cfg(test)]
 mod frozen;
 mod laws;

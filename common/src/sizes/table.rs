@@ -15,7 +15,7 @@ use crate::error::FormatError;
 use crate::formats;
 
 pub use header::{Columns, SizeKind, ValueKind, ValueUnit, parse_size_unit, parse_type};
-pub use lines::Row;
+pub use lines::{BY_QUOTA, Row};
 
 /// What is known of a table beside its header: options of a command line. They win over the header.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -76,8 +76,17 @@ pub struct SizeTable {
 pub enum Content {
     /// Shares of classes.
     Table(SizeTable),
-    /// One size per line: diameters, m.
-    Sizes(Vec<f64>),
+    /// One size per line.
+    Sizes(SizeList),
+}
+
+/// Particles one by one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SizeList {
+    /// Diameters, m, in the order of the file.
+    pub diameters: Vec<f64>,
+    /// Whether they say that they were drawn by quota, which fits better than chance.
+    pub by_quota: bool,
 }
 
 /// Reads a table of shares, as a scene names it.
@@ -124,14 +133,19 @@ pub fn read_content(path: &Path, options: &Options) -> Result<Content, FormatErr
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, text: &str, options: &Options) -> Result<Content, FormatError> {
-    let (columns, rows, mut notes) = lines::read(path, text, options)?;
+    let lines::Read {
+        columns,
+        rows,
+        mut notes,
+        by_quota,
+    } = lines::read(path, text, options)?;
     let content = from_rows(path, &columns, &rows)?;
     Ok(match content {
         Content::Table(mut table) => {
             notes.append(&mut table.notes);
             Content::Table(SizeTable { notes, ..table })
         }
-        sizes @ Content::Sizes(_) => sizes,
+        Content::Sizes(list) => Content::Sizes(SizeList { by_quota, ..list }),
     })
 }
 
@@ -144,7 +158,12 @@ pub fn from_rows(path: &Path, columns: &Columns, rows: &[Row]) -> Result<Content
         Some((kind, weighting)) => {
             rules::table(path, columns, kind, weighting, rows).map(Content::Table)
         }
-        None => rules::sizes(path, columns, rows).map(Content::Sizes),
+        None => rules::sizes(path, columns, rows).map(|diameters| {
+            Content::Sizes(SizeList {
+                diameters,
+                by_quota: false,
+            })
+        }),
     }
 }
 

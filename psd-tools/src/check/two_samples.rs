@@ -4,8 +4,8 @@ use mercury_common::sizes::Weighting;
 
 use super::bands::{Interval, fewest};
 use super::goodness::Statistic;
-use super::verdict::Finding;
 use super::many_samples::anderson_darling_samples;
+use super::verdict::Finding;
 use crate::sample::Sample;
 use crate::special::{cramer_von_mises_limit_tail, two_sample_kolmogorov_tail};
 

@@ -97,20 +97,18 @@ impl Verdict {
                 reasons: vec![too_few(&number.to_string(), level)],
             };
         }
-        reasons.push(
-            match criterion {
-                Criterion::Level(_) if tests(goodness).next().is_none() => {
-                    "all sizes are those of the target".to_owned()
-                }
-                Criterion::Level(level) => format!("no test rejects at level {level}"),
-                Criterion::Tolerance(tolerance) => {
-                    format!(
-                        "d10, d50 and d90 are within {} % of the target",
-                        percent(tolerance)
-                    )
-                }
-            },
-        );
+        reasons.push(match criterion {
+            Criterion::Level(_) if tests(goodness).next().is_none() => {
+                "all sizes are those of the target".to_owned()
+            }
+            Criterion::Level(level) => format!("no test rejects at level {level}"),
+            Criterion::Tolerance(tolerance) => {
+                format!(
+                    "d10, d50 and d90 are within {} % of the target",
+                    percent(tolerance)
+                )
+            }
+        });
         Self {
             finding: Finding::Passed,
             reasons,

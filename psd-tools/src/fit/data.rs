@@ -32,6 +32,15 @@ pub enum DataError {
     /// The number that the shares stand for is none.
     #[error("the number of particles must be at least 1, got {0}")]
     Number(f64),
+    /// The likelihood grows without bound as a component of a mixture closes in on a few particles (Day 1969, Biometrika 56, 463), and
+    /// has no maximum elsewhere.
+    #[error("{} is not determined by {number} particles: the likelihood grows without bound as one part of it closes in on a few of them", .family.word())]
+    Unbounded {
+        /// How many there are.
+        number: f64,
+        /// The family.
+        family: Family,
+    },
     /// The search found nothing.
     #[error("no parameters of {} make the data possible", .0.word())]
     NoFit(Family),
@@ -370,6 +379,24 @@ impl Data {
         };
         let value = self.minus_log_likelihood(family, &at);
         Some(Minimum { at, value })
+    }
+
+    /// Whether a search ended at a maximum, and not where a component of a mixture has closed in on single particles: each has more
+    /// particles than parameters, and the likelihood falls to all sides.
+    pub(super) fn is_maximum(&self, family: Family, found: &Minimum) -> bool {
+        if family.components == 1 || !matches!(self.kind, Kind::Sizes(_)) {
+            return true;
+        }
+        let law = Law::of(family, &found.at);
+        let of_each = Family {
+            components: 1,
+            ..family
+        };
+        let enough = of_each.parameters() as f64;
+        // At a maximum the shares are the mean probabilities with which particles belong to the components.
+        let has_enough = |(share, _): &(f64, Part)| share * self.number() > enough;
+        let errors = || found.errors(|theta| self.minus_log_likelihood(family, theta));
+        law.parts.iter().all(has_enough) && errors().iter().all(Option::is_some)
     }
 
     /// Whether a parameter is estimated by the end of the data, where the likelihood has a step.

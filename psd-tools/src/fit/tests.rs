@@ -39,7 +39,7 @@ fn empty(edges: &[f64], number: f64) -> Data {
 
 /// The truth in units of m, by the names of the fitted parameters.
 fn truth(family: Family, theta: &[f64]) -> Vec<f64> {
-    let none = vec![None; theta.len()];
+    let none = vec![Err(None); theta.len()];
     parameters(family, theta, &none, 1.0, 1.96)
         .iter()
         .map(|p| p.value)
@@ -237,4 +237,91 @@ fn a_number_is_estimated_where_none_is_known() {
     let fitted = fit(&data, family, 0.05).expect("a fit");
     assert!((fitted.parameters[1].value - 0.3).abs() < 0.01);
     assert!(Data::from_table(&table, 0.5).is_err());
+}
+
+/// A sieving whose second peak lies within one class of 0.5 mm: how narrow it is nobody knows, and an error larger than the value would say
+/// nothing. The other parameters are known.
+#[test]
+fn a_width_within_one_class_is_not_determined() {
+    let rows = "3.0,0\n3.5,8\n4.0,31\n4.5,63\n5.0,88\n5.6,100\n";
+    let text = format!("diameter [mm],cumulative volume [%]\n{rows}");
+    let Ok(Content::Table(table)) = table::parse(Path::new("t.csv"), &text, &Options::default())
+    else {
+        panic!("no table")
+    };
+    let data = Data::from_table(&table, 2000.0).expect("data");
+    for (word, width) in [
+        ("two-normal", "standard_deviation 2"),
+        ("two-lognormal", "sigma 2"),
+    ] {
+        let fitted = fit(&data, word.parse().expect("a family"), 0.05).expect("a fit");
+        for parameter in &fitted.parameters {
+            let is_known = parameter.error.is_some();
+            assert_eq!(is_known, parameter.name != width, "{parameter:?}");
+            assert_eq!(parameter.lack.is_none(), is_known, "{parameter:?}");
+            if let Some(error) = parameter.error {
+                assert!(error < parameter.value, "{parameter:?}");
+            }
+        }
+        let lack = fitted.parameters.last().and_then(|p| p.lack.clone());
+        let lack = lack.expect("a reason");
+        assert!(
+            lack.starts_with("not determined by these data: a hundred times smaller"),
+            "{lack}"
+        );
+        // z^2/2 of 95 %.
+        assert!(lack.ends_with("falls by 1.92"), "{lack}");
+    }
+    let single = fit(&data, "lognormal".parse().expect("a family"), 0.05).expect("a fit");
+    assert!(single.parameters.iter().all(|p| p.lack.is_none()));
+}
+
+/// Two parts fitted to one law: the second one can be anything, and it is said of its parameters.
+#[test]
+fn a_part_that_is_not_needed_is_not_determined() {
+    let (family, theta) = known("lognormal");
+    let law = Law::of(family, &theta);
+    let data = empty(&edges(0.2, 5.0, 20), 1e4);
+    // The law's own shares: no sample could be more like it.
+    let data = match data.kind() {
+        data::Kind::Classes { edges, .. } => {
+            let law = law.scaled(1.0 / data.unit());
+            let counts = (edges.windows(2)).map(|class| 1e4 * law.share(class[0], class[1]));
+            data.with_kind(data::Kind::Classes {
+                edges: edges.clone(),
+                counts: counts.collect(),
+            })
+        }
+        data::Kind::Sizes(_) => panic!("classes"),
+    };
+    let two = fit(&data, "two-lognormal".parse().expect("a family"), 0.05).expect("a fit");
+    assert!(
+        two.parameters.iter().all(|p| p.lack.is_some()),
+        "{:#?}",
+        two.parameters
+    );
+}
+
+/// Six particles, or five: one law will do, or a part on one of them makes the likelihood as large as one likes. Two groups of three are
+/// two groups.
+#[test]
+fn few_particles_determine_no_mixture() {
+    let of = |sizes: &[f64]| {
+        Data::from_sample(&Sample::new(sizes.to_vec()).expect("sizes")).expect("data")
+    };
+    let family: Family = "two-lognormal".parse().expect("a family");
+    let one_will_do = fit(&of(&[1.0, 1.3, 1.45, 1.9, 2.4, 3.1]), family, 0.05).expect("a fit");
+    for parameter in &one_will_do.parameters {
+        assert!(parameter.error.is_none(), "{parameter:?}");
+        let lack = parameter.lack.as_deref().expect("a reason");
+        assert!(lack.starts_with("not determined by these data: "), "{lack}");
+    }
+    let error = fit(&of(&[1.0, 1.0001, 1.9, 2.4, 3.1, 4.0]), family, 0.05).expect_err("unbounded");
+    assert_eq!(
+        error.to_string(),
+        "two-lognormal is not determined by 6 particles: the likelihood grows without bound as one part of it closes in on a few of them"
+    );
+    let groups = fit(&of(&[1.0, 1.01, 1.03, 3.0, 3.1, 3.25]), family, 0.05).expect("a fit");
+    assert!(groups.parameters.iter().all(|p| p.lack.is_none()));
+    assert!((groups.parameters[0].value - 0.5).abs() < 1e-3);
 }

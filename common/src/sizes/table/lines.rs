@@ -24,6 +24,9 @@ pub struct Row {
 /// The comment that says what is assumed inside a class.
 const MODEL_MARK: &str = "in-class:";
 
+/// The comment of a list whose sizes were drawn by quota. Other words behind the colon say nothing that matters here.
+pub const BY_QUOTA: [&str; 2] = ["sampling", "quota"];
+
 const EXAMPLE: &str = "a header such as: diameter [mm],cumulative volume [%]";
 const TYPES: &str = "cumulative, fraction (of the class that ends there) or retained (on the sieve), by number, length, area, volume or mass";
 
@@ -56,15 +59,22 @@ struct Layout {
     columns: usize,
 }
 
-/// Reads all lines: what the columns mean, the rows, and what was left out.
-pub(super) fn read(
-    path: &Path,
-    text: &str,
-    options: &Options,
-) -> Result<(Columns, Vec<Row>, Vec<String>), FormatError> {
+/// What the lines hold.
+pub(super) struct Read {
+    /// What the columns mean.
+    pub(super) columns: Columns,
+    pub(super) rows: Vec<Row>,
+    /// What was left out.
+    pub(super) notes: Vec<String>,
+    pub(super) by_quota: bool,
+}
+
+/// Reads all lines.
+pub(super) fn read(path: &Path, text: &str, options: &Options) -> Result<Read, FormatError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut notes = Vec::new();
     let mut model = None;
+    let mut by_quota = false;
     let mut head: Option<(Columns, Layout)> = None;
     let mut rows = Vec::new();
     for (index, text) in text.lines().enumerate() {
@@ -76,6 +86,9 @@ pub(super) fn read(
         if let Some(comment) = text.trim_start().strip_prefix('#') {
             if let Some(word) = comment.trim().strip_prefix(MODEL_MARK) {
                 model = Some(parse_model(line, word.trim())?);
+            }
+            if let Some((key, word)) = comment.split_once(':') {
+                by_quota |= [key.trim(), word.trim()] == BY_QUOTA;
             }
             continue;
         }
@@ -116,7 +129,12 @@ pub(super) fn read(
         rows.push(row(line, &cells, layout)?);
     }
     match head {
-        Some((columns, _)) => Ok((columns, rows, notes)),
+        Some((columns, _)) => Ok(Read {
+            columns,
+            rows,
+            notes,
+            by_quota,
+        }),
         None => Err(FormatError {
             expected: EXAMPLE.to_owned(),
             ..FormatError::of_file(path, "the table is empty")

@@ -70,6 +70,13 @@ fn what_is_repaired_or_left_out_is_said() {
     assert_eq!(pan.edges, [0.0, 1e-3, 2e-3]);
 }
 
+fn list_of(diameters: &[f64], by_quota: bool) -> Content {
+    Content::Sizes(SizeList {
+        diameters: diameters.to_vec(),
+        by_quota,
+    })
+}
+
 #[test]
 fn options_speak_for_files_without_header() {
     let options = Options {
@@ -101,12 +108,25 @@ fn options_speak_for_files_without_header() {
     };
     assert_eq!(
         read_with("1\n2\n", &list),
-        Ok(Content::Sizes(vec![2e-3, 4e-3]))
+        Ok(list_of(&[2e-3, 4e-3], false))
     );
     assert_eq!(
         read_with("diameter [mm]\n1.5\n2\n", &Options::default()),
-        Ok(Content::Sizes(vec![1.5e-3, 2e-3]))
+        Ok(list_of(&[1.5e-3, 2e-3], false))
     );
+    // How a list says that it is no random sample; other words are comments.
+    for (comment, by_quota) in [
+        ("#sampling:quota", true),
+        ("#  sampling : quota ", true),
+        ("# sampling: by hand, from the belt", false),
+        ("# quota", false),
+    ] {
+        let text = format!("{comment}\ndiameter [mm]\n1.5\n2\n");
+        assert_eq!(
+            read_with(&text, &Options::default()),
+            Ok(list_of(&[1.5e-3, 2e-3], by_quota))
+        );
+    }
 }
 
 #[test]

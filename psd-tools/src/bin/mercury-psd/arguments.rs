@@ -24,8 +24,8 @@ Examples:
   mercury-psd plot grain.psd.csv --log --axis probability -o grain
 
 FILE: a table with a header (diameter [mm],cumulative volume [%]), a list of sizes (radius [m]), a law (.toml, or { kind = ... } as in
-a scene), a run folder. Files without header: --size radius --unit m --type cumulative-number.
-Exit codes: 0 done, 1 a check failed or a file cannot be written, 2 wrong usage or input.";
+a scene), a run folder. Files without header: --size radius --unit m --type cumulative-number; of a target --target-size, --target-unit, --target-type.
+Exit codes: 0 done, 1 a check failed or has too few particles, or a file cannot be written, 2 wrong usage or input.";
 
 /// Particle size distributions: statistics, conversion, fits, samples, plots, and the check of what a run inserted.
 #[derive(Debug, Parser)]
@@ -80,6 +80,22 @@ pub(crate) struct Reading {
     /// Read like MercuryDPM: negative shares count as 0, all shares are divided by the last, a class is put in front
     #[arg(long, value_name = "CODE")]
     pub(crate) compat: Option<Compat>,
+}
+
+/// How the target of a check is read, where that is otherwise than its sizes.
+#[derive(Debug, Args)]
+pub(crate) struct TargetReading {
+    /// What the sizes of a target without header are [default: as --size]
+    #[arg(long, value_name = "WORD", value_parser = words(&SIZES), requires = "target")]
+    pub(crate) target_size: Option<SizeKind>,
+
+    /// The unit of the target's sizes [default: as --unit]
+    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "target")]
+    pub(crate) target_unit: Option<f64>,
+
+    /// What the target's second column is [default: as --type]; a list of sizes has none
+    #[arg(long, value_name = "TYPE", value_parser = value_type, requires = "target")]
+    pub(crate) target_type: Option<(ValueKind, Weighting)>,
 }
 
 impl Reading {
@@ -339,6 +355,9 @@ pub(crate) struct CheckArguments {
     #[arg(long = "where", value_name = "CONDITIONS", value_parser = conditions)]
     pub(crate) place: Option<Conditions>,
 
+    #[command(flatten)]
+    pub(crate) target_reading: TargetReading,
+
     /// Instead of a target: those at this other time
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) versus_at: Option<f64>,
@@ -374,6 +393,28 @@ pub(crate) struct CheckArguments {
     pub(crate) common: Common,
 }
 
+impl CheckArguments {
+    /// How lists are read: they have sizes alone, --type is the target's.
+    pub(crate) fn of_lists(&self) -> Options {
+        Options {
+            values: None,
+            ..self.common.reading.options()
+        }
+    }
+
+    /// How the target is read.
+    pub(crate) fn of_target(&self) -> Options {
+        let of = &self.target_reading;
+        let options = self.common.reading.options();
+        Options {
+            size: of.target_size.or(options.size),
+            per_metre: of.target_unit.or(options.per_metre),
+            values: of.target_type.or(options.values),
+            ..options
+        }
+    }
+}
+
 const SIZES: [(&str, SizeKind); 3] = [
     ("diameter", SizeKind::Diameter),
     ("radius", SizeKind::Radius),
@@ -404,10 +445,17 @@ fn words<T: Copy + Send + Sync>(
 
 /// A list that clap takes as one value.
 #[derive(Debug, Clone)]
-pub(crate) struct Conditions(pub(crate) Vec<Condition>);
+pub(crate) struct Conditions {
+    pub(crate) all: Vec<Condition>,
+    /// As typed.
+    pub(crate) text: String,
+}
 
 fn conditions(text: &str) -> Result<Conditions, String> {
-    Condition::parse_all(text).map(Conditions)
+    Condition::parse_all(text).map(|all| Conditions {
+        all,
+        text: text.to_owned(),
+    })
 }
 
 fn unit(text: &str) -> Result<f64, String> {

@@ -53,6 +53,13 @@ fn notes(source: &Source) -> String {
         .collect()
 }
 
+/// What is to be said where standard output is for numbers.
+fn say_beside(text: &str) {
+    use std::io::Write as _;
+    // Whoever closed it does not want to know.
+    let _ = write!(std::io::stderr(), "{text}");
+}
+
 fn unit(word: &str) -> Result<Unit, Failure> {
     let units = ["m", "cm", "mm", "um", "nm"];
     let name = units.into_iter().find(|name| *name == word);

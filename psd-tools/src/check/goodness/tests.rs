@@ -265,7 +265,10 @@ fn few_particles_prove_nothing_and_it_is_said() {
     let of = |number: usize| Sample::new(draw(&target, number, Method::Quota, 1)).expect("sizes");
     let one = of(1);
     for u in [0.1, 0.5, 0.9] {
-        for interval in [number_interval(&one, u, 0.01), volume_interval(&one, u, 0.01)] {
+        for interval in [
+            number_interval(&one, u, 0.01),
+            volume_interval(&one, u, 0.01),
+        ] {
             assert_eq!([interval.low, interval.high], [None, None]);
         }
     }
@@ -275,7 +278,9 @@ fn few_particles_prove_nothing_and_it_is_said() {
     assert_eq!(verdict.finding, Finding::Undetermined);
     assert_eq!(
         verdict.reasons,
-        ["too few particles (1): with fewer than 8 not even the median has an interval at level 0.01"]
+        [
+            "too few particles (1): with fewer than 8 not even the median has an interval at level 0.01"
+        ]
     );
     // 2/2^7 > 0.01 > 2/2^8.
     assert_eq!(fewest(0.01), 8);

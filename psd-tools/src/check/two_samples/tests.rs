@@ -48,10 +48,7 @@ fn differences_are_seen_and_measured() {
         assert!(high - low < 0.15);
     }
     assert!((result.wasserstein / (0.1 * a.moment(1)) - 1.0).abs() < 0.1);
-    assert_eq!(
-        TwoSamples::of(&a, &a, 0.05).finding(0.01),
-        Finding::Passed
-    );
+    assert_eq!(TwoSamples::of(&a, &a, 0.05).finding(0.01), Finding::Passed);
     assert!(TwoSamples::of(&a, &a, 0.05).ties);
 }
 

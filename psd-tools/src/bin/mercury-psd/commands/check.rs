@@ -14,7 +14,7 @@ use mercury_psd::sample::Sample;
 use serde_json::{Value, json};
 
 use super::{draw, say_json};
-use crate::arguments::CheckArguments;
+use crate::arguments::{CheckArguments, Conditions};
 
 /// Particles of one kind, ready to test.
 struct Subject {
@@ -22,12 +22,14 @@ struct Subject {
     sample: Sample,
     /// kg
     mass: Option<f64>,
+    /// Whether it is a list that says so.
+    by_quota: bool,
 }
 
 pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
     let first = Selection {
         at: arguments.at,
-        place: arguments.place.clone().map_or_else(Vec::new, |c| c.0),
+        place: arguments.place.clone().map_or_else(Vec::new, |c| c.all),
     };
     let is_two_sample = arguments.versus.is_some()
         || arguments.versus_at.is_some()
@@ -70,7 +72,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
             let look = arguments.looking.look();
             let page = charts::checked(
                 &subject.name,
-                &subject.sample,
+                (&subject.sample, check.is_whole_quota()),
                 &target.sizes,
                 &goodness,
                 arguments.level,
@@ -142,7 +144,12 @@ fn subjects(
             let sample = sample
                 .map_err(|error| Failure::input(format!("{}: {name}: {error}", path.display())))?;
             let mass = Some(group.mass);
-            subjects.push(Subject { name, sample, mass });
+            subjects.push(Subject {
+                name,
+                sample,
+                mass,
+                by_quota: false,
+            });
         }
     } else {
         if *selection != Selection::default() {
@@ -152,8 +159,8 @@ fn subjects(
             );
             return Err(Failure::input(message));
         }
-        for source in input::read(&path.to_string_lossy(), &arguments.common.reading.options())
-            .map_err(Failure::input)?
+        for source in
+            input::read(&path.to_string_lossy(), &arguments.of_lists()).map_err(Failure::input)?
         {
             let Sizes::Sample(sample) = source.sizes else {
                 let message = format!("{}: a distribution, no list of sizes", path.display());
@@ -164,6 +171,7 @@ fn subjects(
                 name: source.name,
                 sample,
                 mass: None,
+                by_quota: source.by_quota,
             });
         }
     }
@@ -214,16 +222,16 @@ fn with_targets(
             );
             return Err(Failure::input(message).with_help("choose one with --of"));
         }
-        let source = super::source(target, &arguments.common.reading.options())?;
+        let source = super::source(target, &arguments.of_target())?;
         let Sizes::Distribution(sizes, _) = source.sizes else {
             let message = format!("{target}: a list of sizes, no distribution");
             return Err(Failure::input(message).with_help("--versus tests against another sample"));
         };
-        let wanted = |subject| {
+        let wanted = |subject: Subject| {
             let wanted = Wanted {
                 sizes: sizes.clone(),
                 mass: None,
-                is_quota: false,
+                is_quota: subject.by_quota,
             };
             (subject, wanted)
         };
@@ -276,21 +284,38 @@ fn with_targets(
     Ok(pairs)
 }
 
+/// What a chart calls one of two samples.
+fn called(path: &Path, at: Option<f64>, place: &Option<Conditions>) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let mut name = name.to_string_lossy().into_owned();
+    if let Some(at) = at {
+        name += &format!(" at {at} s");
+    }
+    if let Some(Conditions { text, .. }) = place {
+        name += &format!(", {text}");
+    }
+    name
+}
+
 fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
     let path = arguments.versus.as_ref().unwrap_or(&arguments.subject);
+    let other_place = match (&arguments.versus_where, &arguments.versus) {
+        (None, None) => &arguments.place,
+        (own, _) => own,
+    };
     let selection = Selection {
         at: match (arguments.versus_at, &arguments.versus) {
             (Some(at), _) => Some(at),
             (None, None) => arguments.at,
             (None, Some(_)) => None,
         },
-        place: match (&arguments.versus_where, &arguments.versus) {
-            (Some(conditions), _) => conditions.0.clone(),
-            (None, None) => arguments.place.clone().map_or_else(Vec::new, |c| c.0),
-            (None, Some(_)) => Vec::new(),
-        },
+        place: other_place.clone().map_or_else(Vec::new, |c| c.all),
     };
     let mut others = self::subjects(path, &selection, arguments)?;
+    let names = [
+        called(&arguments.subject, arguments.at, &arguments.place),
+        called(path, selection.at, other_place),
+    ];
     let mut outcome = Reports::default();
     let lists = subjects.len() == 1 && others.len() == 1;
     for subject in subjects {
@@ -317,7 +342,7 @@ fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
         if let Some(stem) = &arguments.output {
             let page = charts::two_samples(
                 &subject.name,
-                ["first", "second"],
+                [&names[0], &names[1]],
                 [&subject.sample, &other.sample],
                 &result,
                 arguments.looking.look(),

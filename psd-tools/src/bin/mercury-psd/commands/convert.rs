@@ -11,7 +11,7 @@ use mercury_psd::input::Sizes;
 use mercury_psd::statistics::{deciles_text, described, stated};
 use serde_json::{Value, json};
 
-use super::{say_json, source, unit, write};
+use super::{say_beside, say_json, source, unit, write};
 use crate::arguments::ConvertArguments;
 
 pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
@@ -99,8 +99,7 @@ pub(crate) fn run(arguments: &ConvertArguments) -> Outcome {
         // The table is the output; what was changed must not get into it.
         None => {
             if !done.is_empty() || !source.notes.is_empty() {
-                use std::io::Write as _;
-                let _ = write!(std::io::stderr(), "{report}");
+                say_beside(&report);
             }
             say(&text)
         }

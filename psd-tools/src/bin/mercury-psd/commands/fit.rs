@@ -16,6 +16,9 @@ use toml::Table;
 use super::{draw, notes, say_json, source, write};
 use crate::arguments::FitArguments;
 
+/// Curves of a chart that can be told apart.
+const SHOWN: usize = 3;
+
 pub(crate) fn run(arguments: &FitArguments) -> Outcome {
     let source = source(&arguments.file, &arguments.common.reading.options())?;
     let families: Vec<Family> = match &arguments.family[..] {
@@ -58,10 +61,16 @@ pub(crate) fn run(arguments: &FitArguments) -> Outcome {
         let path = PathBuf::from(path);
         let head = format!("# {} fitted to {}\n", best.family.word(), source.name);
         write(&path, (head + &law.to_string()).as_bytes())?;
-        // Three curves can be told apart.
-        let shown = &fits[..fits.len().min(3)];
+        let shown = &fits[..fits.len().min(SHOWN)];
         let page = charts::fitted("", &source, &data, shown, arguments.looking.look());
         written = format!("written: {}\n{}", path.display(), draw(&page, stem)?);
+        if shown.len() < fits.len() {
+            let _ = writeln!(
+                written,
+                "the chart shows the {SHOWN} families of least BIC of {}; --family chooses others",
+                fits.len()
+            );
+        }
         let stem = stem.display();
         files = vec![
             path.display().to_string(),
@@ -101,9 +110,17 @@ pub(crate) fn run(arguments: &FitArguments) -> Outcome {
         text +=
             "the law is cut to the measured sizes, as it holds infinitely many particles near 0\n";
     }
+    let open: Vec<&str> = (best.parameters.iter())
+        .filter(|parameter| parameter.error.is_none())
+        .map(|parameter| parameter.name.as_str())
+        .collect();
+    let open = match &open[..] {
+        [] => String::new(),
+        some => format!(" (without standard error: {})", some.join(", ")),
+    };
     let _ = write!(
         text,
-        "least BIC: {}\n{}{written}",
+        "least BIC: {}{open}\n{}{written}",
         best.family.word(),
         indented(&law)
     );
@@ -213,7 +230,8 @@ fn fit_text(fitted: &Fitted, best: &Fitted) -> String {
                 );
             }
             _ => {
-                text += " (no standard error: at the end of the data, or not determined by them)\n"
+                let why = parameter.lack.as_deref();
+                let _ = writeln!(text, ", {}", why.unwrap_or("no standard error"));
             }
         }
     }
@@ -231,7 +249,9 @@ fn fit_json(fitted: &Fitted) -> Value {
         .parameters
         .iter()
         .map(|p| {
-            let value = json!({ "value": p.value, "error": p.error, "interval": p.interval, "unit": p.unit });
+            let value = json!({
+                "value": p.value, "error": p.error, "interval": p.interval, "unit": p.unit, "not_determined": p.lack,
+            });
             (p.name.clone(), value)
         })
         .collect();

@@ -3,13 +3,13 @@
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_common::sizes::table::SizeKind;
 use mercury_psd::convert::list;
-use mercury_psd::draw::draw;
+use mercury_psd::draw::{Method, draw};
 use mercury_psd::input::Sizes;
 use mercury_psd::sample::Sample;
 use mercury_psd::statistics::{Quantiles, Statistics};
 use serde_json::json;
 
-use super::{say_json, source, unit, write};
+use super::{notes, say_beside, say_json, source, unit, write};
 use crate::arguments::SampleArguments;
 
 pub(crate) fn run(arguments: &SampleArguments) -> Outcome {
@@ -30,28 +30,34 @@ pub(crate) fn run(arguments: &SampleArguments) -> Outcome {
     } else {
         SizeKind::Diameter
     };
-    let text = list(&diameters, size, unit);
+    let by_quota = arguments.method == Method::Quota;
+    let text = list(&diameters, size, unit, by_quota);
     let sample = Sample::new(diameters).map_err(Failure::run)?;
     let statistics = Statistics::of(&Sizes::Sample(sample), Quantiles::Exact);
     match &arguments.output {
         Some(path) => {
             write(path, &text)?;
             if arguments.common.json {
-                return say_json(
-                    &json!({ "file": path, "number": arguments.number, "statistics": statistics.json() }),
-                );
+                return say_json(&json!({
+                    "file": path, "number": arguments.number, "statistics": statistics.json(), "notes": source.notes,
+                }));
             }
             say(&format!(
-                "{}: {} diameters drawn\n{}written: {}",
+                "{}: {} diameters drawn\n{}{}written: {}",
                 source.name,
                 arguments.number,
+                notes(&source),
                 statistics.text(),
                 path.display()
             ))
         }
-        None if arguments.common.json => {
-            say_json(&json!({ "number": arguments.number, "statistics": statistics.json() }))
+        None if arguments.common.json => say_json(&json!({
+            "number": arguments.number, "statistics": statistics.json(), "notes": source.notes,
+        })),
+        None => {
+            // The list has standard output for itself.
+            say_beside(&notes(&source));
+            say(&String::from_utf8_lossy(&text))
         }
-        None => say(&String::from_utf8_lossy(&text)),
     }
 }

@@ -1,0 +1,112 @@
+//! Which parameters the data determine.
+//!
+//! Of a parameter that data determine the likelihood falls to both sides: where ln L is z^2/2 below its maximum, all other parameters
+//! being the best ones there, its interval ends (the profile likelihood; Wilks 1938, Ann. Math. Stat. 9, 60). If that is not reached a
+//! hundred times away, the interval has no end, whatever the curvature at the maximum may say: a component that lies within one class
+//! can be as narrow as one likes, one whose share may be 0 can be anything.
+
+use super::data::Data;
+use super::family::Family;
+use super::minimise::{Minimum, minimise};
+
+/// The searched parameters are followed so far, ln 100, in so many steps.
+const REACH: f64 = 4.605_170;
+const STEPS: u32 = 10;
+/// Below this standard error of a searched parameter the curvature holds for the interval, which then spans less than a factor of four,
+/// and nothing is followed.
+const SMALL: f64 = 0.3;
+
+/// Why a parameter has no standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Lack {
+    /// It lies at the end of the data.
+    AtEnd,
+    /// A hundred times away, upwards or downwards, ln L has fallen by this only.
+    Flat { upwards: bool, fall: f64 },
+    /// Without its component ln L has fallen by this only.
+    Absent { fall: f64 },
+    /// The curvature has no inverse, as others lack.
+    Others,
+}
+
+/// What each searched parameter lacks; `errors` are those of the curvature.
+pub(super) fn lacks(
+    data: &Data,
+    family: Family,
+    minimum: &Minimum,
+    errors: &[Option<f64>],
+    z: f64,
+) -> Vec<Option<Lack>> {
+    if data.is_at_end(family) {
+        let lack = |error: &Option<f64>| error.is_none().then_some(Lack::AtEnd);
+        return errors.iter().map(lack).collect();
+    }
+    let is_small = |index: usize| errors[index].is_some_and(|error: f64| error < SMALL);
+    let fall_of = |index: usize, upwards| fall(data, family, minimum, index, upwards, 0.5 * z * z);
+    // The share of a mixture is the first one: downwards the first component goes, upwards the second.
+    let [no_first, no_second] = match family.components {
+        2 if !is_small(0) => [false, true].map(|upwards| fall_of(0, upwards)),
+        _ => [None, None],
+    };
+    let flat = |index: usize, upwards: bool, fall: Option<f64>| {
+        let fall = fall.or_else(|| fall_of(index, upwards))?;
+        Some(Lack::Flat { upwards, fall })
+    };
+    (0..minimum.at.len())
+        .map(|index| {
+            let absent = match index {
+                1 | 2 => no_first,
+                3 | 4 => no_second,
+                _ => None,
+            };
+            if let Some(fall) = absent {
+                return Some(Lack::Absent { fall });
+            }
+            if is_small(index) {
+                return None;
+            }
+            let found = if index == 0 && family.components == 2 {
+                no_first
+                    .and_then(|fall| flat(0, false, Some(fall)))
+                    .or_else(|| flat(0, true, Some(no_second?)))
+            } else {
+                flat(index, false, None).or_else(|| flat(index, true, None))
+            };
+            found.or(errors[index].is_none().then_some(Lack::Others))
+        })
+        .collect()
+}
+
+/// By how much ln L falls on the way out with the others at their best; none if by more than `enough`.
+fn fall(
+    data: &Data,
+    family: Family,
+    minimum: &Minimum,
+    index: usize,
+    upwards: bool,
+    enough: f64,
+) -> Option<f64> {
+    let sign = if upwards { 1.0 } else { -1.0 };
+    let mut others = minimum.at.clone();
+    others.remove(index);
+    let mut largest = 0.0_f64;
+    for step in 1..=STEPS {
+        let held = minimum.at[index] + sign * REACH * f64::from(step) / f64::from(STEPS);
+        let whole = |others: &[f64]| {
+            let mut theta = others.to_vec();
+            theta.insert(index, held);
+            theta
+        };
+        let best = minimise(
+            |others| data.minus_log_likelihood(family, &whole(others)),
+            &others,
+        );
+        // Another component may take its place, better than the first found.
+        largest = largest.max(best.value - minimum.value);
+        if largest.is_nan() || largest > enough {
+            return None;
+        }
+        others = best.at;
+    }
+    Some(largest)
+}
