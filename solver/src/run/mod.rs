@@ -537,9 +537,7 @@ impl Run {
             &written,
         );
         if let (Some(rest), Some(Ending::Planned)) = (&self.rest, self.ended) {
-            let why = rest.why_not(&self.engine);
-            let told = format!("time.until_at_rest: the end came before rest: {why}");
-            report.summary.warnings.push(told);
+            report.not_at_rest = Some(rest.why_not(&self.engine));
         }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
@@ -636,6 +634,7 @@ fn report(
         files: Vec::new(),
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries()),
+        not_at_rest: None,
         rebuilds,
         listed,
         laws: engine.law_names().to_owned(),

@@ -25,6 +25,8 @@ pub struct Report {
     pub folder: String,
     /// What insertions brought, and whether their sizes are right, a line each.
     pub insertions: Vec<String>,
+    /// Why a run that would have ended at rest came to its end before.
+    pub not_at_rest: Option<String>,
     /// Times the candidate list was built.
     pub rebuilds: u64,
     /// Pairs listed at the end.
@@ -101,6 +103,9 @@ impl fmt::Display for Report {
         )?;
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
+        }
+        if let Some(why) = &self.not_at_rest {
+            writeln!(f, "  rest       not before the end: {why}")?;
         }
         for warning in &s.warnings {
             writeln!(f, "  warning    {warning}")?;
