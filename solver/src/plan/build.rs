@@ -21,7 +21,7 @@ use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, l
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
-use super::{Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
@@ -187,7 +187,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
-    Ok(Plan {
+    let mut plan = Plan {
         physics: Physics {
             seed: scene.seed,
             gravity: *scene.gravity,
@@ -262,7 +262,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             remarks: notes,
             started_from,
         },
-    })
+    };
+    let of_disk = Disk::of(&plan).warning();
+    plan.notes.warnings.extend(of_disk);
+    Ok(plan)
 }
 
 /// Warns of keys of `[output]` that change nothing.
@@ -406,7 +409,9 @@ fn plan_step(
     ) {
         (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
         (TimeStep::Auto, Some((contact, critical))) => {
-            automatic(contact, critical, *scene.output.interval)
+            let (step, reason, warning) = automatic(contact, critical, *scene.output.interval);
+            warnings.extend(warning);
+            (step, reason)
         }
         (TimeStep::Auto, None) => {
             let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";

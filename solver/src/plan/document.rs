@@ -6,7 +6,7 @@ use mercury_common::scene::Total;
 use serde::Serialize;
 
 use super::passes::passes;
-use super::{Limit, Memory, PairPlan, Plan, Value, expected, expected_number};
+use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected, expected_number};
 
 /// The plan as a TOML document, with the memory that its run is expected to take.
 ///
@@ -27,6 +27,7 @@ struct Document<'a> {
     notes: &'a [String],
     memory_bytes: f64,
     memory: MemoryBytes,
+    disk: DiskBytes,
     domain: Domain,
     time: Time<'a>,
     particles: Particles,
@@ -46,6 +47,15 @@ struct MemoryBytes {
     at_most: f64,
     at_start: f64,
     checkpoint: f64,
+}
+
+/// See [`Disk`].
+#[derive(Serialize)]
+struct DiskBytes {
+    frames: f64,
+    contact_frames: f64,
+    vtk_frames: f64,
+    bytes: f64,
 }
 
 #[derive(Serialize)]
@@ -184,6 +194,7 @@ fn is_zero(count: &usize) -> bool {
 
 impl<'a> Document<'a> {
     fn of(plan: &'a Plan, memory: &Memory) -> Self {
+        let disk = Disk::of(plan);
         let finite = |number: f64| number.is_finite().then_some(number);
         let material = |index: u32| plan.physics().materials()[index as usize].name.as_str();
         let densities: Vec<f64> = plan
@@ -213,6 +224,12 @@ impl<'a> Document<'a> {
                 at_most: memory.most.round(),
                 at_start: memory.start.round(),
                 checkpoint: memory.checkpoint.round(),
+            },
+            disk: DiskBytes {
+                frames: disk.frames,
+                contact_frames: disk.contact_frames,
+                vtk_frames: disk.vtk_frames,
+                bytes: disk.bytes.round(),
             },
             domain: Domain {
                 min: plan.physics().domain_min().to_array(),

@@ -3,6 +3,7 @@
 mod build;
 mod checks;
 mod clumps;
+mod disk;
 mod document;
 mod draft;
 mod earlier;
@@ -36,6 +37,7 @@ mod walls;
 
 pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::{plan, sketch};
+pub use disk::Disk;
 pub use document::document;
 pub use draft::{Draft, DraftError};
 pub use earlier::{Carried, StartedFrom};

@@ -7,7 +7,7 @@ use mercury_common::readable::bytes;
 
 use super::meshes::describe;
 use super::passes::passes;
-use super::{Memory, PairPlan, Plan, expected_number};
+use super::{Disk, Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
 use crate::walls::{Shape, Wall};
@@ -89,6 +89,10 @@ fn write_report(
     heading(text, "What is skipped, and why")?;
     for pass in all.iter().filter(|pass| !pass.is_done) {
         line(text, pass.name, &pass.reason)?;
+    }
+    heading(text, "Output")?;
+    for (name, value) in Disk::of(plan).lines(plan) {
+        line(text, name, &value)?;
     }
     write_memory(text, memory, machine)?;
     if !plan.notes().remarks().is_empty() {

@@ -247,12 +247,19 @@ fn meetings(
     found
 }
 
-/// The automatic step (s): 1/50 of the shortest contact, rounded down so that it divides `interval` (s); and why.
+/// An interval below this part of the step that the contacts allow draws a warning.
+const SHORT_INTERVAL: f64 = 0.5;
+
+/// The automatic step (s): 1/50 of the shortest contact, rounded down so that it divides `interval` (s); and why. A warning if that makes it much shorter.
 ///
 /// Where a dashpot or a spring beside the normal one is so stiff that this is more than a fifth of the critical step, it is
 /// a fifth of the critical step.
 #[must_use]
-pub(super) fn automatic(contact: &Limit, critical: &Limit, interval: f64) -> (f64, String) {
+pub(super) fn automatic(
+    contact: &Limit,
+    critical: &Limit,
+    interval: f64,
+) -> (f64, String, Option<String>) {
     let by_contact = contact.time / STEPS_PER_CONTACT;
     let by_stability = critical.time / STEPS_PER_CRITICAL;
     let (wanted, part, limit, what) = if by_contact <= by_stability {
@@ -262,12 +269,26 @@ pub(super) fn automatic(contact: &Limit, critical: &Limit, interval: f64) -> (f6
     };
     // A hair of slack, so that a quotient that is whole but for round-off does not cost a step.
     let parts = (interval / wanted - 1e-9).ceil().max(1.0);
-    let reason = format!(
-        "1/{part} of the {what}, {} s ({}), rounded down to 1/{parts} of output.interval",
+    let allowed = format!(
+        "1/{part} of the {what}, {} s ({})",
         short(limit.time),
         limit.of
     );
-    (interval / parts, reason)
+    if parts == 1.0 && interval < wanted * (1.0 - 1e-9) {
+        let times = short((wanted / interval * 10.0).round() / 10.0);
+        let warning = format!(
+            "output.interval = {} s decides the time step: {allowed}, would be {times} times as long, and the run as much shorter",
+            short(interval)
+        );
+        let reason = format!("output.interval, which is shorter than {allowed}");
+        return (
+            interval,
+            reason,
+            (interval < SHORT_INTERVAL * wanted).then_some(warning),
+        );
+    }
+    let reason = format!("{allowed}, rounded down to 1/{parts} of output.interval");
+    (interval / parts, reason, None)
 }
 
 /// Number of steps of `step` (s) that reach `end` (s): ceil(end/step - 1e-6).

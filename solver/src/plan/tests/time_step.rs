@@ -317,3 +317,28 @@ proptest! {
         }
     }
 }
+
+/// An interval shorter than what contacts allow decides the step, which is said, and from half of it on a warning.
+#[test]
+fn a_short_interval_decides_the_step_and_is_named() {
+    let text = format!("{HEAD}{BALL}{}", two("ball", 0.5));
+    // The contact allows 4e-4 s.
+    for (interval, is_warned) in [("3e-4", false), ("2.1e-4", false), ("1e-4", true)] {
+        let plan = planned_with(&text, &[&format!("output.interval={interval}")]).expect("plans");
+        close(plan.physics().time_step(), interval.parse().unwrap(), 1e-12);
+        let reason = &plan.notes().step().reason;
+        assert!(
+            reason.starts_with("output.interval, which is shorter than 1/50"),
+            "{reason}"
+        );
+        let warned = |warning: &String| warning.contains("decides the time step");
+        assert_eq!(
+            plan.notes().warnings().iter().any(warned),
+            is_warned,
+            "{interval}"
+        );
+    }
+    let plan = planned_with(&text, &["output.interval=1e-4"]).expect("plans");
+    let warnings = plan.notes().warnings().join("\n");
+    assert!(warnings.contains("would be 4 times as long"), "{warnings}");
+}
