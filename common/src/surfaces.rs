@@ -151,7 +151,8 @@ impl Surface {
 }
 
 /// The endings of the names of a box's faces.
-const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+/// The faces of a box, as the format names them.
+pub const FACES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 
 /// For each wall the walls that end it: the other faces of its box, which are named `box.-x`, `box.+x`, ... Of several walls of one name
 /// the first is the face.

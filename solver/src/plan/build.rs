@@ -15,6 +15,7 @@ use super::magnitudes::magnitudes;
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
+use super::prospects;
 use super::regions::regions;
 use super::sizes::Sizes;
 use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
@@ -264,7 +265,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         },
     };
     let of_disk = Disk::of(&plan).warning();
-    plan.notes.warnings.extend(of_disk);
+    let prospects = prospects::warnings(&plan);
+    plan.notes
+        .warnings
+        .extend(of_disk.into_iter().chain(prospects));
     Ok(plan)
 }
 

@@ -14,19 +14,19 @@ const MANY_BYTES: f64 = 100e9;
 /// zero being shorter in text.
 mod row {
     /// A sphere in `.particles.arrow`.
-    pub const FRAME: f64 = 195.0;
+    pub(super) const FRAME: f64 = 195.0;
     /// A sphere in `.data`.
-    pub const DATA: f64 = 205.0;
+    pub(super) const DATA: f64 = 205.0;
     /// A body in `.bodies.arrow`, beside its pebbles.
-    pub const BODY: f64 = 280.0;
+    pub(super) const BODY: f64 = 280.0;
     /// A sphere in the files for ParaView.
-    pub const VTK: f64 = 130.0;
+    pub(super) const VTK: f64 = 130.0;
     /// A contact in `.contacts.arrow`.
-    pub const CONTACT: f64 = 149.0;
+    pub(super) const CONTACT: f64 = 149.0;
     /// A contact in `.fstat`, which has a line for each of its partners.
-    pub const FSTAT: f64 = 500.0;
+    pub(super) const FSTAT: f64 = 500.0;
     /// A contact in the files for ParaView.
-    pub const VTK_CONTACT: f64 = 174.0;
+    pub(super) const VTK_CONTACT: f64 = 174.0;
 }
 
 /// How often each kind of frame is written in a run that goes on to its end, and what all of them take once all particles are there.

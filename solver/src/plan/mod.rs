@@ -23,6 +23,7 @@ mod pair;
 mod particles;
 mod passes;
 mod physics;
+mod prospects;
 mod reading;
 mod refusal;
 mod regions;

@@ -28,7 +28,7 @@ pub use report::Report;
 use budget::{energy_summary, exchanged};
 use checkpoint::{Checkpoint, Known};
 use rest::Rest;
-use shortfall::shortfalls;
+use shortfall::{all_left, shortfalls};
 
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
@@ -587,7 +587,8 @@ fn report(
     let observation = written.last.as_ref().map(|state| &state.observation);
     let contacts = observation.map_or(0, |observation| observation.particle_contacts);
     let created = engine.particles.grains_created();
-    let mut warnings = plan.notes().warnings().to_vec();
+    let mut warnings = Vec::from_iter(all_left(engine));
+    warnings.extend_from_slice(plan.notes().warnings());
     let boundaries = engine.boundaries().state();
     warnings.extend(engine.guard_warnings());
     warnings.extend(shortfalls(plan, &boundaries, engine.time()));

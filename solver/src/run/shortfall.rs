@@ -1,7 +1,10 @@
-//! Insertions that brought less than they were asked for.
+//! Particles that are not there: insertions that brought less than they were asked for, and runs that lost everybody.
+
+use mercury_common::surfaces::FACES;
 
 use crate::boundaries::{BoundaryState, InsertionPlan, InsertionState, Limit, Total};
 use crate::plan::Plan;
+use crate::step::Engine;
 
 /// A warning for each insertion that ended, by its time or for want of space, below its total, or without anything.
 ///
@@ -55,6 +58,33 @@ fn why(insertion: &InsertionPlan, state: &InsertionState, is_over: bool) -> Opti
         }
         Limit::NotBegun | Limit::Rate | Limit::Total | Limit::Time => None,
     }
+}
+
+/// A warning where nobody is left, though not all were meant to go: which way they went.
+pub(super) fn all_left(engine: &Engine) -> Option<String> {
+    let boundaries = engine.boundaries();
+    let gone = boundaries.removed().number;
+    let by_faces: u64 = boundaries.faces().iter().map(|tally| tally.number).sum();
+    if by_faces == 0 || engine.particles.grains() > 0 {
+        return None;
+    }
+    let faces = (FACES.iter().zip(boundaries.faces()))
+        .map(|(face, tally)| (format!("the face {face} of the domain"), tally.number));
+    let deletions = (engine
+        .plan()
+        .physics()
+        .deletions()
+        .iter()
+        .zip(boundaries.deletions()))
+    .map(|(deletion, tally)| (format!("deletion `{}`", deletion.name), tally.number));
+    let ways: Vec<String> = (faces.chain(deletions))
+        .filter(|(_, number)| *number > 0)
+        .map(|(way, number)| format!("{number} through {way}"))
+        .collect();
+    Some(format!(
+        "no particle is left: {} of {gone}",
+        ways.join(", ")
+    ))
 }
 
 #[cfg(test)]

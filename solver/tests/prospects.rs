@@ -1,0 +1,81 @@
+//! Runs of which it can be told before that nothing will come of them.
+
+use std::fs;
+use std::process::Command;
+
+/// A hundred grains that fall in a domain of 0.1 m.
+const SCENE: &str = r#"
+gravity = [0, 0, -9.81]
+time = { end = 0.5, step = 2e-5 }
+domain = { min = [0, 0, 0], max = [0.1, 0.1, 0.1] }
+materials.m = { density = 2500.0, normal = { law = "linear", stiffness = 100, restitution = 0.5 } }
+output = { interval = 0.5, pictures = false }
+[[insertions]]
+name = "rain"
+region = { shape = "box", min = [0.01, 0.01, 0.05], max = [0.09, 0.09, 0.09] }
+material = "m"
+psd = { kind = "monodisperse", diameter = 2e-3 }
+total = { number = 100 }
+"#;
+
+const BOX: &str = "[[walls]]\nname = \"box\"\nshape = \"box\"\nmaterial = \"m\"\n";
+
+/// What the plan warns of, and what the run does.
+fn warnings(text: &str) -> [Vec<String>; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.toml"), text).unwrap();
+    ["--check", "--quiet"].map(|how| {
+        let output = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+            .current_dir(folder.path())
+            .args(["a.toml", "--json", how])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        serde_json::from_value(told["warnings"].clone()).unwrap()
+    })
+}
+
+/// All of a hundred grains fell out of a domain without walls, and nothing was said.
+#[test]
+fn that_nothing_holds_the_particles_is_said_before_and_after() {
+    let [before, after] = warnings(SCENE);
+    let told = "gravity: nothing holds the particles, all of which fall out of the domain through its face -z";
+    assert!(
+        before.len() == 1 && before[0].starts_with(told),
+        "{before:?}"
+    );
+    assert_eq!(
+        after[0],
+        "no particle is left: 100 through the face -z of the domain of 100"
+    );
+    assert!(after[1].starts_with(told), "{after:?}");
+
+    // Upwards it is the other face; without an end of the domain, in a box, or for a time in which nobody falls that far, it is none.
+    let upwards = SCENE.replace("-9.81", "9.81");
+    assert!(warnings(&upwards)[0][0].contains("through its face +z"));
+    let periodic = SCENE.replace("domain = {", "domain = { periodic = [\"z\"],");
+    let in_a_box = format!("{SCENE}{BOX}");
+    // In 0.09 s it is 4 cm.
+    let short = SCENE.replace("end = 0.5", "end = 0.09");
+    for text in [periodic, in_a_box, short] {
+        assert_eq!(warnings(&text), [[""; 0]; 2], "{text}");
+    }
+}
+
+#[test]
+fn an_insertion_into_which_gravity_was_forgotten_is_told() {
+    let without = SCENE.replace("gravity = [0, 0, -9.81]", "");
+    let [before, _] = warnings(&format!("{without}{BOX}"));
+    let told = "insertions.rain: without gravity, velocity and moving walls";
+    assert!(
+        before.len() == 1 && before[0].starts_with(told),
+        "{before:?}"
+    );
+    let thrown = without.replace("total =", "velocity = { mean = [0, 0, -0.1] }\ntotal =");
+    assert_eq!(warnings(&format!("{thrown}{BOX}"))[0], [""; 0]);
+    let stirred = BOX.to_owned()
+        + "motion = [{ kind = \"rotation\", axis = [0, 0, 1], origin = [0, 0, 0], angular_velocity = 1 }]";
+    assert_eq!(warnings(&format!("{without}{stirred}"))[0], [""; 0]);
+}
