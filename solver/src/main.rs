@@ -80,7 +80,7 @@ struct Arguments {
     #[arg(long)]
     check: bool,
 
-    /// Threads; the results are the same with any number [default: what the machine has and the scene can use]
+    /// Threads; the results are the same with any number [default: what the machine has and the scene can use, fewer while that is faster]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 
@@ -268,6 +268,7 @@ fn run_plan(
     let options = RunOptions {
         folder,
         threads,
+        fewer_where_faster: arguments.threads.is_none(),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
         stop: requests.stop,

@@ -4,6 +4,7 @@ mod budget;
 pub mod checkpoint;
 mod insertions;
 mod memory;
+mod pace;
 mod report;
 mod rest;
 mod shortfall;
@@ -27,6 +28,7 @@ pub use report::Report;
 
 use budget::{energy_summary, exchanged};
 use checkpoint::{Checkpoint, Known};
+use pace::{Pace, Way};
 use rest::Rest;
 use shortfall::{all_left, shortfalls};
 
@@ -47,6 +49,8 @@ pub struct RunOptions {
     pub folder: PathBuf,
     /// Threads that step; the results do not depend on them.
     pub threads: usize,
+    /// Steps are made by one of them wherever that is faster.
+    pub fewer_where_faster: bool,
     /// How the run was called, for `run.log`.
     pub command_line: String,
     /// Content of `plan.toml`.
@@ -198,6 +202,8 @@ pub struct Run {
     writer: Writer,
     schedule: Schedule,
     rest: Option<Rest>,
+    /// With how many threads steps are made, where that is free.
+    pace: Option<Pace>,
     /// What had come and gone before the first step.
     at_start: (Tally, Tally),
     /// Grains of the start.
@@ -315,6 +321,7 @@ impl Run {
             writer,
             schedule,
             rest: known.rest,
+            pace: (options.fewer_where_faster && options.threads > 1).then(Pace::new),
             at_start: known.at_start,
             starting,
             begun,
@@ -399,7 +406,12 @@ impl Run {
         let engine = &mut self.engine;
         let step = engine.steps();
         // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
-        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let at_once = self
+            .pace
+            .as_ref()
+            .map_or(u64::MAX, Pace::at_once)
+            .min(STEPS_AT_ONCE);
+        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let mut target = (step + most)
             .min(self.schedule.next_step())
             .clamp(step + 1, until);
@@ -421,11 +433,19 @@ impl Run {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });
+        if let Some(pace) = &self.pace {
+            engine.step_alone(pace.way() == Way::Alone);
+        }
+        let stepping = Instant::now();
         if let Err(error) = engine.steps_at_once(count, watch) {
             self.show(&error);
             return Err(error.into());
         }
-        self.particle_steps += count * engine.particles.grains() as u64;
+        let particle_steps = count * engine.particles.grains() as u64;
+        self.particle_steps += particle_steps;
+        if let Some(pace) = &mut self.pace {
+            pace.note(stepping.elapsed(), particle_steps);
+        }
         let at_rest =
             is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
         self.ended = if at_rest {
@@ -522,6 +542,7 @@ impl Run {
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
+            alone: self.pace.as_ref().map_or(0, Pace::alone),
             stopped: match self.ended {
                 Some(Ending::Stopped(reason)) => Some(reason),
                 _ => None,
@@ -570,6 +591,8 @@ struct Looped {
     /// Seconds without output.
     seconds: f64,
     particle_steps: u64,
+    /// Of them, those that one thread made although there are more.
+    alone: u64,
     stopped: Option<StopReason>,
     resumed_at: Option<u64>,
 }
@@ -636,6 +659,7 @@ fn report(
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries()),
         not_at_rest: None,
+        share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,
         listed,
         laws: engine.law_names().to_owned(),

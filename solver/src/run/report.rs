@@ -33,6 +33,8 @@ pub struct Report {
     pub listed: usize,
     /// The laws that the contact loop was compiled for.
     pub laws: String,
+    /// Share of the particle-steps that one thread made, as that was faster.
+    pub share_alone: f64,
     /// From the start of the run to its end, s.
     pub total_seconds: f64,
 }
@@ -92,12 +94,18 @@ impl fmt::Display for Report {
         if let Some(error) = e.closure_error {
             writeln!(f, "  closure    {error:.1e} of the largest energy")?;
         }
+        let threads = match s.threads {
+            1 => "1 thread".to_owned(),
+            threads if self.share_alone < 0.005 => format!("{threads} threads"),
+            threads => {
+                let share = 100.0 * self.share_alone;
+                format!("{threads} threads ({share:.0} % of them on one, which was faster)")
+            }
+        };
         writeln!(
             f,
-            "  speed      {:.3e} particle-steps/s on {} {}, {} in the time loop, {} in all",
+            "  speed      {:.3e} particle-steps/s on {threads}, {} in the time loop, {} in all",
             s.particle_steps_per_second,
-            s.threads,
-            if s.threads == 1 { "thread" } else { "threads" },
             duration(s.wall_seconds),
             duration(self.total_seconds)
         )?;

@@ -76,6 +76,8 @@ pub struct Engine {
     inverse_inertia: f64,
     turns: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
+    /// The pool while steps are made without it.
+    idle_pool: Option<Arc<rayon::ThreadPool>>,
 }
 
 impl Engine {
@@ -105,6 +107,18 @@ impl Engine {
         match pool {
             Some(pool) => pool.install(|| awake(run)),
             None => run(),
+        }
+    }
+
+    /// Whether steps are made by the calling thread alone from now on, although there is a pool; they come out the same.
+    pub fn step_alone(&mut self, is_alone: bool) {
+        let (from, to) = if is_alone {
+            (&mut self.pool, &mut self.idle_pool)
+        } else {
+            (&mut self.idle_pool, &mut self.pool)
+        };
+        if from.is_some() {
+            *to = from.take();
         }
     }
 

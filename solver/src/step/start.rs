@@ -166,6 +166,7 @@ impl Engine {
             kick_due: false,
             drifted: None,
             pool,
+            idle_pool: None,
             audit: Audit::default(),
             load_series: LoadSeries::default(),
         })

@@ -1,0 +1,156 @@
+//! Whether steps are faster with all threads or with one.
+//!
+//! A thread that has to wait for another one in every step waits, on a machine that has other things to do, for its next turn: a step of some hundred particles
+//! can take twenty times as long with two threads as with one. The results do not depend on the threads, so the run may use what is faster at the
+//! moment, which it finds out by trying the other way now and then.
+
+use std::time::Duration;
+
+/// A trial lasts so long, s: several turns of a machine that is shared.
+const TRIAL: f64 = 0.02;
+/// The next one comes after this many times what the last one took.
+const APART: f64 = 50.0;
+/// The other way must take less than this part of the time: a change for nothing costs the caches.
+const BETTER: f64 = 0.95;
+/// Particle-steps made at once while trying.
+const AT_ONCE: u64 = 10_000;
+
+/// Alone, or with all threads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    Together,
+    Alone,
+}
+
+impl Way {
+    fn other(self) -> Self {
+        match self {
+            Self::Together => Self::Alone,
+            Self::Alone => Self::Together,
+        }
+    }
+}
+
+/// Measures both ways and says which one to take.
+#[derive(Debug, Clone)]
+pub(super) struct Pace {
+    /// The better one so far.
+    better: Way,
+    /// The one that is taken now: the better one, or the other on trial.
+    now: Way,
+    /// Time (s) and particle-steps since it is.
+    spent: [f64; 2],
+    /// How long it is taken, s.
+    budget: f64,
+    /// s per particle-step of the better one when it was taken last.
+    rate: f64,
+    /// Particle-steps made alone.
+    alone: u64,
+}
+
+impl Pace {
+    /// Begins with all threads.
+    pub(super) fn new() -> Self {
+        Self {
+            better: Way::Together,
+            now: Way::Together,
+            spent: [0.0; 2],
+            budget: TRIAL,
+            rate: f64::INFINITY,
+            alone: 0,
+        }
+    }
+
+    /// How the next steps are made.
+    pub(super) fn way(&self) -> Way {
+        self.now
+    }
+
+    /// The most particle-steps that are made so before it is asked again.
+    pub(super) fn at_once(&self) -> u64 {
+        if self.budget <= TRIAL {
+            AT_ONCE
+        } else {
+            u64::MAX
+        }
+    }
+
+    /// Particle-steps made alone.
+    pub(super) fn alone(&self) -> u64 {
+        self.alone
+    }
+
+    /// Takes in what steps took that were made as [`Pace::way`] says.
+    pub(super) fn note(&mut self, time: Duration, particle_steps: u64) {
+        if self.now == Way::Alone {
+            self.alone += particle_steps;
+        }
+        self.spent[0] += time.as_secs_f64();
+        self.spent[1] += particle_steps as f64;
+        let [time, steps] = self.spent;
+        if time < self.budget || steps == 0.0 {
+            return;
+        }
+        let rate = time / steps;
+        if self.now == self.better {
+            self.rate = rate;
+            self.take(self.better.other(), TRIAL);
+            return;
+        }
+        if rate < BETTER * self.rate {
+            self.better = self.now;
+        }
+        self.take(self.better, APART * time);
+    }
+
+    fn take(&mut self, way: Way, budget: f64) {
+        self.now = way;
+        self.spent = [0.0; 2];
+        self.budget = budget;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A run in which a step of 100 particles takes `together` or `alone` (s), for a minute. Returns the share of the time in which it went alone.
+    fn share_alone(pace: &mut Pace, together: f64, alone: f64) -> f64 {
+        let (mut time, mut of_alone) = (0.0, 0.0);
+        while time < 60.0 {
+            let step = match pace.way() {
+                Way::Together => together,
+                Way::Alone => alone,
+            };
+            let count = (pace.at_once() / 100).min(1000);
+            let took = step * count as f64;
+            if pace.way() == Way::Alone {
+                of_alone += took;
+            }
+            time += took;
+            pace.note(Duration::from_secs_f64(took), 100 * count);
+        }
+        of_alone / time
+    }
+
+    /// The slower way gets a fiftieth of the time, and what its first trial takes: 100 steps of 1.5 ms are 0.15 s. It comes again after 50 times that, 7.5 s.
+    #[test]
+    fn the_faster_way_is_taken_and_the_other_tried() {
+        let mut pace = Pace::new();
+        let share = share_alone(&mut pace, 1.5e-3, 5e-5);
+        assert!(share > 0.94, "{share}");
+        // The machine has nothing else to do any more: soon all threads step again.
+        let share = share_alone(&mut pace, 3e-5, 5e-5);
+        assert!(share < 7.6 / 60.0 + 0.04, "{share}");
+        let share = share_alone(&mut pace, 3e-5, 5e-5);
+        assert!((0.001..0.04).contains(&share), "{share}");
+    }
+
+    /// Of ways that take the same time the first stays.
+    #[test]
+    fn nothing_is_changed_for_nothing() {
+        let mut pace = Pace::new();
+        let share = share_alone(&mut pace, 5e-5, 4.9e-5);
+        assert!(share < 0.04, "{share}");
+    }
+}
