@@ -1,12 +1,13 @@
 //! From states to blocks of fields: which fields, of which materials, averaged how.
 
 mod course;
+pub(crate) mod words;
 
 use crate::CgError;
 use crate::evaluate::Evaluator;
 use crate::fields::{Field, MERCURY_SUMS};
 use crate::state::{Space, State};
-use crate::sums::{Layout, Sum, Sums};
+use crate::sums::{Layout, SPREADS, Sum, Sums};
 pub use course::Course;
 
 /// How frames are put together.
@@ -59,7 +60,7 @@ impl Part {
 }
 
 /// What is computed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     /// Where and how.
     pub evaluator: Evaluator,
@@ -127,6 +128,49 @@ impl Analysis {
             wanted.extend(MERCURY_SUMS);
         }
         Layout::new(&wanted)
+    }
+
+    /// Numbers at each point: all components of all fields of all parts.
+    #[must_use]
+    pub fn numbers(&self) -> usize {
+        let fields = self.fields.iter();
+        let numbers: usize = fields.map(|field| field.components.count()).sum();
+        numbers * self.parts.len()
+    }
+
+    /// Bytes that a [`Course`] of this takes at most, beside the states that it is given: the sums and fields of a frame of so many
+    /// particles and contacts, and what is remembered of so many frames.
+    #[must_use]
+    pub fn bytes(&self, particles: f64, contacts: f64, frames: f64) -> f64 {
+        const NUMBER: f64 = 8.0;
+        let points = self.evaluator.place.len() as f64;
+        let layout = self.layout();
+        let strides = SPREADS.map(|spread| layout.stride(spread) as f64);
+        let sums = points * strides.iter().sum::<f64>() * self.parts.len() as f64;
+        let values = points * self.numbers() as f64;
+        // What is spread, row by row, and where each row is; one spread after the other, but all rows of contacts at once.
+        let of_particles = strides[0].max(strides[1]) + 10.0;
+        let of_contacts = strides[2..].iter().sum::<f64>() + 30.0;
+        let rows = particles * of_particles + contacts * of_contacts;
+        // The sums of one part once more, while they are put in order.
+        let spreading = sums / self.parts.len().max(1) as f64;
+        let kept = match self.time {
+            TimeMode::Frames => 0.0,
+            TimeMode::Average => {
+                // Each level of blocks: mean, spread, what waits.
+                let levels = frames.max(1.0).log2().floor() + 1.0;
+                sums + f64::from(u8::from(self.errors)) * 3.0 * values * levels
+            }
+            TimeMode::Smooth { width, step } => sums * (2.0 * TIME_CUTOFF * width / step + 2.0),
+        };
+        let mut fields = self.fields.iter();
+        // In a table that is never full: name and position of each.
+        let before = if fields.any(|field| field.needs_displacement()) {
+            2.0 * 5.0 * particles
+        } else {
+            0.0
+        };
+        NUMBER * (sums + spreading + 2.0 * values + rows + kept + before)
     }
 
     /// Computes the blocks of all states and gives each to `write` as soon as it is complete; returns the number of frames.
@@ -356,6 +400,48 @@ mod tests {
                 (found - expected).abs() < 1e-15,
                 "{since_first:?} {since_previous:?}"
             );
+        }
+    }
+
+    #[test]
+    fn a_course_goes_on_from_its_memory() {
+        let modes = [
+            TimeMode::Frames,
+            TimeMode::Average,
+            TimeMode::Smooth {
+                width: 1.0,
+                step: 2.0,
+            },
+        ];
+        for time in modes {
+            let analysis = analysis(time, &["velocity", "granular_temperature", "displacement"]);
+            let states: Vec<State> = (0..9)
+                .map(|k| state(f64::from(k), f64::from(k * k % 7), 0.1 * f64::from(k)))
+                .collect();
+            let straight = run(&analysis, states.clone());
+            for stop in 0..=states.len() {
+                let mut blocks = Vec::new();
+                let mut push = |block| {
+                    blocks.push(block);
+                    Ok(())
+                };
+                let mut course = Course::default();
+                for (k, state) in states.iter().enumerate() {
+                    if k == stop {
+                        let memory = course.memory();
+                        course = Course::remembering(&analysis, &memory).unwrap();
+                        assert_eq!(course.memory(), memory);
+                    }
+                    course.add(&analysis, state.clone(), &mut push).unwrap();
+                }
+                let memory = course.memory();
+                for cut in 0..memory.len() {
+                    assert_eq!(Course::remembering(&analysis, &memory[..cut]), None);
+                }
+                course.finish(&analysis, &mut push).unwrap();
+                // As text: NaN, where nothing was displaced yet, does not equal itself.
+                assert_eq!(format!("{blocks:?}"), format!("{straight:?}"), "{stop}");
+            }
         }
     }
 

@@ -1,16 +1,18 @@
 //! Averages over frames and how sure they are.
 
+use crate::analysis::words::{Reader, Words};
+
 /// Standard errors of the mean of correlated samples by blocking (Flyvbjerg & Petersen, *J. Chem. Phys.* 91, 461, 1989).
 ///
 /// Pairs of samples are merged to blocks, pairs of blocks to larger ones, and so on. Neighbouring frames resemble each other, so the error
 /// estimated from single frames is too small; it grows with the size of the blocks until these are independent. The largest error
 /// over all sizes of which there are at least eight blocks is taken.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Blocking {
     levels: Vec<Level>,
 }
 
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 struct Level {
     waiting: Option<Vec<f64>>,
     count: usize,
@@ -60,6 +62,39 @@ impl Blocking {
                 }
             }
         }
+    }
+
+    pub(crate) fn put(&self, words: &mut Words) {
+        words.count(self.levels.len());
+        for level in &self.levels {
+            words.count(level.count);
+            words.flag(level.waiting.is_some());
+            let waiting = level.waiting.iter();
+            for values in waiting.chain([&level.mean, &level.spread]) {
+                words.numbers(values);
+            }
+        }
+    }
+
+    /// Of samples of so many numbers.
+    pub(crate) fn take(words: &mut Reader<'_>, numbers: usize) -> Option<Self> {
+        let levels = words.count()?;
+        let level = |words: &mut Reader<'_>| {
+            let count = words.count()?;
+            let waiting = match words.flag()? {
+                true => Some(words.numbers(numbers)?),
+                false => None,
+            };
+            Some(Level {
+                waiting,
+                count,
+                mean: words.numbers(numbers)?,
+                spread: words.numbers(numbers)?,
+            })
+        };
+        // One word at least of each: a wrong number ends with the words.
+        let levels: Option<Vec<Level>> = (0..levels).map(|_| level(words)).collect();
+        levels.map(|levels| Self { levels })
     }
 
     /// The number of frames.

@@ -27,7 +27,7 @@ use layers::{Roles, Rows, SIZES};
 use spread::Layer;
 
 /// Where and how fields are evaluated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Evaluator {
     /// Resolved coordinates.
     pub coordinates: Coordinates,

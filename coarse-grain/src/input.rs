@@ -24,7 +24,7 @@ use crate::state::State;
 pub use choice::FrameChoice;
 pub use data::DataSource;
 pub use restart::read_restart;
-pub use run::{RunSource, state_of};
+pub use run::{RunSource, equal_ball, state_of};
 
 /// From one look for new frames to the next.
 pub const PAUSE: Duration = Duration::from_millis(500);

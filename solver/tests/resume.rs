@@ -50,7 +50,7 @@ impl Case {
         let expected = physics.particles().len().max(500) as f64;
         let steps = (1.5e5 / expected).clamp(40.0, 1000.0);
         let end = (steps * physics.time_step()).min(physics.steps() as f64 * physics.time_step());
-        let settings = [
+        let mut settings = vec![
             format!("time.end={end:?}"),
             format!("output.interval={:?}", end / 7.3),
             format!("output.restart_interval={:?}", end / 11.7),
@@ -60,10 +60,11 @@ impl Case {
             "output.fstat=true".to_owned(),
             format!("output.fstat_interval={:?}", end / 4.7),
         ];
-        Self {
-            scene,
-            settings: settings.to_vec(),
+        for table in 0..read.fields.len() {
+            settings.push(format!("fields[{table}].from={:?}", end / 5.3));
+            settings.push(format!("fields[{table}].interval={:?}", end / 9.1));
         }
+        Self { scene, settings }
     }
 
     fn name(&self) -> String {

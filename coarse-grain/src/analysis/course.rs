@@ -1,5 +1,7 @@
 //! Frames as they come: sums that are still open, and blocks as soon as they are complete.
 
+mod memory;
+
 use std::collections::{HashMap, VecDeque};
 
 use glam::DVec3;
@@ -11,7 +13,7 @@ use crate::state::{Space, State};
 use crate::sums::Sums;
 
 /// What an [`Analysis`] remembers from frame to frame. A copy goes on as the original would have.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Course {
     frames: usize,
     dimensions: Option<u8>,
@@ -24,7 +26,7 @@ pub struct Course {
 }
 
 /// Sums of a time that is not complete yet.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 struct Open {
     time: f64,
     weight: f64,

@@ -411,8 +411,9 @@ fn assemble(
     })
 }
 
-/// Radius of the sphere (or disc) of a volume.
-fn equal_ball(volume: f64, dimensions: u8) -> f64 {
+/// Radius of the sphere (or disc) of a volume, m.
+#[must_use]
+pub fn equal_ball(volume: f64, dimensions: u8) -> f64 {
     let area = volume / std::f64::consts::PI;
     if dimensions == 2 {
         area.sqrt()

@@ -15,6 +15,7 @@ mod clump_file;
 mod contacts;
 mod cursor;
 mod error;
+mod fields;
 mod guard;
 mod insertions;
 mod item;
@@ -48,6 +49,7 @@ pub use clump_file::{parse_clump, read_clump};
 pub use contacts::ContactOverride;
 pub use cursor::Files;
 pub use error::{SceneError, SceneErrors};
+pub use fields::{FieldTable, FieldWidth};
 pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
@@ -128,6 +130,8 @@ pub struct Scene {
     pub membranes: Vec<Membrane>,
     /// `[[sprays]]`
     pub sprays: Vec<Spray>,
+    /// `[[fields]]`
+    pub fields: Vec<FieldTable>,
     /// `[output]`
     pub output: Output,
 }
@@ -335,6 +339,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     let fluxes = read_list(context, &root, "fluxes", boundaries::read_flux);
     let membranes = read_list(context, &root, "membranes", membranes::read);
     let sprays = read_list(context, &root, "sprays", sprays::read);
+    let fields = read_list(context, &root, "fields", fields::read);
 
     let names = tracked_names(&particle_items, &particles);
     let output = section("output").and_then(|fields| output::read(&fields, &names));
@@ -366,6 +371,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         fluxes,
         membranes,
         sprays,
+        fields,
         output: output?,
     })
 }

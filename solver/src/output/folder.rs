@@ -108,9 +108,25 @@ pub fn names(prefix: &str) -> impl Iterator<Item = String> + '_ {
 #[must_use]
 pub fn present(folder: &Path, prefix: &str) -> Vec<String> {
     // Also links that lead nowhere count: they are in the way.
-    names(prefix)
-        .filter(|name| folder.join(name).symlink_metadata().is_ok())
-        .collect()
+    let known = names(prefix).filter(|name| folder.join(name).symlink_metadata().is_ok());
+    known.chain(field_tables(folder, prefix)).collect()
+}
+
+/// Tables of fields, which have names of their own (`<prefix>.fields.NAME.csv`).
+fn field_tables(folder: &Path, prefix: &str) -> Vec<String> {
+    let begin = format!("{prefix}.fields.");
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    // Not <prefix>.fields.csv, which mercury-cg writes.
+    let is_table = |name: &String| {
+        let rest = name
+            .strip_prefix(&begin)
+            .and_then(|rest| rest.strip_suffix(".csv"));
+        rest.is_some_and(|rest| !rest.is_empty() && !rest.contains('.'))
+    };
+    let mut found: Vec<String> = names.filter(is_table).collect();
+    found.sort();
+    found
 }
 
 fn by(owner: &Owner) -> String {

@@ -14,6 +14,9 @@ const TEXT: f64 = 20.0;
 /// Numbers in a line of `.data` and of `.fstat`.
 const NUMBERS: [f64; 2] = [14.0, 16.0];
 
+/// Bytes of a particle and of a contact as coarse-graining takes them.
+const FIELD_ROWS: [f64; 2] = [137.0, 170.0];
+
 /// Bytes that outputs take.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct OutputBytes {
@@ -40,14 +43,14 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     let mut writing = 0.0f64;
     let columns = ParticleFrame::specs(&ParticleTable::new(plan).columns);
     let columns: usize = columns.iter().map(|column| bytes(column.kind)).sum();
-    if output.frames || output.vtk {
+    if output.frames || output.vtk || !output.fields.is_empty() {
         writing = writing.max(2.0 * rows * columns as f64);
     }
     if output.data {
         kept += GROWTH * rows * NUMBERS[0] * TEXT;
         writing = writing.max(rows * NUMBERS[0] * 8.0);
     }
-    if output.fstat || output.vtk {
+    if output.fstat || output.vtk || !output.fields.is_empty() {
         let records = touching * ContactRecord::bytes(history.len()) as f64;
         // Once in the loop's blocks, which the writer's frame follows.
         writing += GROWTH * records + records;
@@ -55,6 +58,22 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if output.fstat {
         kept += GROWTH * 2.0 * touching * NUMBERS[1] * TEXT;
         writing += 2.0 * touching * NUMBERS[1] * 8.0;
+    }
+    if !output.fields.is_empty() {
+        // The frames as coarse-graining takes them: lists of particles and of contacts, and tables of where each is.
+        let grains = expected.particles + expected.bodies;
+        let states = rows * 40.0 + grains * FIELD_ROWS[0] + touching * FIELD_ROWS[1];
+        let end = plan.physics().steps() as f64 * plan.physics().time_step();
+        let mut spreading = 0.0f64;
+        for fields in &output.fields {
+            let looks = fields.looks(end);
+            let all = fields.analysis.bytes(grains, touching, looks);
+            // What is remembered stays, what a look takes is taken for one table after the other.
+            let look = fields.analysis.bytes(grains, touching, 0.0);
+            kept += all - look;
+            spreading = spreading.max(look);
+        }
+        writing += states + spreading;
     }
     OutputBytes { kept, writing }
 }

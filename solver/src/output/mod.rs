@@ -10,6 +10,7 @@ mod data_file;
 mod data_rows;
 mod ene_file;
 mod energies;
+mod field_tables;
 mod final_picture;
 mod flux_counts;
 pub mod folder;

@@ -11,6 +11,8 @@ pub struct Due {
     pub contacts: bool,
     /// The files for ParaView.
     pub vtk: bool,
+    /// Tables of fields, a bit for each in the order of the plan.
+    pub fields: u64,
 }
 
 impl Due {
@@ -27,6 +29,7 @@ impl Due {
             frame: self.frame && !other.frame,
             contacts: self.contacts && !other.contacts,
             vtk: self.vtk && !other.vtk,
+            fields: self.fields & !other.fields,
         }
     }
 
@@ -37,17 +40,18 @@ impl Due {
             frame: self.frame || other.frame,
             contacts: self.contacts || other.contacts,
             vtk: self.vtk || other.vtk,
+            fields: self.fields | other.fields,
         }
     }
 
     /// Whether each contact has to be recorded for it.
     #[must_use]
     pub fn needs_records(self) -> bool {
-        self.contacts || self.vtk
+        self.contacts || self.vtk || self.fields != 0
     }
 }
 
-/// When frames, contacts, files for ParaView and checkpoints are written. It follows from the plan and the step that a run has
+/// When frames, contacts, files for ParaView, fields and checkpoints are written. It follows from the plan and the step that a run has
 /// come to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
@@ -55,6 +59,7 @@ pub struct Schedule {
     contacts: Option<Every>,
     vtk: Option<Every>,
     checkpoints: Option<Every>,
+    fields: Vec<Every>,
 }
 
 impl Schedule {
@@ -67,6 +72,9 @@ impl Schedule {
             contacts: output.fstat.then(|| every(output.fstat_interval)),
             vtk: output.vtk.then(|| every(output.vtk_interval)),
             checkpoints: output.restart_interval.map(every),
+            fields: (output.fields.iter())
+                .map(|fields| every(fields.interval))
+                .collect(),
         }
     }
 
@@ -77,13 +85,14 @@ impl Schedule {
             frame: true,
             contacts: self.contacts.is_some(),
             vtk: self.vtk.is_some(),
+            fields: (0..self.fields.len()).fold(0, |bits, k| bits | 1 << k),
         }
     }
 
     /// The next step at which anything is due; 0 if at every step.
     #[must_use]
     pub fn next_step(&self) -> u64 {
-        let others = self.contacts.iter().chain(&self.vtk);
+        let others = self.contacts.iter().chain(&self.vtk).chain(&self.fields);
         let others = others.chain(&self.checkpoints);
         let others = others.map(Every::next_step).min();
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
@@ -97,6 +106,9 @@ impl Schedule {
             frame: self.frames.is_due(step),
             contacts: is_due(&mut self.contacts),
             vtk: is_due(&mut self.vtk),
+            fields: (self.fields.iter_mut().enumerate()).fold(0, |bits, (k, every)| {
+                bits | u64::from(every.is_due(step)) << k
+            }),
         }
     }
 

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use mercury_cg::CgError;
 use mercury_common::formats::vtu::VtuError;
 use mercury_common::frames::{FrameWriteError, FramesHeader, Table, TableWriter};
 use mercury_common::whole_file::FileError;
@@ -26,6 +27,9 @@ pub enum OutputError {
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// Fields could not be computed.
+    #[error("fields: {0}")]
+    Fields(Box<CgError>),
     /// The summary is no JSON.
     #[error("the summary cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -50,6 +54,12 @@ pub enum OutputError {
 /// Where a stream begins: anew, or behind what an interrupted run had written, at a position that it told of.
 pub(super) type Begin = Option<u64>;
 
+impl From<CgError> for OutputError {
+    fn from(error: CgError) -> Self {
+        Self::Fields(Box::new(error))
+    }
+}
+
 /// One file of a run.
 pub(super) trait Stream: Send {
     /// Writes what is due of this state.
@@ -58,8 +68,18 @@ pub(super) trait Stream: Send {
     /// How far it has come: bytes of a text file, frames of any other.
     fn position(&self) -> u64;
 
+    /// What it knows beside its file and must know again to go on; nothing for those that need none.
+    fn memory(&self) -> Option<Vec<u64>> {
+        None
+    }
+
     /// Waits until everything is on the disk, where a checkpoint counts on it.
     fn sync(&self) -> Result<(), OutputError>;
+
+    /// Nothing more will come.
+    fn close(&mut self) -> Result<(), OutputError> {
+        Ok(())
+    }
 }
 
 /// A file of frames.

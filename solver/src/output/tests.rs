@@ -57,6 +57,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
             frame: true,
             contacts: true,
             vtk: false,
+            fields: 0,
         },
         records: vec![
             particle(5.0, 0.5, 0),
@@ -371,6 +372,16 @@ fn everything_written() -> Arc<Plan> {
         shape = "mesh"
         file = "plate.stl"
         material = "m"
+        [[fields]]
+        name = "course"
+        fields = ["density", "stress"]
+        coordinates = "Z"
+        grid = [5]
+        width = 0.1
+        [[fields]]
+        name = "whole"
+        coordinates = "O"
+        interval = 0.003
         [[regions]]
         name = "all"
         region = { shape = "box", min = [0, 0, 0], max = [1, 1, 1] }

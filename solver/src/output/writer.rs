@@ -1,17 +1,21 @@
 //! The thread that formats and writes, so that stepping need not wait for it.
 
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
 
 use glam::DVec3;
 use mercury_common::whole_file::{FileError, WholeFile};
 use mercury_pictures::EnergyRow;
+use rayon::ThreadPoolBuilder;
 
 use super::body_frames::BodyFrames;
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::ene_file::EneFile;
+use super::field_tables::FieldTable;
 use super::flux_counts::FluxCounts;
 use super::fstat_file::FstatFile;
 use super::particle_frames::ParticleFrames;
@@ -26,7 +30,7 @@ use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
 use crate::plan::Plan;
-use crate::state::{Encoder, Piece};
+use crate::state::{Encoder, Piece, Plain};
 
 /// States that may wait to be written before stepping has to.
 const QUEUE: usize = 4;
@@ -60,6 +64,31 @@ pub struct Positions {
     /// Of each stream, in the order in which the plan asks for them.
     streams: Vec<u64>,
     sums: RunningSums,
+    /// What streams remember that have to, in the same order.
+    memories: Vec<Vec<u64>>,
+}
+
+impl Plain for Positions {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.streams.put(bytes);
+        self.sums.put(bytes);
+        // Of most scenes nothing.
+        if !self.memories.is_empty() {
+            self.memories.put(bytes);
+        }
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Ok(Self {
+            streams: Plain::take(bytes)?,
+            sums: Plain::take(bytes)?,
+            memories: if bytes.is_empty() {
+                Vec::new()
+            } else {
+                Plain::take(bytes)?
+            },
+        })
+    }
 }
 
 /// The sums over all frames that were handed over.
@@ -71,7 +100,6 @@ struct RunningSums {
     deepest: f64,
 }
 
-crate::state::plain!(Positions { streams, sums });
 crate::state::plain!(RunningSums {
     energies,
     initial,
@@ -258,6 +286,17 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(FluxCounts::begin(folder, plan, at)?));
     }
+    if !output.fields.is_empty() {
+        let cannot = FileError::of(folder, "the thread that computes fields cannot be started");
+        let pool = ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = Arc::new(pool.map_err(|error| cannot(io::Error::other(error)))?);
+        for index in 0..output.fields.len() {
+            let at = begin(&streams);
+            let memory = from.map(|from| from.memories.get(index).map_or(&[][..], Vec::as_slice));
+            let table = FieldTable::begin(folder, plan, history, index, at, memory, &pool)?;
+            streams.push(Box::new(table));
+        }
+    }
     Ok(streams)
 }
 
@@ -307,6 +346,9 @@ fn write_all(
             }
         }
     }
+    for stream in &mut streams {
+        stream.close()?;
+    }
     let at_end = last.as_ref().map(|state| row(state, gravity, dimensions));
     Ok(Written {
         energies: sums.energies,
@@ -322,6 +364,10 @@ fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
     Positions {
         streams: streams.iter().map(|stream| stream.position()).collect(),
         sums: sums.clone(),
+        memories: streams
+            .iter()
+            .filter_map(|stream| stream.memory())
+            .collect(),
     }
 }
 

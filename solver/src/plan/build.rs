@@ -9,6 +9,7 @@ use mercury_common::scene::{
 
 use super::checks;
 use super::earlier::{Earlier, Here, carried};
+use super::fields::fields;
 use super::fluxes::fluxes;
 use super::insertions::{check_among_walls, deletions, insertions};
 use super::magnitudes::magnitudes;
@@ -85,6 +86,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let regions = regions(scene, &start, &mut errors);
     let deletions = deletions(scene, &mut errors);
     let fluxes = fluxes(scene, &mut errors);
+    let fields = fields(scene, &start, &clumps, &mut warnings, &mut errors);
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(
         &densities(scene),
@@ -250,6 +252,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,
+                fields,
                 digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
             },
             regions,

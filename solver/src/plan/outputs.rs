@@ -2,7 +2,7 @@
 
 use mercury_common::formats::number::NumberStyle;
 
-use super::getters;
+use super::{FieldPlan, getters};
 use crate::boundaries::{CountedRegion, FluxPlan};
 
 /// What a run writes, and under which names.
@@ -61,6 +61,8 @@ pub struct OutputPlan {
     pub pebbles: bool,
     /// Particles and bodies to follow: name and id.
     pub track: Vec<(String, u32)>,
+    /// Fields of the continuum, each with a schedule of its own; at most [`MOST_FIELDS`](super::MOST_FIELDS).
+    pub fields: Vec<FieldPlan>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
     pub digits: Option<u8>,
 }
@@ -92,6 +94,7 @@ impl Default for OutputPlan {
             pictures: false,
             pebbles: false,
             track: Vec::new(),
+            fields: Vec::new(),
             digits: None,
         }
     }

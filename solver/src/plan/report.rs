@@ -7,7 +7,7 @@ use mercury_common::readable::bytes;
 
 use super::meshes::describe;
 use super::passes::passes;
-use super::{Disk, Memory, PairPlan, Plan, expected_number};
+use super::{Disk, FieldPlan, Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
 use crate::walls::{Shape, Wall};
@@ -24,6 +24,40 @@ pub fn report(plan: &Plan, memory: &Memory, machine: Option<MachineMemory>) -> S
 /// A line `  name       value`.
 fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
     writeln!(text, "  {name:<24}{value}")
+}
+
+/// What is computed, where and when.
+fn fields_line(fields: &FieldPlan) -> String {
+    let evaluator = &fields.analysis.evaluator;
+    let kernel = &evaluator.kernel;
+    let mut words = format!(
+        "`{}`, {} of {} at {} in {}, {} of width {} m, every {} s",
+        fields.name,
+        if fields.is_mean() {
+            "the mean"
+        } else {
+            "blocks"
+        },
+        match fields.analysis.fields.len() {
+            1 => "1 field".to_owned(),
+            count => format!("{count} fields"),
+        },
+        match evaluator.place.len() {
+            1 => "1 point".to_owned(),
+            count => format!("{count} points"),
+        },
+        evaluator.coordinates,
+        kernel.shape.name(),
+        short(kernel.width),
+        short(fields.interval)
+    );
+    if fields.from > 0.0 {
+        words += &format!(" from {} s", short(fields.from));
+    }
+    if fields.until.is_finite() {
+        words += &format!(" until {} s", short(fields.until));
+    }
+    words
 }
 
 fn heading(text: &mut String, title: &str) -> std::fmt::Result {
@@ -291,6 +325,9 @@ fn particles(text: &mut String, plan: &Plan) -> std::fmt::Result {
             words += &format!(", within {} m", short(radius));
         }
         line(text, "flux plane", &words)?;
+    }
+    for fields in &plan.outputs().files().fields {
+        line(text, "fields", &fields_line(fields))?;
     }
     clumps(text, plan)?;
     if plan.physics().largest_radius() > 0.0 {

@@ -78,6 +78,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
         pebbles: false,
         track: vec![("first, of all".to_owned(), 0)],
         digits: None,
+        fields: Vec::new(),
     };
     plan
 }

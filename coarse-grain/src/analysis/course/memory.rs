@@ -1,0 +1,133 @@
+//! A course as words and back, so that a run that is interrupted goes on with its means.
+
+use std::collections::{HashMap, VecDeque};
+
+use super::{Course, Open};
+use crate::analysis::words::{Reader, Words};
+use crate::analysis::{Analysis, TimeMode};
+use crate::average::Blocking;
+use crate::state::Space;
+use crate::sums::{SPREADS, Sums};
+
+impl Course {
+    /// All that it remembers; [`Course::remembering`] goes on from there to the same bits.
+    #[must_use]
+    pub fn memory(&self) -> Vec<u64> {
+        let mut words = Words::default();
+        words.count(self.frames);
+        words.count(self.dimensions.map_or(0, usize::from));
+        words.flag(self.before.is_some());
+        if let Some(before) = &self.before {
+            let mut before: Vec<_> = before.iter().collect();
+            // The same memory is the same words.
+            before.sort_unstable_by_key(|(id, _)| **id);
+            words.count(before.len());
+            for (&id, &position) in before {
+                words.count(id as usize);
+                words.vector(position);
+            }
+        }
+        words.count(self.open.len());
+        for open in &self.open {
+            open.put(&mut words);
+        }
+        words.flag(self.next_time.is_some());
+        if let Some(time) = self.next_time {
+            words.number(time);
+        }
+        self.blocking.put(&mut words);
+        words.0
+    }
+
+    /// What a course of the same analysis remembered; nothing if it cannot have been one of the same.
+    #[must_use]
+    pub fn remembering(analysis: &Analysis, memory: &[u64]) -> Option<Self> {
+        let mut words = Reader(memory);
+        let frames = words.count()?;
+        let dimensions = match words.count()? {
+            0 => None,
+            dimensions @ 2..=3 => Some(dimensions as u8),
+            _ => return None,
+        };
+        let before = if words.flag()? {
+            let count = words.count()?;
+            let entry = |_| Some((words.word()?.try_into().ok()?, words.vector()?));
+            Some((0..count).map(entry).collect::<Option<HashMap<_, _>>>()?)
+        } else {
+            None
+        };
+        let count = words.count()?;
+        let open = (0..count).map(|_| Open::take(&mut words, analysis));
+        let open: VecDeque<Open> = open.collect::<Option<_>>()?;
+        let next_time = if words.flag()? {
+            Some(words.number()?)
+        } else {
+            None
+        };
+        let numbers = analysis.numbers() * analysis.evaluator.place.len();
+        let blocking = Blocking::take(&mut words, numbers)?;
+        let is_mean = analysis.time == TimeMode::Average;
+        let fits = words.0.is_empty() && (!is_mean || (frames == 0) == open.is_empty());
+        fits.then_some(Self {
+            frames,
+            dimensions,
+            before,
+            open,
+            next_time,
+            blocking,
+        })
+    }
+}
+
+impl Open {
+    fn put(&self, words: &mut Words) {
+        words.numbers(&[self.time, self.weight]);
+        words.count(self.frames);
+        words.numbers(&[self.span.0, self.span.1]);
+        words.vector(self.space.min);
+        words.vector(self.space.max);
+        for periodic in self.space.periodic {
+            words.flag(periodic);
+        }
+        words.count(self.space.dimensions.into());
+        for values in self.parts.iter().flat_map(|sums| &sums.values) {
+            words.numbers(values);
+        }
+    }
+
+    fn take(words: &mut Reader<'_>, analysis: &Analysis) -> Option<Self> {
+        let (time, weight) = (words.number()?, words.number()?);
+        let frames = words.count()?;
+        let span = (words.number()?, words.number()?);
+        let (min, max) = (words.vector()?, words.vector()?);
+        let periodic = [words.flag()?, words.flag()?, words.flag()?];
+        let dimensions = words.count()?.try_into().ok()?;
+        let (layout, points) = (analysis.layout(), analysis.evaluator.place.len());
+        let sums = |_| {
+            let mut sums = Sums {
+                layout: layout.clone(),
+                points,
+                values: Default::default(),
+            };
+            for (values, spread) in sums.values.iter_mut().zip(SPREADS) {
+                *values = words.numbers(points * layout.stride(spread))?;
+            }
+            Some(sums)
+        };
+        let parts = analysis.parts.iter().map(sums).collect::<Option<_>>()?;
+        let space = Space {
+            min,
+            max,
+            periodic,
+            dimensions,
+        };
+        Some(Self {
+            time,
+            weight,
+            frames,
+            span,
+            space,
+            parts,
+        })
+    }
+}

@@ -1,0 +1,203 @@
+//! `<prefix>.fields.NAME.csv`: fields of the continuum, by the code of `mercury-cg`, without frames being stored.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mercury_cg::CgError;
+use mercury_cg::analysis::Course;
+use mercury_cg::input::{check, state_of};
+use mercury_cg::output::push_table;
+use mercury_common::frames::{ContactColumns, FramesHeader};
+use mercury_common::whole_file::{FileError, write_whole};
+use rayon::ThreadPool;
+
+use super::body_frames::BodyTable;
+use super::contact_frames::{contact_columns, contact_frame};
+use super::particle_frames::{ParticleTable, frames_header};
+use super::stream::{Begin, Stream, TextFile};
+use super::{OutputError, State};
+use crate::contact::HistoryNumber;
+use crate::plan::{FieldPlan, Plan};
+
+/// How often a mean that grows is written, by the clock: for who wants to see it. The last one is written at the end.
+const PAUSE: Duration = Duration::from_secs(10);
+
+pub(super) struct FieldTable {
+    plan: FieldPlan,
+    /// Its bit in what is due.
+    bit: u64,
+    file: Table,
+    header: FramesHeader,
+    particles: ParticleTable,
+    bodies: Option<BodyTable>,
+    contacts: ContactColumns,
+    /// One thread, beside those that step.
+    pool: Arc<ThreadPool>,
+    course: Course,
+}
+
+/// The file.
+enum Table {
+    /// A block for each look, one behind the other.
+    Blocks(TextFile),
+    /// The mean so far, which replaces the one before.
+    Mean {
+        path: PathBuf,
+        /// When it was written, and whether there was a look since.
+        written: Option<Instant>,
+        is_behind: bool,
+    },
+}
+
+impl FieldTable {
+    /// The table of the plan's `index`-th entry; goes on with what an interrupted run remembered.
+    pub(super) fn begin(
+        folder: &Path,
+        plan: &Plan,
+        history: &[HistoryNumber],
+        index: usize,
+        begin: Begin,
+        memory: Option<&[u64]>,
+        pool: &Arc<ThreadPool>,
+    ) -> Result<Self, OutputError> {
+        let fields = &plan.outputs().files().fields[index];
+        let name = format!("{}.fields.{}.csv", plan.outputs().prefix(), fields.name);
+        let course = match memory {
+            None => Course::default(),
+            Some(memory) => Course::remembering(&fields.analysis, memory).ok_or_else(|| {
+                let found = format!(
+                    "the checkpoint remembers other fields than `{}`",
+                    fields.name
+                );
+                CgError::Input(format!("{found}\nhelp: begin anew with --force"))
+            })?,
+        };
+        let file = if fields.is_mean() {
+            let path = folder.join(name);
+            if course.frames() == 0 {
+                // Of looks behind the checkpoint, which may not come again.
+                let removed = std::fs::remove_file(&path);
+                let removed = removed.or_else(|error| match error.kind() {
+                    ErrorKind::NotFound => Ok(()),
+                    _ => Err(error),
+                });
+                removed.map_err(FileError::of(&path, "the file cannot be removed"))?;
+            }
+            Table::Mean {
+                path,
+                written: None,
+                is_behind: course.frames() > 0,
+            }
+        } else {
+            Table::Blocks(TextFile::begin(folder, &name, b"", begin)?)
+        };
+        Ok(Self {
+            plan: fields.clone(),
+            bit: 1 << index,
+            file,
+            header: frames_header(plan),
+            particles: ParticleTable::new(plan),
+            bodies: plan.physics().has_bodies().then(|| BodyTable::new(plan)),
+            contacts: contact_columns(plan, history),
+            pool: Arc::clone(pool),
+            course,
+        })
+    }
+
+    /// The state as coarse-graining reads it from frames.
+    fn state(&self, state: &State) -> Result<mercury_cg::state::State, CgError> {
+        let particles = self.particles.frame(state);
+        let bodies = self.bodies.as_ref().map(|table| table.frame(state));
+        let contacts = contact_frame(state, &self.contacts);
+        let found = state_of(&self.header, &particles, bodies.as_ref(), Some(&contacts))
+            .map_err(CgError::Input)?;
+        check(&found, &self.plan.name)?;
+        Ok(found)
+    }
+
+    /// Writes the mean so far.
+    fn write_mean(&mut self) -> Result<(), OutputError> {
+        let Table::Mean {
+            path,
+            written,
+            is_behind,
+        } = &mut self.file
+        else {
+            return Ok(());
+        };
+        let analysis = &self.plan.analysis;
+        if let Some(block) = self.course.mean(analysis) {
+            let mut out = Vec::new();
+            push_table(&mut out, analysis, &block, true, false);
+            write_whole(path, &out)?;
+        }
+        *written = Some(Instant::now());
+        *is_behind = false;
+        Ok(())
+    }
+}
+
+impl Stream for FieldTable {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let inside = (self.plan.from..=self.plan.until).contains(&state.time);
+        if state.due.fields & self.bit == 0 || !inside {
+            return Ok(());
+        }
+        let found = self.state(state)?;
+        let (analysis, course, file) = (&self.plan.analysis, &mut self.course, &mut self.file);
+        let pool = &self.pool;
+        match file {
+            Table::Blocks(file) => {
+                let first = file.position() == 0;
+                let out = &mut file.buffer;
+                pool.install(|| {
+                    course.add(analysis, found, |block| {
+                        push_table(out, analysis, &block, first, true);
+                        Ok(())
+                    })
+                })?;
+                file.flush()
+            }
+            Table::Mean {
+                written, is_behind, ..
+            } => {
+                pool.install(|| course.add(analysis, found, |_| Ok(())))?;
+                *is_behind = true;
+                if written.is_none_or(|written| written.elapsed() >= PAUSE) {
+                    self.write_mean()?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn position(&self) -> u64 {
+        match &self.file {
+            Table::Blocks(file) => file.position(),
+            Table::Mean { .. } => 0,
+        }
+    }
+
+    fn memory(&self) -> Option<Vec<u64>> {
+        Some(self.course.memory())
+    }
+
+    fn sync(&self) -> Result<(), OutputError> {
+        match &self.file {
+            Table::Blocks(file) => file.sync(),
+            // It is made anew from what is remembered.
+            Table::Mean { .. } => Ok(()),
+        }
+    }
+
+    fn close(&mut self) -> Result<(), OutputError> {
+        match self.file {
+            Table::Mean {
+                is_behind: true, ..
+            } => self.write_mean(),
+            _ => Ok(()),
+        }
+    }
+}
