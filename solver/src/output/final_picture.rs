@@ -58,10 +58,10 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
         .map(|wall| wall.name.clone())
         .collect();
     let standing: Vec<Option<Placement>> = (last.walls.iter())
-        .map(|(present, pose)| {
-            present.then_some(Placement {
-                rotation: pose.rotation,
-                translation: pose.translation,
+        .map(|wall| {
+            wall.present.then_some(Placement {
+                rotation: wall.pose.rotation,
+                translation: wall.pose.translation,
             })
         })
         .collect();

@@ -7,7 +7,7 @@ use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::state::{Bodies, Load, Particle};
 use crate::step::Engine;
-use crate::walls::Pose;
+use crate::walls::WallState;
 
 /// What is written of one time. Rows are in the engine's order.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +30,8 @@ pub struct Moment {
     pub orientations: Option<Vec<DQuat>>,
     /// Rigid bodies, in scenes with clumps.
     pub bodies: Option<Bodies>,
-    /// Whether each wall is there, and where it stands.
-    pub walls: Vec<(bool, Pose)>,
+    /// The walls as they stand, with the velocities of this time.
+    pub walls: Vec<WallState>,
     /// What was seen of the contacts.
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.
@@ -65,8 +65,8 @@ impl Moment {
             masses: particles.masses.clone(),
             orientations: particles.orientations.clone(),
             bodies: particles.bodies.clone(),
-            walls: (engine.walls().iter())
-                .map(|wall| (wall.state.present, wall.state.pose))
+            walls: (engine.walls().iter().zip(engine.plan().physics().walls()))
+                .map(|(now, wall)| now.state_at(wall, engine.time()))
                 .collect(),
             observation,
             dissipated: engine

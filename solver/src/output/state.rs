@@ -7,7 +7,7 @@ use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::neighbours::Images;
 use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
-use crate::walls::Pose;
+use crate::walls::WallState;
 
 /// A [`Moment`] in the order of ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,8 +34,8 @@ pub struct State {
     pub body_of_rank: Vec<Option<BodyIndex>>,
     /// Place in this order of each of the engine's rows, which the observation speaks of.
     pub rank_of_row: Vec<u32>,
-    /// Whether each wall is there, and where it stands.
-    pub walls: Vec<(bool, Pose)>,
+    /// The walls as they stand, with the velocities of this time.
+    pub walls: Vec<WallState>,
     /// What was seen of the contacts; its rows are the engine's.
     pub observation: Observation,
     /// Dissipated since the start, J, in audited runs.

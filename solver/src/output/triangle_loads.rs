@@ -91,7 +91,7 @@ impl TriangleTable {
                     loads[triangle as usize].get_or_insert_default().add(&share);
                 }
             }
-            let pose = state.walls.get(wall).map(|(_, pose)| pose.rotation);
+            let pose = state.walls.get(wall).map(|wall| wall.pose.rotation);
             let turned = |x: DVec3| pose.map_or(x, |turn| turn * x);
             for (triangle, load) in (0u32..).zip(&loads) {
                 let Some(load) = load else {

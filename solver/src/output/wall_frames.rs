@@ -53,12 +53,12 @@ pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
 /// Where the walls stand.
 pub(super) fn wall_frame(state: &State) -> WallFrame {
     let (present, placement) = (state.walls.iter())
-        .map(|&(present, pose)| {
+        .map(|wall| {
             let placement = Placement {
-                rotation: pose.rotation,
-                translation: pose.translation,
+                rotation: wall.pose.rotation,
+                translation: wall.pose.translation,
             };
-            (present, placement)
+            (wall.present, placement)
         })
         .unzip();
     WallFrame {

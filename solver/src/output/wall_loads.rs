@@ -1,4 +1,4 @@
-//! `<prefix>.walls.csv`: force and torque of the particles on each wall, and the power of the wall.
+//! `<prefix>.walls.csv`: force and torque of the particles on each wall, the power of the wall, where it stands and how it moves.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub(super) struct WallLoads {
 impl WallLoads {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let name = format!("{}.walls.csv", plan.outputs().prefix());
-        let head = b"time,name,fx,fy,fz,tx,ty,tz,power\n";
+        let head = b"time,name,fx,fy,fz,tx,ty,tz,power,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz\n";
         let file = TextFile::begin(folder, &name, head, begin)?;
         Ok(Self {
             file,
@@ -36,12 +36,18 @@ impl Stream for WallLoads {
             return Ok(());
         }
         let out = &mut self.file.buffer;
-        for (name, (load, power)) in self.names.iter().zip(&state.observation.walls) {
+        let felt = state.observation.walls.iter().zip(&state.walls);
+        for (name, ((load, power), wall)) in self.names.iter().zip(felt) {
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
             push_csv_name(out, name);
-            let (f, t) = (load.force, load.torque);
-            for value in [f.x, f.y, f.z, t.x, t.y, t.z, *power] {
+            let (f, t, q) = (load.force, load.torque, wall.pose.rotation);
+            let (x, v) = (wall.reference, wall.velocity.at(wall.reference));
+            let w = wall.velocity.angular_velocity;
+            let loads = [f.x, f.y, f.z, t.x, t.y, t.z, *power];
+            let place = [x.x, x.y, x.z, q.w, q.x, q.y, q.z];
+            let motion = [v.x, v.y, v.z, w.x, w.y, w.z];
+            for value in loads.into_iter().chain(place).chain(motion) {
                 out.push(b',');
                 push_number(out, value, NumberStyle::Shortest);
             }

@@ -272,7 +272,8 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     );
     let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
     let mut lines = walls.lines();
-    assert_eq!(lines.next().unwrap(), "time,name,fx,fy,fz,tx,ty,tz,power");
+    let head = "time,name,fx,fy,fz,tx,ty,tz,power,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz";
+    assert_eq!(lines.next().unwrap(), head);
     let last: Vec<&str> = lines.last().unwrap().split(',').collect();
     assert_eq!(last[1], "floor");
     let number = |k: usize| last[k].parse::<f64>().unwrap();
@@ -282,6 +283,13 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     assert!((number(5) + y * weight).abs() < y * tolerance);
     assert!((number(6) - x * weight).abs() < x * tolerance);
     assert_eq!((number(7), number(8)), (0.0, 0.0));
+    let at_rest = [
+        0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    ];
+    assert_eq!(
+        [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12].map(|k| number(9 + k)),
+        at_rest
+    );
 }
 
 #[test]

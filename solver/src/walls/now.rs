@@ -139,6 +139,19 @@ impl WallNow {
         }
     }
 
+    /// The state with its velocities as the plan's wall has them at `time` (s), which is that of the state: contacts see those of half a step before.
+    #[must_use]
+    pub fn state_at(&self, wall: &Wall, time: f64) -> WallState {
+        let mut state = self.state;
+        if state.moves {
+            let pose = wall.motion.driven_pose(time, &self.servo);
+            let set_back = state.pose.translation - pose.translation;
+            state.velocity = wall.motion.driven_velocity(time, &self.servo);
+            state.velocity.origin += set_back;
+        }
+        state
+    }
+
     /// Takes whole periods off the way that it has gone along periodic axes.
     fn set_back(&mut self, images: &Images) {
         if self.state.moves {

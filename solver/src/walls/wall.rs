@@ -25,7 +25,7 @@ pub struct Wall {
 }
 
 /// Where a wall stands in a step, and how it moves.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallState {
     /// Whether it is there.
     pub present: bool,
