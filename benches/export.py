@@ -22,7 +22,7 @@ NAMES = ["mass", "volume", "radius"] + [a + b for a in ("", "v", "w", "f", "t") 
 def make(path, count, frames):
     units = {"mass": "kg", "volume": "m^3"}
     fields = [pa.field("time", pa.float64(), False)] + [pa.field(n, pa.uint32(), False) for n in ("id", "material")]
-    fields += [pa.field("flags", pa.uint8(), False)] + [pa.field(n, pa.float64(), False, {"unit": units.get(n, "1")}) for n in NAMES]
+    fields += [pa.field("state", pa.uint8(), False)] + [pa.field(n, pa.float64(), False, {"unit": units.get(n, "1")}) for n in NAMES]
     schema = pa.schema(fields)
     random = np.random.default_rng(1)
     with pa.OSFile(path, "wb") as sink, pa.ipc.new_stream(sink, schema) as stream:
@@ -53,7 +53,7 @@ def with_pyvista(path, folder, compressed):
             grid = pv.wrap(grid)
             velocity = stack("v")
             grid["diameter"], grid["speed"] = 2 * get("radius"), np.linalg.norm(velocity, axis=1)
-            for name in ("id", "material", "flags", "mass", "volume", "radius"):
+            for name in ("id", "material", "state", "mass", "volume", "radius"):
                 grid[name] = get(name)
             grid["velocity"] = velocity
             for name, stem in (("angular_velocity", "w"), ("force", "f"), ("torque", "t")):

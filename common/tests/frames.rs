@@ -22,7 +22,7 @@ fn every_kind() -> FrameSchema {
     let columns = vec![
         ColumnSpec::new("x", ColumnKind::F64, "m").described("place"),
         ColumnSpec::new("charge", ColumnKind::I32, "1"),
-        ColumnSpec::new("flags", ColumnKind::U8, "1"),
+        ColumnSpec::new("state", ColumnKind::U8, "1"),
         ColumnSpec::new("id", ColumnKind::U32, "1"),
         ColumnSpec::new("body", ColumnKind::OptionalU32, "1"),
         ColumnSpec::new("count", ColumnKind::U64, "1"),

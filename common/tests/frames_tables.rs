@@ -90,6 +90,29 @@ fn particles_come_back_with_any_choice_of_columns() {
     }
 }
 
+/// `state` was called `flags`, which is as long: files of then are these with other letters.
+#[test]
+fn columns_of_earlier_versions_are_read_under_their_present_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.particles.arrow");
+    let columns = ParticleColumns::default();
+    let frame = particles(5, columns);
+    let mut writer = ParticleWriter::create(&path, &header(), &columns).unwrap();
+    writer.append(frame.clone()).unwrap();
+    drop(writer);
+    let mut bytes = std::fs::read(&path).unwrap();
+    let places: Vec<usize> = (0..bytes.len())
+        .filter(|&k| bytes[k..].starts_with(b"state"))
+        .collect();
+    assert!(!places.is_empty());
+    for place in places {
+        bytes[place..place + 5].copy_from_slice(b"flags");
+    }
+    std::fs::write(&path, bytes).unwrap();
+    let reader = ParticleReader::open(&path).unwrap();
+    assert_eq!(reader.frame(0).unwrap(), frame);
+}
+
 #[test]
 fn contacts_come_back_and_have_one_partner_each() {
     let folder = tempfile::tempdir().unwrap();

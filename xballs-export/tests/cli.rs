@@ -205,7 +205,7 @@ fn a_table_says_everything_that_the_frame_holds() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
-        Some("time,id,material,body,flags,mass,volume,radius,x,y,z,vx,vy,vz,wx,wy,wz,fx,fy,fz")
+        Some("time,id,material,body,state,mass,volume,radius,x,y,z,vx,vy,vz,wx,wy,wz,fx,fy,fz")
     );
     assert_eq!(
         lines.next(),

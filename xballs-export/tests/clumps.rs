@@ -173,7 +173,7 @@ fn bodies_are_a_table_like_the_others() {
         fs::read_to_string(place.path().join(file)).unwrap()
     };
     go("csv", &[]);
-    let expected = "time,id,clump,material,flags,mass,volume,scale,radius,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz,ix,iy,iz,fx,fy,fz,tx,ty,tz\n\
+    let expected = "time,id,clump,material,state,mass,volume,scale,radius,x,y,z,vx,vy,vz,qw,qx,qy,qz,wx,wy,wz,ix,iy,iz,fx,fy,fz,tx,ty,tz\n\
         0.5,1,1,1,0,5,1,0.5,1,2,0,0.5,0,3,4,1,0,0,0,0,0,1,1,1,1,0,0,-1,0,0,0\n\
         0.5,3,0,1,0,4,0.5,1,0.5,4,0,0.5,0,3,4,1,0,0,0,0,0,1,1,1,1,0,0,-1,0,0,0\n";
     assert_eq!(text("0001").replace("-0,", "0,"), expected);

@@ -222,7 +222,7 @@ fn what_cannot_be_shown_is_named() {
     assert_eq!(
         error(&choice("colour"), PictureKind::Png),
         format!(
-            "--colour colour: {} has nothing of that name\nhelp: it has auto, none, height, id, material, flags, mass, \
+            "--colour colour: {} has nothing of that name\nhelp: it has auto, none, height, id, material, state, mass, \
              volume, radius, speed, and the components of vectors",
             file.display()
         )

@@ -84,7 +84,7 @@ impl Table for BodyFrame {
             "1",
             "index of the material",
         );
-        visitor.column(&mut self.flags, &["flags"], "1", flags);
+        visitor.column(&mut self.flags, &["state"], "1", flags);
         visitor.column(&mut self.mass, &["mass"], "kg", "mass");
         visitor.column(&mut self.volume, &["volume"], "m^3", "volume");
         visitor.column(

@@ -90,7 +90,7 @@ impl Table for ParticleFrame {
             "index of the material",
         );
         visitor.optional(has.body, &mut self.body, &["body"], "1", body);
-        visitor.column(&mut self.flags, &["flags"], "1", flags);
+        visitor.column(&mut self.flags, &["state"], "1", flags);
         visitor.column(&mut self.mass, &["mass"], "kg", "mass");
         visitor.column(&mut self.volume, &["volume"], "m^3", "volume");
         visitor.column(&mut self.radius, &["radius"], "m", "radius");

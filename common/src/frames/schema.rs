@@ -122,6 +122,9 @@ pub struct FrameSchema {
     metadata: BTreeMap<String, String>,
 }
 
+/// Columns of earlier versions, and what they are called now. In pandas a table has `flags` of its own.
+const RENAMED: [(&str, &str); 1] = [("flags", "state")];
+
 impl FrameSchema {
     /// A schema for frames of this kind (`particles`, `contacts`), without the column `time`, which the writer adds.
     ///
@@ -212,7 +215,10 @@ impl FrameSchema {
         let mut kinds = Vec::new();
         let mut time = None;
         let mut names = HashSet::new();
-        for (k, field) in schema.fields.into_iter().enumerate() {
+        for (k, mut field) in schema.fields.into_iter().enumerate() {
+            if let Some((_, now)) = RENAMED.iter().find(|(before, _)| *before == field.name) {
+                field.name = (*now).to_owned();
+            }
             let kind = ColumnKind::of_field(&field).map_err(|kind| {
                 [
                     format!("column `{}` of type {kind}", field.name),

@@ -212,7 +212,7 @@ fn spheres(snapshot: &Snapshot, quantity: &Quantity) -> Result<Vec<Sphere>, Expo
     let centres = centres(snapshot)?;
     let radii = snapshot.numbers("radius")?;
     let values = quantity.values(snapshot)?;
-    let flags = match snapshot.column("flags") {
+    let flags = match snapshot.column("state") {
         Some(Column::U8(flags)) => flags.as_slice(),
         _ => &[],
     };
