@@ -31,7 +31,7 @@ pub struct Flux {
 /// Reads an entry of `[[regions]]` or `[[deletions]]`.
 pub(super) fn read_region(item: &Item<'_>) -> Option<NamedRegion> {
     let fields = item.table()?;
-    let name = fields.need("name").and_then(|item| item.name());
+    let name = fields.name_or_number();
     let region = fields.need("region").and_then(|item| region::read(&item));
     fields.finish();
     Some(NamedRegion {
@@ -43,7 +43,7 @@ pub(super) fn read_region(item: &Item<'_>) -> Option<NamedRegion> {
 /// Reads an entry of `[[fluxes]]`.
 pub(super) fn read_flux(item: &Item<'_>) -> Option<Flux> {
     let fields = item.table()?;
-    let name = fields.need("name").and_then(|item| item.name());
+    let name = fields.name_or_number();
     let plane = fields.need("plane").and_then(|item| item.table());
     fields.finish();
     let plane = plane?;

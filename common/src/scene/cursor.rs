@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::error::SceneError;
+use super::examples::example;
 use super::item::Item;
 use super::key_path;
 use super::laws::LawKeys;
@@ -41,6 +42,21 @@ pub(super) struct Context {
     pub(super) named: RefCell<Vec<PathBuf>>,
 }
 
+/// What an entry of a list is called that has no name, where it needs one: `wall-3` for `walls[2]`.
+fn default_name(path: &str) -> Option<String> {
+    let (list, index) = path.strip_suffix(']')?.split_once('[')?;
+    let one = match list {
+        "walls" => "wall",
+        "insertions" => "insertion",
+        "regions" => "region",
+        "deletions" => "deletion",
+        "fluxes" => "flux",
+        _ => return None,
+    };
+    let index: usize = index.parse().ok()?;
+    Some(format!("{one}-{}", index + 1))
+}
+
 impl Context {
     pub(super) fn report(&self, error: SceneError) {
         self.errors.borrow_mut().push(error);
@@ -48,17 +64,22 @@ impl Context {
 
     /// Reports every `name` that stands twice in a list, whether or not its entry is right otherwise.
     pub(super) fn unique_names(&self, items: &[Item<'_>]) {
-        let mut seen: HashMap<&str, Place> = HashMap::new();
+        let mut seen: HashMap<String, Place> = HashMap::new();
         for item in items {
             let Value::Table(table) = &item.node.value else {
                 continue;
             };
-            let Some((name, entry)) = item.node.name().zip(table.get("name")) else {
+            let given = item.node.name().zip(table.get("name"));
+            let named = given.map(|(name, entry)| {
+                let path = key_path::child(item.place.key(), "name");
+                let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
+                (name.to_owned(), place)
+            });
+            let numbered = || Some((default_name(item.place.key())?, item.place.clone()));
+            let Some((name, place)) = named.or_else(numbered) else {
                 continue;
             };
-            let path = key_path::child(item.place.key(), "name");
-            let place = Place::new(&entry.node.source, entry.node.span.clone(), path);
-            match seen.get(name) {
+            match seen.get(&name) {
                 Some(first) => {
                     let error = place.error(format!("the name `{name}` is used twice"));
                     self.report(if first.is_argument() {
@@ -147,7 +168,10 @@ impl<'a> Fields<'a> {
                     self.left_to_finish.borrow_mut().push(error);
                 }
                 None => self.context.report(SceneError {
-                    help: help.map(str::to_owned),
+                    help: help.map_or_else(
+                        || example(self.place.key(), key),
+                        |help| Some(help.to_owned()),
+                    ),
                     ..error
                 }),
             }
@@ -160,6 +184,14 @@ impl<'a> Fields<'a> {
         Located {
             value,
             place: self.absent(key),
+        }
+    }
+
+    /// The name of an entry of a list; where none is given `wall-3` for the third of `[[walls]]`, and so on.
+    pub(super) fn name_or_number(&self) -> Option<Located<String>> {
+        match self.get("name") {
+            Some(item) => item.name(),
+            None => default_name(self.place.key()).map(|name| self.default("name", name)),
         }
     }
 

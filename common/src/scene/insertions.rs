@@ -122,7 +122,7 @@ const QUANTITIES: [(&str, Quantity); 3] = [
 /// Reads an entry of `[[insertions]]`.
 pub(super) fn read(item: &Item<'_>) -> Option<Insertion> {
     let fields = item.table()?;
-    let name = fields.need("name").and_then(|item| item.name());
+    let name = fields.name_or_number();
     let region = fields.need("region").and_then(|item| region::read(&item));
     let mixture = read_mixture(&fields);
     let share_by = fields

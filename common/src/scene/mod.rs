@@ -15,6 +15,7 @@ mod clump_file;
 mod contacts;
 mod cursor;
 mod error;
+mod examples;
 mod fields;
 mod guard;
 mod insertions;

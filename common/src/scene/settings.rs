@@ -178,16 +178,14 @@ pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
         }
         Some(end)
     });
-    let step = fields.need("step").and_then(|item| {
-        if item.is_text() {
-            item.keyword("auto")?;
-            return Some(Located {
-                value: TimeStep::Auto,
-                place: item.place,
-            });
-        }
-        item.positive().map(|step| step.map(TimeStep::Seconds))
-    });
+    let step = match fields.get("step") {
+        None => Some(fields.default("step", TimeStep::Auto)),
+        Some(item) if item.is_text() => item.keyword("auto").map(|()| Located {
+            value: TimeStep::Auto,
+            place: item.place,
+        }),
+        Some(item) => (item.positive()).map(|step| step.map(TimeStep::Seconds)),
+    };
     let until_at_rest = match fields.get("until_at_rest") {
         Some(item) => item.boolean().map(|value| Located {
             value,

@@ -56,7 +56,7 @@ pub enum WearBasis {
 /// Reads a wall. `domain` is `None` when it is wrong itself: what depends on it is then not checked.
 pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
     let fields = item.table()?;
-    let name = fields.need("name").and_then(|item| item.name());
+    let name = fields.name_or_number();
     let material = fields.need("material").and_then(|item| item.material());
     let (from, until) = interval(&fields);
     let motion = fields

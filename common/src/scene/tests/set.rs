@@ -217,3 +217,48 @@ fn a_clump_file_is_no_scene() {
          help: a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\""
     );
 }
+
+#[test]
+fn what_nine_of_ten_want_may_be_left_out() {
+    let text = r#"
+time = { end = 1.0 }
+domain = { min = [0, 0, 0], max = [1, 1, 1] }
+output = { interval = 0.1 }
+materials.sand = { density = 2600.0, normal = { law = "linear", stiffness = 100, restitution = 0.5 } }
+[[walls]]
+shape = "box"
+material = "sand"
+[[walls]]
+name = "lid"
+shape = "plane"
+point = [0, 0, 1]
+normal = [0, 0, -1]
+material = "sand"
+[[insertions]]
+region = { shape = "sphere", origin = [0, 0, 0], radius = 1 }
+material = "sand"
+psd = { kind = "monodisperse", diameter = 1e-3 }
+total = { number = 2000 }
+[[deletions]]
+region = { shape = "sphere", origin = [0, 0, 0], radius = 1 }
+[[fluxes]]
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+"#;
+    let parse =
+        |overrides: &[String]| parse_scene(Path::new("a.toml"), text, overrides, Files::Unchecked);
+    let scene = parse(&[]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(*scene.time.step, TimeStep::Auto);
+    let names: Vec<&str> = scene
+        .walls
+        .iter()
+        .map(|wall| wall.name.value.as_str())
+        .collect();
+    assert_eq!(names, ["wall-1", "lid"]);
+    assert_eq!(*scene.insertions[0].name, "insertion-1");
+    assert_eq!(*scene.deletions[0].name, "deletion-1");
+    assert_eq!(*scene.fluxes[0].name, "flux-1");
+    // By its number it can be set.
+    let scene = parse(&["insertions.0.total.number=7".to_owned()])
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(total(&scene), Total::Number(7));
+}
