@@ -78,6 +78,20 @@ fn plan_one(
                 continue;
             }
         };
+        if component.share > 0.0
+            && let Some(fines) = sizes.warning_of_fines()
+        {
+            let place = component
+                .psd
+                .as_ref()
+                .map_or(&component.place, |psd| &psd.place);
+            errors.push(
+                place
+                    .error("has no smallest particle, so that no time step is short enough")
+                    .with_help(fines),
+            );
+            continue;
+        }
         let mean_volume = mean_volume(&sizes, dimensions);
         // A share of mass or volume holds as many particles as it is worth of their mean size.
         let per_particle = match insertion.share_by {

@@ -30,6 +30,7 @@ mod refusal;
 mod regions;
 mod report;
 mod sizes;
+mod small_totals;
 #[cfg(test)]
 mod tests;
 mod time_step;

@@ -8,6 +8,9 @@ use crate::plan::Plan;
 /// The probability with which random sizes of the right distribution are called wrong.
 const LEVEL: f64 = 0.01;
 
+/// With fewer particles not even the median has an interval at this level: 2/2^7 > 0.01 > 2/2^8.
+const FEWEST: u64 = 8;
+
 /// A line for each insertion: how much of what was asked for came, how full its region got, why it ended; and one for the sizes of
 /// each of its ingredients.
 pub(super) fn told(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
@@ -47,6 +50,9 @@ fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> St
         Limit::Rate => "; it goes on at its rate",
         Limit::Space => "; its region is full",
         Limit::Total if insertion.total == Some(Total::Full) => "; its region got full",
+        Limit::Total if inserted.number == 0 => {
+            "; complete with nothing: what was asked for is below half of its smallest particle"
+        }
         Limit::Total => "; complete",
         Limit::Time => "; its time is over",
     };
@@ -86,6 +92,11 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
                 } else {
                     "FAILED: beyond"
                 }
+            )
+        } else if placed.number() < FEWEST {
+            format!(
+                "UNDETERMINED: {} particles are too few to tell",
+                placed.number()
             )
         } else {
             // Dvoretzky, Kiefer and Wolfowitz 1956 with the constant of Massart 1990: an upper bound.

@@ -463,3 +463,70 @@ fn materials_without_end_are_refused() {
         ]
     );
 }
+
+/// Insertions of these lines.
+fn rain(lines: &str) -> String {
+    format!(
+        "{BALL}[[insertions]]\nname = \"rain\"\nregion = {{ shape = \"sphere\", origin = [0, 0, 0], radius = 0.5 }}\n{lines}\n"
+    )
+}
+
+/// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and it is said.
+#[test]
+fn totals_below_half_a_particle_are_told() {
+    let about = |lines: &str| -> Vec<String> {
+        let plan = planned(&rain(lines));
+        let found = plan.notes().warnings().iter();
+        found
+            .filter(|text| text.contains("rain"))
+            .cloned()
+            .collect()
+    };
+    let single = "material = \"ball\"\npsd = { kind = \"monodisperse\", diameter = 0.1 }\n";
+    let quota = format!("{single}method = \"quota\"\n");
+    assert_eq!(
+        about(&format!("{quota}total = {{ mass = 1e-9 }}")),
+        [
+            "nothing of `ball` will come in \"rain\": of the total it is to have 1e-9 kg, below half of its smallest particle, 0.001 kg"
+        ]
+    );
+    assert_eq!(
+        about(&format!("{single}total = {{ mass = 1e-9 }}")),
+        [
+            "the total of \"rain\", 1e-9 kg, is below half of its smallest particle, 0.001 kg: one particle will come and exceed it"
+        ]
+    );
+    assert!(about(&format!("{quota}total = {{ mass = 5.1e-4 }}")).is_empty());
+    assert!(about(&format!("{single}total = {{ mass = 5.1e-4 }}")).is_empty());
+    assert_eq!(
+        about(&format!("{quota}total = {{ volume = 1e-9 }}")).len(),
+        1
+    );
+    // The rare part of a mixture.
+    let mixture = "mixture = [{ material = \"ball\", psd = { kind = \"monodisperse\", diameter = 0.1 }, share = 0.99 },\n\
+                   { material = \"ball\", psd = { kind = \"monodisperse\", diameter = 0.2 }, share = 0.01 }]\n\
+                   share_by = \"number\"\nmethod = \"quota\"\n";
+    assert_eq!(
+        about(&format!("{mixture}total = {{ number = 10 }}")),
+        ["nothing of `ball` will come in \"rain\": its share of 10 particles is 0.1"]
+    );
+    assert!(about(&format!("{mixture}total = {{ number = 100 }}")).is_empty());
+}
+
+/// What passes the finest sieve has no smallest size: the pan is named, and what to do.
+#[test]
+fn a_distribution_down_to_nothing_is_refused_by_name() {
+    let classes = "material = \"ball\"\ntotal = { number = 3 }\n\
+                   psd = { kind = \"classes\", diameters = [0, 0.1, 0.2], shares = [1, 3], weighting = \"volume\" }\n";
+    let found = complaints(&rain(classes));
+    let [message] = &found[..] else {
+        panic!("{found:?}")
+    };
+    assert!(
+        message.contains("has no smallest particle, so that no time step is short enough | the class below 0.1 m (the pan, where sieves were used) holds 25 % by volume"),
+        "{message}"
+    );
+    assert!(message.contains("cut = [0.01, 1] in a scene"), "{message}");
+    let cut = classes.replace("\"volume\" }", "\"volume\", cut = [0.01, 1] }");
+    planned(&rain(&cut));
+}

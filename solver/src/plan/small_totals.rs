@@ -1,0 +1,100 @@
+//! Insertions that are asked for less than a particle.
+
+use mercury_common::scene::{Scene, Total};
+
+use super::insertions::mean_volume;
+use crate::boundaries::{Ingredient, InsertionPlan};
+use crate::contact::parameter::short;
+use crate::state::volume;
+
+/// A warning for each ingredient of which a quota brings nothing, as its part of the total is nearer to nothing than to its smallest particle,
+/// and for each random insertion whose total the first particle exceeds twice.
+pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: u8) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for insertion in insertions {
+        let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
+        let density = |part: &Ingredient| {
+            let material = scene.materials.get(part.material.index());
+            material.map_or(f64::NAN, |material| *material.density)
+        };
+        // What a particle counts, and the unit.
+        let (total, weight, unit): (f64, &dyn Fn(&Ingredient) -> f64, &str) = match insertion.total
+        {
+            Some(Total::Number(number)) if insertion.by_quota => {
+                warnings.extend(of_numbers(scene, insertion, number));
+                continue;
+            }
+            Some(Total::Mass(mass)) => (mass, &density, "kg"),
+            Some(Total::Volume(volume)) => (volume, &|_| 1.0, "m^3"),
+            _ => continue,
+        };
+        let smallest =
+            |part: &Ingredient| weight(part) * volume(0.5 * part.sizes.smallest(), dimensions);
+        let name = &insertion.name;
+        if insertion.by_quota {
+            let mean = |part: &Ingredient| {
+                part.share * weight(part) * mean_volume(&part.sizes, dimensions)
+            };
+            let all: f64 = used().map(mean).sum();
+            for part in used() {
+                let wanted = total * mean(part) / all;
+                if wanted < 0.5 * smallest(part) {
+                    warnings.push(format!(
+                        "nothing of {} will come in \"{name}\": of the total it is to have {} {unit}, below half of its smallest particle, {} {unit}",
+                        called(scene, part),
+                        short(wanted),
+                        short(smallest(part))
+                    ));
+                }
+            }
+        } else {
+            let least = used().map(smallest).fold(f64::INFINITY, f64::min);
+            if total < 0.5 * least {
+                warnings.push(format!(
+                    "the total of \"{name}\", {} {unit}, is below half of its smallest particle, {} {unit}: one particle will come and exceed it",
+                    short(total),
+                    short(least)
+                ));
+            }
+        }
+    }
+    warnings
+}
+
+/// Ingredients whose share of a number is rounded to none.
+fn of_numbers(scene: &Scene, insertion: &InsertionPlan, number: u64) -> Vec<String> {
+    let shares: f64 = insertion.mixture.iter().map(|part| part.share).sum();
+    let (mut sum, mut before) = (0.0, 0.0);
+    let mut warnings = Vec::new();
+    for part in &insertion.mixture {
+        // As the quota rounds them: the cumulative shares.
+        sum += part.share / shares;
+        let up_to = (sum * number as f64).round();
+        if part.share > 0.0 && up_to <= before {
+            warnings.push(format!(
+                "nothing of {} will come in \"{}\": its share of {number} particles is {}",
+                called(scene, part),
+                insertion.name,
+                short(part.share / shares * number as f64)
+            ));
+        }
+        before = up_to;
+    }
+    warnings
+}
+
+fn called(scene: &Scene, part: &Ingredient) -> String {
+    match part
+        .clump
+        .and_then(|index| scene.clumps.get(index as usize))
+    {
+        Some(clump) => format!("`{}`", clump.name.value),
+        None => {
+            let material = scene.materials.get(part.material.index());
+            format!(
+                "`{}`",
+                material.map_or("", |material| material.name.value.as_str())
+            )
+        }
+    }
+}
