@@ -259,7 +259,11 @@ pub fn two_samples(
             }
         })
         .to_vec();
-    ChartPage::new(title, 2, charts)
+    ChartPage {
+        // Names of runs and places are long.
+        shared_legend: true,
+        ..ChartPage::new(title, 2, charts)
+    }
 }
 
 /// Fitted laws over the data, and what they leave.

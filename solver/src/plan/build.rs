@@ -18,8 +18,8 @@ use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
 use super::prospects;
 use super::regions::regions;
+use super::requests;
 use super::sizes::Sizes;
-use super::small_totals;
 use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
@@ -132,7 +132,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             &mut errors,
             &mut warnings,
         );
-        warnings.extend(small_totals::warnings(scene, &insertions, dimensions));
+        warnings.extend(requests::warnings(scene, &insertions, dimensions));
     }
 
     // A pair that could not be resolved could change the step.

@@ -29,8 +29,8 @@ mod reading;
 mod refusal;
 mod regions;
 mod report;
+mod requests;
 mod sizes;
-mod small_totals;
 #[cfg(test)]
 mod tests;
 mod time_step;

@@ -1,4 +1,4 @@
-//! Writes `docs/validation-long.md`, the table of its checks and its pictures from runs of minutes. Ends with an error if a check fails or
+//! Writes `docs/validation-long.md`, the table of its checks and its pictures from runs of minutes, and what `docs/validation.md` shows of them. Ends with an error if a check fails or
 //! has vanished.
 
 use std::path::{Path, PathBuf};
@@ -25,7 +25,11 @@ fn main() -> Result<()> {
     };
     let write = |page: &Page| {
         std::fs::write(&page_file, page.text())?;
-        std::fs::write(&table_file, page.table())
+        std::fs::write(&table_file, page.table())?;
+        // The other page shows them too.
+        let validation = docs.join("validation.md");
+        let text = std::fs::read_to_string(&validation)?;
+        std::fs::write(&validation, page.put_into(&text))
     };
     for subject in chosen(&keys)? {
         let told = run(subject, &runs, &docs.join("pictures"))?;

@@ -21,6 +21,12 @@ project: they need the reference data beside it. A check that is on the frozen l
 [validation-long.csv](validation-long.csv) has every check in a row of its own. *Worst* is the difference between measured and expected value over the largest difference allowed.
 ";
 
+/// Heading of the long scenes on the validation page.
+const HEADING: &str = "## Long scenes";
+
+/// Keys of the subjects whose sections the validation page shows whole.
+const SHOWN: [&str; 1] = ["hopper-psd"];
+
 /// First line of the table of all checks.
 const COLUMNS: &str = "check,expected,measured,allowed,worst,status,source";
 
@@ -123,31 +129,7 @@ impl Page {
         for name in failed {
             let _ = writeln!(page, "\nFailed: {name}");
         }
-        page.push_str(
-            "\n| subject | checks | passed | its worst case | worst |\n|---|---|---|---|---|\n",
-        );
-        for subject in &SUBJECTS {
-            let Some((key, rows, _)) = self.parts.iter().find(|part| part.0 == subject.key) else {
-                continue;
-            };
-            let rows: Vec<Vec<String>> = rows.iter().map(|row| fields(row)).collect();
-            let passed = rows.iter().filter(|row| field(row, 5) == "pass").count();
-            let worst = |row: &&Vec<String>| field(row, 4).parse().unwrap_or(f64::INFINITY);
-            let Some(worst) = rows.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) else {
-                continue;
-            };
-            let bold = if passed < rows.len() { "**" } else { "" };
-            let name = field(worst, 0);
-            let _ = writeln!(
-                page,
-                "| [{}](#{}) | {} | {bold}{passed}{bold} | {} | {} |",
-                subject.title,
-                anchor(subject.title),
-                rows.len(),
-                name.strip_prefix(&format!("{key}: ")).unwrap_or(name),
-                field(worst, 4)
-            );
-        }
+        self.overview(&mut page, "");
         let missing = SUBJECTS
             .iter()
             .filter(|s| self.parts.iter().all(|part| part.0 != s.key));
@@ -167,6 +149,67 @@ impl Page {
             }
         }
         page
+    }
+
+    /// What the validation page shows of the long scenes, below [`HEADING`]: an overview, and the sections of [`SHOWN`].
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let mut text = String::from(
+            "\nRuns of minutes each, made by a [program of their own](validation-long.md), whose results stand here too.\n",
+        );
+        self.overview(&mut text, "validation-long.md");
+        for key in SHOWN {
+            let part = self.parts.iter().find(|part| part.0 == key);
+            let subject = SUBJECTS.iter().find(|subject| subject.key == key);
+            if let (Some((_, _, section)), Some(subject)) = (part, subject) {
+                let _ = write!(text, "\n### {}\n{section}", subject.title);
+            }
+        }
+        text
+    }
+
+    /// The validation page with the long scenes as they are here, in place of what it said of them.
+    #[must_use]
+    pub fn put_into(&self, validation: &str) -> String {
+        let heading = format!("\n{HEADING}\n");
+        let (before, after) = match validation.split_once(&heading) {
+            None => (validation, ""),
+            Some((before, rest)) => (before, rest.find("\n## ").map_or("", |end| &rest[end..])),
+        };
+        format!(
+            "{}\n{heading}{}{after}",
+            before.trim_end_matches('\n'),
+            self.summary()
+        )
+    }
+
+    /// A row for each subject; headings are on the page `file`.
+    fn overview(&self, page: &mut String, file: &str) {
+        page.push_str(
+            "\n| subject | checks | passed | its worst case | worst |\n|---|---|---|---|---|\n",
+        );
+        for subject in &SUBJECTS {
+            let Some((key, rows, _)) = self.parts.iter().find(|part| part.0 == subject.key) else {
+                continue;
+            };
+            let rows: Vec<Vec<String>> = rows.iter().map(|row| fields(row)).collect();
+            let passed = rows.iter().filter(|row| field(row, 5) == "pass").count();
+            let worst = |row: &&Vec<String>| field(row, 4).parse().unwrap_or(f64::INFINITY);
+            let Some(worst) = rows.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))) else {
+                continue;
+            };
+            let bold = if passed < rows.len() { "**" } else { "" };
+            let name = field(worst, 0);
+            let _ = writeln!(
+                page,
+                "| [{}]({file}#{}) | {} | {bold}{passed}{bold} | {} | {} |",
+                subject.title,
+                anchor(subject.title),
+                rows.len(),
+                name.strip_prefix(&format!("{key}: ")).unwrap_or(name),
+                field(worst, 4)
+            );
+        }
     }
 
     /// Every check in a row of its own, as comma-separated values.
@@ -236,6 +279,49 @@ mod tests {
             text: text.to_owned(),
             pictures: Vec::new(),
         }
+    }
+
+    /// The validation page shows what the page of the long scenes says, as both are committed: the plot of the hopper's discharge and its
+    /// rate beside Beverloo's law among them.
+    #[test]
+    fn the_validation_page_shows_the_long_scenes_as_they_are() {
+        let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        let read = |name: &str| std::fs::read_to_string(docs.join(name)).unwrap();
+        let page = Page::read(&read("validation-long.md"), &read("validation-long.csv"));
+        let validation = read("validation.md");
+        assert_eq!(
+            page.put_into(&validation),
+            validation,
+            "run `validation-long FOLDER none`"
+        );
+        for part in [
+            "pictures/hopper-discharge.svg",
+            "rate of discharge (kg/s)",
+            "Beverloo",
+        ] {
+            assert!(validation.contains(part), "{part}");
+        }
+    }
+
+    #[test]
+    fn what_stands_around_the_long_scenes_stays() {
+        let mut page = Page::default();
+        page.put(
+            &SUBJECTS[3],
+            &Told {
+                checks: vec![outcome("hopper-psd: a", 1.0, 1.0, 0.1, "theory")],
+                ..told(0.0, "\nplot\n")
+            },
+        );
+        let first = page.put_into("# Validation\n\ntext\n");
+        assert!(
+            first.starts_with("# Validation\n\ntext\n\n## Long scenes\n\nRuns"),
+            "{first}"
+        );
+        assert!(first.ends_with("\n### A hopper discharges\n\n| check | number | expected | measured | allowed | worst | status | source |\n|---|---|---|---|---|---|---|---|\n| a | 1 | 1 | 1 | ±1.0e-1 | 0 | pass | theory |\n\nplot\n"), "{first}");
+        assert_eq!(page.put_into(&first), first);
+        let with_more = format!("{first}\n## More\n\nmore\n");
+        assert_eq!(page.put_into(&with_more), with_more);
     }
 
     /// What is written is read back, and a subject that is run again takes the place of the old one.

@@ -22,7 +22,7 @@ Checks that differ in a parameter alone share a row, which shows the worst of th
 difference allowed, so that 1 would be the limit. What is allowed is derived from theory (the order of the time step, the overlap over the radius, the digits of a printed number), not from what came out: a worst case near 1 is no near miss where \
 one unit of a last digit is allowed.
 
-[Long scenes](validation-long.md), of minutes each, have a page of their own.
+[Long scenes](#long-scenes), of minutes each, come last; [their own page](validation-long.md) has all of them.
 ";
 
 /// Text of a table cell.

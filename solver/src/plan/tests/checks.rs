@@ -473,7 +473,7 @@ fn rain(lines: &str) -> String {
 
 /// A quota rounds: half of a particle of 0.1 m weighs 1.90986 pi/6 1e-3 / 2 = 5e-4 kg; less than that is nothing, and it is said.
 #[test]
-fn totals_below_half_a_particle_are_told() {
+fn requests_that_bring_nothing_are_told() {
     let about = |lines: &str| -> Vec<String> {
         let plan = planned(&rain(lines));
         let found = plan.notes().warnings().iter();
@@ -501,6 +501,17 @@ fn totals_below_half_a_particle_are_told() {
     assert_eq!(
         about(&format!("{quota}total = {{ volume = 1e-9 }}")).len(),
         1
+    );
+    // Never at work.
+    assert_eq!(
+        about(&format!("{single}total = {{ number = 3 }}\nfrom = 5.0")),
+        ["\"rain\" inserts nothing: it begins at 5 s, and the run ends at 1 s"]
+    );
+    assert_eq!(
+        about(&format!(
+            "{single}total = {{ number = 3 }}\nfrom = 0.5\nuntil = 0.5"
+        )),
+        ["\"rain\" inserts nothing: it ends at 0.5 s, when it begins"]
     );
     // The rare part of a mixture.
     let mixture = "mixture = [{ material = \"ball\", psd = { kind = \"monodisperse\", diameter = 0.1 }, share = 0.99 },\n\

@@ -1,4 +1,4 @@
-//! Insertions that are asked for less than a particle.
+//! What is asked of insertions and cannot come: less than a particle, or nothing before the end.
 
 use mercury_common::scene::{Scene, Total};
 
@@ -7,11 +7,12 @@ use crate::boundaries::{Ingredient, InsertionPlan};
 use crate::contact::parameter::short;
 use crate::state::volume;
 
-/// A warning for each ingredient of which a quota brings nothing, as its part of the total is nearer to nothing than to its smallest particle,
+/// A warning for each insertion that begins too late, for each ingredient of which a quota brings nothing, as its part of the total is nearer to nothing than to its smallest particle,
 /// and for each random insertion whose total the first particle exceeds twice.
 pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: u8) -> Vec<String> {
     let mut warnings = Vec::new();
     for insertion in insertions {
+        warnings.extend(idle(insertion, *scene.time.end));
         let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
         let density = |part: &Ingredient| {
             let material = scene.materials.get(part.material.index());
@@ -59,6 +60,20 @@ pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: 
         }
     }
     warnings
+}
+
+/// Why an insertion is never at work in a run of this length (s).
+fn idle(insertion: &InsertionPlan, end: f64) -> Option<String> {
+    let name = &insertion.name;
+    let from = short(insertion.from);
+    if insertion.from >= end {
+        let end = short(end);
+        return Some(format!(
+            "\"{name}\" inserts nothing: it begins at {from} s, and the run ends at {end} s"
+        ));
+    }
+    (insertion.until <= insertion.from)
+        .then(|| format!("\"{name}\" inserts nothing: it ends at {from} s, when it begins"))
 }
 
 /// Ingredients whose share of a number is rounded to none.
