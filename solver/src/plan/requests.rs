@@ -7,27 +7,29 @@ use crate::boundaries::{Ingredient, InsertionPlan};
 use crate::contact::parameter::short;
 use crate::state::volume;
 
-/// A warning for each insertion that begins too late, for each ingredient of which a quota brings nothing, as its part of the total is nearer to nothing than to its smallest particle,
-/// and for each random insertion whose total the first particle exceeds twice.
+/// A warning for each insertion that begins too late, for each ingredient of which a quota brings nothing, as its part of the total is
+/// nearer to nothing than to its smallest particle, and for each random insertion whose total the first particle exceeds twice.
 pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: u8) -> Vec<String> {
     let mut warnings = Vec::new();
     for insertion in insertions {
         warnings.extend(idle(insertion, *scene.time.end));
         let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
-        let density = |part: &Ingredient| {
-            let material = scene.materials.get(part.material.index());
-            material.map_or(f64::NAN, |material| *material.density)
-        };
-        // What a particle counts, and the unit.
-        let (total, weight, unit): (f64, &dyn Fn(&Ingredient) -> f64, &str) = match insertion.total
-        {
+        let (total, unit) = match insertion.total {
             Some(Total::Number(number)) if insertion.by_quota => {
                 warnings.extend(of_numbers(scene, insertion, number));
                 continue;
             }
-            Some(Total::Mass(mass)) => (mass, &density, "kg"),
-            Some(Total::Volume(volume)) => (volume, &|_| 1.0, "m^3"),
+            Some(Total::Mass(mass)) => (mass, "kg"),
+            Some(Total::Volume(volume)) => (volume, "m^3"),
             _ => continue,
+        };
+        // What a volume of 1 m^3 counts.
+        let weight = |part: &Ingredient| {
+            let material = scene.materials.get(part.material.index());
+            match unit {
+                "kg" => material.map_or(f64::NAN, |material| *material.density),
+                _ => 1.0,
+            }
         };
         let smallest =
             |part: &Ingredient| weight(part) * volume(0.5 * part.sizes.smallest(), dimensions);
