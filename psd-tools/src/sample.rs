@@ -120,10 +120,7 @@ impl Sample {
         let n = self.len();
         let index = match weighting {
             Weighting::Number => ((u * n as f64).ceil() as usize).clamp(1, n) - 1,
-            Weighting::Volume => {
-                let wanted = u * self.volumes[n];
-                (self.volumes[1..].partition_point(|&v| v < wanted)).min(n - 1)
-            }
+            Weighting::Volume => self.volume_index(u),
             Weighting::Length | Weighting::Area => {
                 let k = i32::from(weighting.power());
                 let scale = self.largest();
@@ -138,6 +135,14 @@ impl Sample {
             }
         };
         self.diameters[index]
+    }
+
+    /// The particle (from 0, ascending) at which the share of the volume reaches `u`.
+    #[must_use]
+    pub fn volume_index(&self, u: f64) -> usize {
+        let n = self.len();
+        let wanted = u * self.volumes[n];
+        (self.volumes[1..].partition_point(|&v| v < wanted)).min(n - 1)
     }
 
     /// How many equal particles would know the volume's distribution as well: (sum v)^2 / sum v^2.

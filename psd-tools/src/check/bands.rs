@@ -169,15 +169,13 @@ pub fn volume_interval(sample: &Sample, u: f64, level: f64) -> Interval {
     // Var of F(d) = sum of v^2 (1(d_i <= d) - F)^2 / V^2.
     let own = |i: usize| sample.volume_share(i + 1) - sample.volume_share(i);
     let value = sample.quantile(Weighting::Volume, u);
-    let split = sample.diameters().partition_point(|&d| d <= value);
     let (mut below, mut above) = (0.0, 0.0);
     for i in 0..sample.len() {
         let square = own(i) * own(i);
-        if i < split {
-            below += square
-        } else {
-            above += square
-        }
+        // The particle that holds the quantile counts on both sides: were it counted on one, a large one would leave no error.
+        let part = ((u - sample.volume_share(i)) / own(i)).clamp(0.0, 1.0);
+        below += part * square;
+        above += (1.0 - part) * square;
     }
     let error = (below * (1.0 - u) * (1.0 - u) + above * u * u).sqrt();
     let spread = normal_quantile(1.0 - 0.5 * level) * error;
@@ -185,7 +183,9 @@ pub fn volume_interval(sample: &Sample, u: f64, level: f64) -> Interval {
     let all_on_one_side = |share: f64| libm::exp(number * libm::log(share));
     let end = |at: f64, outside: f64| {
         let is_known = all_on_one_side(outside) <= 0.5 * level && at > 0.0 && at < 1.0;
-        is_known.then(|| sample.quantile(Weighting::Volume, at))
+        // Within the particle that holds the quantile nothing is known.
+        (is_known && sample.volume_index(at) != sample.volume_index(u))
+            .then(|| sample.quantile(Weighting::Volume, at))
     };
     Interval {
         value,

@@ -310,3 +310,22 @@ fn intervals_by_number_follow_the_binomial_law() {
     let interval = number_interval(&sample, 0.5, 0.05);
     assert_eq!([interval.low, interval.high], [Some(40.0), Some(61.0)]);
 }
+
+/// Where one particle holds much of the volume, its size is no end of the interval of the quantile that lies in it, as if all were known.
+#[test]
+fn a_large_particle_does_not_hide_the_error_by_volume() {
+    use super::super::volume_interval;
+    let large = |size: f64| {
+        let mut sizes: Vec<f64> = (0..20).map(|i| 1.0 + 0.01 * f64::from(i)).collect();
+        sizes.push(size);
+        Sample::new(sizes).expect("sizes")
+    };
+    // Six tenths of the volume in one of 21: d90 lies in it, and nothing is known of it. Were it a small one, something would be.
+    let interval = volume_interval(&large(3.2), 0.9, 0.05);
+    assert_eq!([interval.low, interval.high], [None, None], "{interval:?}");
+    let interval = volume_interval(&large(1.1), 0.5, 0.05);
+    assert!(
+        interval.low.is_some() && interval.high.is_some(),
+        "{interval:?}"
+    );
+}
