@@ -337,6 +337,7 @@ fn velocities_are_uniform_about_the_mean() {
     }
     // Four standard deviations of the mean of n uniform numbers of +-a: a / sqrt(3 n).
     assert!((sum.x / n).abs() < 4.0 * 0.2 / (3.0 * n).sqrt());
+    assert!((sum.z / n).abs() < 4.0 * 0.1 / (3.0 * n).sqrt());
     let kinetic: f64 = still
         .particles
         .records
