@@ -223,6 +223,8 @@ mod tests {
         };
         assert_eq!(servo.advance(state, 1.0, 0.1).displacement, 0.0);
         assert_eq!(servo.advance(state, 1.1, 0.1).displacement, 0.05);
+        // The step that ends with its time is its last.
+        assert_eq!(servo.advance(state, 2.0, 0.1).velocity, 0.5);
         assert_eq!(servo.advance(state, 2.1, 0.1).velocity, 0.0);
     }
 }

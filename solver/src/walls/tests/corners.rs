@@ -187,6 +187,26 @@ fn adjacency_goes_round_a_ring_and_stops_at_ends() {
     assert!(!vessel.adjacent(7, 0));
 }
 
+/// Three pieces are enough to close a profile: its first corner is a corner like the others, and no end.
+#[test]
+fn a_ring_of_triangular_section_is_closed() {
+    let corners = [[1.0, 0.0], [2.0, 0.0], [1.5, 1.0]];
+    let ring = revolution(
+        &[corners[0], corners[1], corners[2], corners[0]],
+        Side::Outside,
+    );
+    assert!(ring.adjacent(2, 0) && ring.adjacent(0, 2));
+    assert!(
+        ring.adjacent(2, 3) && ring.adjacent(3, 0),
+        "faces 2 and 0 meet in corner 3"
+    );
+    for (k, [r, z]) in (0u32..).zip(corners) {
+        let away = at(r, z) - at(1.5, 1.0 / 3.0);
+        let centre = at(r, z) + 0.1 * away.normalize();
+        assert_eq!(features(&ring, centre, 0.2), [3 + k]);
+    }
+}
+
 #[test]
 fn bounded_and_endless_cylinders_agree_between_the_rims() {
     for side in [Side::Inside, Side::Outside] {

@@ -160,3 +160,41 @@ proptest! {
         }
     }
 }
+
+/// Who comes between two lists meets a wall that was set back by a period in the same step where it stands then.
+#[test]
+fn a_wall_that_is_set_back_is_met_where_it_stands() {
+    let images = Images::new(DVec3::ZERO, SIZE, [true; 3]);
+    let origin = dvec3(0.2, 0.6, 0.4);
+    let shape = Shape::Disc(Disc::new(DVec3::X, origin, 0.1).unwrap());
+    let along = Component::Translation {
+        velocity: DVec3::X,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let wall = Wall {
+        name: "wall".to_owned(),
+        material: MaterialIndex::new(0),
+        shape: shape.clone(),
+        motion: Motion::new(vec![along]).unwrap(),
+        from: 0.0,
+        until: f64::INFINITY,
+        reference: DVec3::ZERO,
+    };
+    let dt = 0.01;
+    let mut now = WallNow::new(&wall, dt, &images);
+    for step in 1..=300 {
+        let time = f64::from(step) * dt;
+        now.advance(&wall, time, dt, &images);
+        // In front of its middle, where that has gone.
+        let centre = images.wrap(origin + (time + 0.01) * DVec3::X);
+        let is_met = |&code: &u32| {
+            let code = now.image_of(&images, centre, code);
+            let place = now.state.into_wall(centre + images.any_shift(code));
+            !touches(&shape, place, 0.02).is_empty()
+        };
+        assert!(now.met_by().iter().any(is_met), "at {time} s");
+        // As each list does.
+        now.note_images(&images);
+    }
+}

@@ -457,6 +457,41 @@ fn one_sided_meshes_push_out_where_they_are_nearest() {
     assert_eq!(touches(&wall, DVec3::new(0.96, 0.1, 0.97), 0.1).len(), 2);
 }
 
+/// On which side of a one-sided mesh a centre beyond a corner is does not depend on how the faces are cut into triangles: each counts with its
+/// angle at the corner (Baerentzen and Aanaes 2005).
+#[test]
+fn the_side_at_a_corner_does_not_depend_on_the_triangulation() {
+    let rim = |turn: f64| DVec3::new(-1.0, 0.2 * (TAU * turn).cos(), 0.2 * (TAU * turn).sin());
+    for cuts in [1, 40] {
+        // A spike of three sides with its tip at the origin, the first of them cut into many that meet there.
+        let mut ring: Vec<DVec3> = (0..cuts)
+            .map(|k| rim(0.0).lerp(rim(1.0 / 3.0), f64::from(k) / f64::from(cuts)))
+            .collect();
+        ring.extend([rim(1.0 / 3.0), rim(2.0 / 3.0)]);
+        let count = ring.len() as u32;
+        let sides = (0..count).map(|k| [0, 1 + k, 1 + (k + 1) % count]);
+        let base = (0..count - 2).map(|k| [count, 2 + k, 1 + k]);
+        let triangles = sides.chain(base).collect();
+        let spike = mesh([vec![DVec3::ZERO], ring].concat(), triangles);
+        let wall = shape(&spike, true);
+        for k in 0..24 {
+            let angle = TAU * f64::from(k) / 24.0;
+            // In front of all edges that end in the tip.
+            let away = DVec3::new(0.3, angle.cos(), angle.sin()).normalize();
+            let found = touches(&wall, 0.05 * away, 0.1);
+            assert_eq!(found.len(), 1, "{cuts} cuts, {away}: {found:?}");
+            assert!(
+                (found[0].distance - 0.05).abs() < 1e-15,
+                "{cuts} cuts, {away}"
+            );
+            assert!(
+                found[0].normal.distance(away) < 1e-14,
+                "{cuts} cuts, {away}"
+            );
+        }
+    }
+}
+
 /// Sheets that are there twice, seams of more than two triangles and cracks thinner than the precision give one contact.
 #[test]
 fn repeated_and_unwelded_triangles_are_one_contact() {
