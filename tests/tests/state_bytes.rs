@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
-use mercury_solver::plan::{Plan, plan, read_scene};
+use mercury_solver::plan::{Guard, GuardPolicy, Plan, plan, read_scene};
 use mercury_solver::state::{Encoder, Particles};
 use mercury_solver::step::{Engine, RunError, Snapshot, StartOptions};
 use mercury_solver::walls::Shape;
@@ -90,6 +90,50 @@ fn every_example_scene_goes_on_from_its_bytes() {
                 );
             }
         }
+    }
+}
+
+/// What the guard has counted is part of the state: a run that goes on tells of all of it at its end.
+#[test]
+fn counts_of_the_guard_go_on() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
+    let mut draft = planned(&path).draft();
+    // Limits far below what the collision of the scene comes to.
+    draft.guard = Guard {
+        policy: GuardPolicy::Warn,
+        overlap: 1e-6,
+        way: 1e-6,
+    };
+    let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+    while engine.guard_warnings().len() < 2 {
+        engine.step(None).expect("the scene goes on");
+    }
+    let (told, steps) = (engine.guard_warnings(), engine.steps());
+    let state = engine.snapshot();
+    let mut other = Engine::restore(Arc::clone(engine.plan()), state, 1).unwrap();
+    assert_eq!(other.guard_warnings(), told);
+    engine.steps_at_once(10, None).unwrap();
+    other.steps_at_once(10, None).unwrap();
+    assert_eq!(other.guard_warnings(), engine.guard_warnings());
+    assert_ne!(
+        told,
+        engine.guard_warnings(),
+        "nothing to count after step {steps}"
+    );
+}
+
+/// What was lost so far is part of the state, and so is what the audit needs for the mean of two steps.
+#[test]
+fn the_energy_budget_goes_on() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
+    let mut draft = planned(&path).draft();
+    draft.energy_budget = true;
+    let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+    // Amid the collision, which takes 0.02 s.
+    engine.steps_at_once(200, None).expect("the scene goes on");
+    assert!(engine.audit().dissipated() > 0.0);
+    if let Err(error) = goes_on(&mut engine, 2, 150) {
+        panic!("{error}");
     }
 }
 
