@@ -210,6 +210,21 @@ fn between_spheres() {
     }
 }
 
+/// The point of contact is farther from the centre of the larger one.
+#[test]
+fn between_unequal_spheres() {
+    for (name, law) in laws() {
+        closes(name, || {
+            let mut plan = askew(law);
+            let large = &mut plan.particles[1];
+            large.radius *= 1.5;
+            // As far apart as equal ones are.
+            large.position *= 1.0 + 0.5 * RADIUS / large.position.length();
+            plan
+        });
+    }
+}
+
 #[test]
 fn on_walls_that_move() {
     for (name, law) in laws() {

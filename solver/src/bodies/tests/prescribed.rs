@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3, dvec3};
+use glam::{DMat3, DQuat, DVec3, dvec3};
 
 use super::t_bar;
 use crate::contact::registry::AnyPairLaw;
@@ -84,4 +84,26 @@ fn a_prescribed_spin_is_turned_by_the_midpoint_rule() {
         coarse > 1e-6 && coarse / fine > 12.0,
         "{coarse:e}, {fine:e}"
     );
+}
+
+/// The angular momentum of a body whose spin is prescribed is that of its spin, as it stands: its energy is w I w / 2.
+#[test]
+fn the_energy_of_a_prescribed_spin_is_that_of_the_body_as_it_stands() {
+    for held in [[None, None, Some(6.0)], [Some(0.0), Some(3.0), Some(6.0)]] {
+        let bar = NewBody {
+            orientation: DQuat::from_rotation_y(0.5),
+            angular_velocity: dvec3(1.0, 0.5, 6.0),
+            prescribed_angular_velocity: held,
+            ..NewBody::at(DVec3::ZERO, 0)
+        };
+        let body = after(400, 1e-3, bar);
+        let turned = DMat3::from_quat(body.orientation);
+        let inertia = turned * DMat3::from_diagonal(body.moments) * turned.transpose();
+        let energy = 0.5 * body.angular_velocity.dot(inertia * body.angular_velocity);
+        let found = body.rotational_energy();
+        assert!(
+            (found / energy - 1.0).abs() < 1e-12,
+            "{found} J, not {energy} J"
+        );
+    }
 }
