@@ -378,3 +378,52 @@ fn passing_through_is_named_whatever_the_limits() {
         }
     }
 }
+
+/// A rod of three spheres parallel to the wall at the face of the domain, pressed through it at 0.2 radii a step: all of it is beyond, and leaves, in one step.
+#[test]
+fn a_body_that_leaves_through_a_wall_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    // Three touching spheres of 1 mm: m = 3 (4/3 pi r^3) rho, I = m r^2 (0.4, 0.4 + 8/3, 0.4 + 8/3).
+    let mass = 3.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-9 * 2500.0;
+    let [along, across] = [0.4, 0.4 + 8.0 / 3.0].map(|factor| factor * mass * 1e-6);
+    let clump = format!(
+        r#"
+        name = "rod"
+        density = 2500.0
+        mass = {mass}
+        volume = {volume}
+        centre_of_mass = [0.0, 0.0, 0.0]
+        principal_moments = [{along}, {across}, {across}]
+        rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        inertia_method = "pebbles"
+        pebbles = [
+            {{ position = [-2e-3, 0.0, 0.0], radius = 1e-3 }},
+            {{ position = [0.0, 0.0, 0.0], radius = 1e-3 }},
+            {{ position = [2e-3, 0.0, 0.0], radius = 1e-3 }},
+        ]
+        "#,
+        volume = mass / 2500.0,
+    );
+    fs::write(folder.path().join("rod.clump.toml"), clump).unwrap();
+    let ball = box_with_ball(LINEAR, 0.0, 5e-6);
+    let (head, _) = ball.split_once("[[particles]]").unwrap();
+    let text = format!(
+        "{head}
+        [clumps.rod]
+        file = \"rod.clump.toml\"
+        material = \"m\"
+        [[particles]]
+        name = \"rod\"
+        clump = \"rod\"
+        position = [0.01, 0.015, 0.01]
+        velocity = [0, 40, 0]
+        "
+    );
+    let output = solve(folder.path(), &text, &["--set", "guard.overlap=5"]);
+    let said = errors(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("has gone through wall `box.+y`: its centre is "),
+        "{said}"
+    );
+}

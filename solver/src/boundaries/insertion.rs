@@ -220,6 +220,8 @@ impl Insertion {
                 break Limit::Total;
             }
             if insertion.rate_reached(&self.state.inserted, around.time - slack) {
+                // All that was due has found a place: the region is not full any more.
+                self.state.credit = Credit::default();
                 break Limit::Rate;
             }
             let Some(pending) = self.state.pending.or_else(|| self.draw(insertion)) else {

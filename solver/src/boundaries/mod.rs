@@ -32,7 +32,7 @@ mod tally;
 mod tests;
 mod thinning;
 
-pub(crate) use blocked::wall_in_the_way;
+pub(crate) use blocked::{PLACES as PLACES_AMONG_WALLS, wall_in_the_way};
 pub use domain_volume::volume_within;
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
@@ -88,7 +88,7 @@ pub struct Boundaries {
     deletion: Deletion,
     deleted: Vec<Tally>,
     faces: [Tally; 6],
-    /// Particles that left through a face in the present step, as they were then.
+    /// Particles, and pebbles of bodies, that left through a face in the present step, as they were then.
     left_by_face: Vec<(Id, Particle)>,
     rows: RowMap,
     /// How far a particle may be from where it was listed, m.
@@ -175,7 +175,17 @@ impl Boundaries {
                     }
                     tally.count(&particles.records[row], particles.masses[row], dimensions);
                 }
-                Leaver::Body(index) => tally.count_body(&particles.bodies()[index as usize]),
+                Leaver::Body(index) => {
+                    let body = &particles.bodies()[index as usize];
+                    let bodies = particles.bodies.iter();
+                    let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
+                    if matches!(exit, Exit::Face(_)) {
+                        let rows = pebbles.map(|pebble| pebble.row.index());
+                        let left = rows.map(|row| (particles.ids[row], particles.records[row]));
+                        self.left_by_face.extend(left);
+                    }
+                    tally.count_body(body);
+                }
             }
         }
         let rows = particles.len();
@@ -187,7 +197,7 @@ impl Boundaries {
         true
     }
 
-    /// Particles, not bodies, that left through a face of the domain in the present step, as they were then.
+    /// Particles, and pebbles of bodies, that left through a face of the domain in the present step, as they were then.
     #[must_use]
     pub fn left_by_face(&self) -> &[(Id, Particle)] {
         &self.left_by_face

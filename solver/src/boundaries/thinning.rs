@@ -6,6 +6,8 @@
 //! region is paid from it too, and as much may be spent on places then, in advance: so tries come in rounds, and neither costs more
 //! than the other. Places that are found cost nothing, so a region that is not full is filled as fast as ever.
 
+use crate::state::Plain;
+
 /// The part of the cost of a step that may go into failures.
 const SHARE: f64 = 0.01;
 /// Looks that take as long as a step of one particle: at least 60 ns against some 4 ns.
@@ -125,11 +127,26 @@ impl Credit {
     }
 }
 
-crate::state::plain!(Credit {
-    left,
-    least,
-    is_crowd_paid
-});
+impl Plain for Credit {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        (self.left, (self.least, self.is_crowd_paid)).put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let (left, (least, is_crowd_paid)) = Plain::take(bytes)?;
+        let credit = Self {
+            left,
+            least,
+            is_crowd_paid,
+        };
+        if credit.left.is_nan() || !(credit.least <= 0.0) {
+            return Err(format!(
+                "no credit of an insertion: {left}, {least} at least"
+            ));
+        }
+        Ok(credit)
+    }
+}
 
 #[cfg(test)]
 mod tests {

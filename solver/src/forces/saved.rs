@@ -352,37 +352,119 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::state::Encoder;
+
+    /// A slot of a row `ahead` of the one before it: of any image, feature and state, the usual ones most often.
+    fn any_slot() -> impl Strategy<Value = (u32, u32, u32, SlotState, u32, [f64; 2])> {
+        let state = prop_oneof![
+            Just(SlotState::Near),
+            Just(SlotState::Touching),
+            Just(SlotState::Bonded),
+            Just(SlotState::Behind),
+            Just(SlotState::Through)
+        ];
+        (
+            prop_oneof![2 => Just(0), 1 => 1u32..3],
+            any::<u32>(),
+            prop_oneof![2 => Just(NO_SHIFT), 1 => 0u32..27],
+            state,
+            prop_oneof![2 => Just(FREE), 1 => any::<u32>()],
+            prop_oneof![
+                Just([0.0, 0.0]),
+                Just([0.0, -0.0]),
+                [-1.0f64..1.0, -1.0..1.0]
+            ],
+        )
+    }
+
+    fn same(a: &SavedSlot<'_>, b: &SavedSlot<'_>) -> bool {
+        let bits =
+            |slot: &SavedSlot<'_>| slot.history.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        (a.row, a.partner, a.image, a.state, a.feature)
+            == (b.row, b.partner, b.image, b.state, b.feature)
+            && bits(a) == bits(b)
+    }
 
     proptest! {
         #[test]
         fn what_is_pushed_comes_back_to_the_bit(
-            histories in proptest::collection::vec(
-                prop_oneof![Just([0.0, 0.0]), Just([0.0, -0.0]), [-1.0f64..1.0, -1.0..1.0]], 0..30)
+            told in proptest::collection::vec(any_slot(), 0..30)
         ) {
+            let mut row = 5;
+            let pushed: Vec<SavedSlot<'_>> = told
+                .iter()
+                .map(|(ahead, partner, image, state, feature, history)| {
+                    row += ahead;
+                    SavedSlot {
+                        row,
+                        partner: *partner,
+                        image: *image,
+                        state: *state,
+                        feature: *feature,
+                        history,
+                    }
+                })
+                .collect();
             let mut slots = SavedSlots::new(vec![0.0; 2]);
-            for (row, history) in (0..).zip(&histories) {
-                let slot = SavedSlot {
-                    row,
-                    partner: row + 7,
-                    image: row % 27,
-                    state: SlotState::Bonded,
-                    feature: 3,
-                    history: &[],
-                };
-                slots.push(slot, Some(history), |history, all| all.extend(history));
-            }
-            let something = |history: &&[f64; 2]| history.map(f64::to_bits) != [0; 2];
-            let remembering = histories.iter().filter(something).count();
+            pushed.iter().for_each(|&slot| slots.push_whole(slot));
+            let something = |slot: &&SavedSlot<'_>| slot.history.iter().any(|x| x.to_bits() != 0);
+            let remembering = pushed.iter().filter(something).count();
             prop_assert_eq!(slots.histories.len(), 2 * remembering);
             let mut bytes = Vec::new();
             slots.put(&mut bytes);
             let back = SavedSlots::take(&mut &bytes[..]).unwrap();
-            prop_assert_eq!(back.len(), histories.len());
-            let bits = |history: &[f64]| -> Vec<u64> { history.iter().map(|x| x.to_bits()).collect() };
-            for (slot, history) in back.iter().zip(&histories) {
-                prop_assert_eq!(bits(slot.history), bits(history));
-                prop_assert_eq!(slot.partner, slot.row + 7);
+            prop_assert_eq!(back.len(), pushed.len());
+            for (found, expected) in back.iter().zip(&pushed) {
+                prop_assert!(same(&found, expected), "{:?} {:?}", found, expected);
             }
+
+            // In stretches of whole rows, as threads write them, the bytes are the same.
+            let cut = pushed.iter().position(|slot| slot.row > 10).unwrap_or(pushed.len());
+            let stretches = [&pushed[..cut], &pushed[cut..]].map(|part| {
+                let mut stretch = Stretch::reusing(Vec::new(), Vec::new());
+                let slots = part.iter().map(|slot| {
+                    (SavedSlot { history: &[], ..*slot }, Some(slot.history))
+                });
+                stretch.extend(&[0.0; 2], slots, |history, all| all.extend(history));
+                stretch
+            });
+            let mut encoder = Encoder::new();
+            encoder.section_by("slots", |pieces| put_stretches(pieces, &[0.0; 2], stretches.into()));
+            let whole = encoder.finish();
+            prop_assert!(whole.ends_with(&bytes));
         }
+
+        #[test]
+        fn arbitrary_bytes_are_refused_or_read(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
+            let _ = SavedSlots::take(&mut &bytes[..]);
+        }
+    }
+
+    #[test]
+    fn slots_that_tell_of_nothing_are_refused() {
+        let of = |head: &[u8]| {
+            let mut bytes = Vec::new();
+            Vec::<f64>::new().put(&mut bytes);
+            1usize.put(&mut bytes);
+            bytes.extend_from_slice(head);
+            bytes.extend_from_slice(&[0; 8]);
+            SavedSlots::take(&mut &bytes[..]).map(|slots| slots.len())
+        };
+        assert_eq!(of(&[OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0]), Ok(1));
+        assert!(
+            of(&[0, 1, 0, 0, 0])
+                .unwrap_err()
+                .contains("tells of no row")
+        );
+        assert!(
+            of(&[UNUSED | OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0])
+                .unwrap_err()
+                .contains("no way to tell")
+        );
+        assert!(
+            of(&[OTHER_ROW | 5, 1, 0, 0, 0, 2, 0, 0, 0])
+                .unwrap_err()
+                .contains("no state")
+        );
     }
 }

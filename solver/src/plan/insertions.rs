@@ -15,8 +15,8 @@ use mercury_common::sizes::{SizeDistribution, SizeError};
 use super::{Plan, meshes};
 use crate::bodies::Clump;
 use crate::boundaries::{
-    DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, Rate, Region, Space, may_hold,
-    volume_within, wall_in_the_way,
+    DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, PLACES_AMONG_WALLS, Rate, Region,
+    Space, may_hold, volume_within, wall_in_the_way,
 };
 use crate::contact::parameter::short;
 use crate::neighbours::Images;
@@ -284,7 +284,12 @@ pub(super) fn check_among_walls(
     let (walls, now): (Vec<&Wall>, Vec<WallNow>) = (walls.iter().filter(stays))
         .map(|wall| (wall, WallNow::new(wall, 0.0, &images)))
         .unzip();
-    for (insertion, planned) in scene.insertions.iter().zip(insertions) {
+    for planned in insertions {
+        // Those with errors of their own are not planned.
+        let is_it = |insertion: &&Insertion| insertion.name.value == planned.name;
+        let Some(insertion) = scene.insertions.iter().find(is_it) else {
+            continue;
+        };
         let stated: f64 = (insertion.mixture.iter())
             .map(|part| part.stated_share)
             .sum();
@@ -308,7 +313,7 @@ pub(super) fn check_among_walls(
         }
         if let Some(wall) = wall_in_the_way(&planned.region, radius, space, &now) {
             let error = insertion.region.error(format!(
-                "the region of \"{}\" lies behind or in walls, most of it `{}`: not even a sphere of {} m has a place there",
+                "the region of \"{}\" lies behind or in walls, most of it `{}`: of {PLACES_AMONG_WALLS} places in it not one has room for a sphere of {} m",
                 insertion.name.value,
                 walls[wall].name,
                 short(2.0 * radius)

@@ -6,7 +6,9 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 use proptest::prelude::*;
 
-use super::super::{Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total};
+use super::super::{
+    Boundaries, Credit, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total,
+};
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::neighbours::Images;
 use crate::plan::{Draft, Material, NewParticle, Plan};
@@ -673,4 +675,38 @@ fn an_insertion_that_waits_goes_on_from_any_step_as_if_it_had_not_stopped() {
     let now = &state(&engine).insertions[0];
     assert!(now.failed_attempts > started_with.failed_attempts);
     assert!(now.inserted.number > started_with.inserted.number);
+}
+
+/// A region that was full once counts as full until all that was due has come: then the feed goes on as if nothing had been, and is thinned no more.
+#[test]
+fn a_feed_that_was_choked_once_is_not_thinned_for_ever() {
+    let mut draft = plan();
+    let large = NewParticle::at(DVec3::splat(0.5), 0.45, MaterialIndex::new(0));
+    draft.particles = vec![large];
+    let region = Region::Box {
+        min: DVec3::splat(0.4),
+        max: DVec3::splat(0.6),
+    };
+    draft.insertions = vec![InsertionPlan {
+        total: None,
+        rate: Some(Rate::Steady {
+            quantity: Quantity::Number,
+            per_second: 100.0,
+        }),
+        ..insertion(region, monodisperse(0.01), Total::Full)
+    }];
+    let mut still = Still::new(draft);
+    let credit = |still: &Still| still.boundaries.insertions().next().unwrap().credit;
+    still.exchange(0.1);
+    assert_ne!(credit(&still), Credit::default());
+    assert_eq!(still.inserted().number, 0);
+    // It leaves the domain.
+    still.particles.records[0].position = DVec3::splat(5.0);
+    still.boundaries.listed(&still.particles, 0.01);
+    // At first it is paid for, step by step.
+    for step in 0..1000 {
+        still.exchange(0.1 + 1e-6 * f64::from(step));
+    }
+    assert_eq!(still.inserted().number, 11);
+    assert_eq!(credit(&still), Credit::default());
 }

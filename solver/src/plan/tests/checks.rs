@@ -333,12 +333,25 @@ fn a_region_behind_walls_is_an_error() {
         assert_eq!(
             complaints,
             [
-                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: not even a sphere of 0.1 m has a place there | \
+                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: of 400000 places in it not one has room for a sphere of 0.1 m | \
                  move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`"
             ],
             "{wall}"
         );
     }
+    // One with an error of its own in front of it changes nothing of that.
+    let broken = inserted_beside(refused[1], "").replace("name = \"rain\"", "name = \"dust\"");
+    let broken = broken.replace("radius = 0.3", "radius = 0.01");
+    let whole = inserted_beside(refused[1], "");
+    let (_, entry) = whole.split_once("[[insertions]]").expect("an insertion");
+    let complaints_of_both = complaints(&format!("{broken}[[insertions]]{entry}"));
+    let behind = |complaint: &&String| complaint.contains("lies behind or in walls");
+    let behind: Vec<&String> = complaints_of_both.iter().filter(behind).collect();
+    assert!(
+        behind.len() == 1 && behind[0].contains("the region of \"rain\""),
+        "{complaints_of_both:?}"
+    );
+    assert!(complaints_of_both.len() > 1, "{complaints_of_both:?}");
     let taken = [
         // The other side; a cap that holds some; a wall that goes away.
         "shape = \"sphere\"\norigin = [0, 0, 0]\nradius = 0.5\nside = \"inside\"",
