@@ -139,7 +139,7 @@ impl Plain for Credit {
             least,
             is_crowd_paid,
         };
-        if credit.left.is_nan() || !(credit.least <= 0.0) {
+        if credit.left.is_nan() || credit.least.is_nan() || credit.least > 0.0 {
             return Err(format!(
                 "no credit of an insertion: {left}, {least} at least"
             ));
