@@ -572,6 +572,14 @@ fn generated_pebbles_are_not_asked_for_frame_and_unit() {
         path,
         &["wedge.obj", "--generate", "tangent", "--pebbles", "1"],
     );
+    // (6 V / pi)^(1/3) of the surface's volume, 1 m^3.
+    let size = "equal-volume diameter 1.240701 m\n";
+    assert!(text.contains(size), "{text}");
+    let file = fs::read_to_string(path.join("wedge.clump.toml")).unwrap();
+    assert!(
+        file.contains("\nequal_volume_diameter = 1.24070098"),
+        "{file}"
+    );
     let line = text.lines().find(|line| line.starts_with(shift)).unwrap();
     assert!(
         line.ends_with("% of the body's size away from that of the surface"),

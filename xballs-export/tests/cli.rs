@@ -390,9 +390,14 @@ fn lammps_gets_a_dump_and_liggghts_a_data_file() {
     succeeds(place.path(), &["lammps", "run", "--frames", "1"]);
     let text = fs::read_to_string(place.path().join("run/lammps/run.lammpstrj")).unwrap();
     let expected = "ITEM: TIMESTEP\n50\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS ff pp ff\n0 4\n0 1\n0 2\n\
-        ITEM: ATOMS id type x y z vx vy vz radius omegax omegay omegaz mass fx fy fz\n\
-        1 1 1 0.1 0.3333333333333333 0 0.5 0 0.5 0 0 0 0.1 -0 -0 -1\n";
+        ITEM: ATOMS id type x y z vx vy vz radius omegax omegay omegaz mass fx fy fz mol\n\
+        1 1 1 0.1 0.3333333333333333 0 0.5 0 0.5 0 0 0 0.1 -0 -0 -1 0\n";
     assert!(text.starts_with(expected), "{text}");
+    // One of the three is a pebble of body 2.
+    let pebbles = text
+        .lines()
+        .filter(|line| line.split(' ').count() == 17 && line.ends_with(" 3"));
+    assert_eq!(pebbles.count(), 1, "{text}");
     succeeds(place.path(), &["liggghts", "run", "--frames", "last"]);
     let text = fs::read_to_string(place.path().join("run/liggghts/run.0003.lmp")).unwrap();
     let expected = "three spheres (t = 1.5 s, SI units)\n\n3 atoms\n2 atom types\n\n0 4 xlo xhi\n0 1 ylo yhi\n0 2 zlo zhi\n\nAtoms\n\n\

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number, push_numbers};
 use mercury_common::frames::Column;
+use mercury_common::readable::rounded;
 
 use super::{Encode, FilePerFrame, OneFile};
 use crate::output::Output;
@@ -49,13 +50,16 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// Beyond these there is round-off of a quotient or a sum.
+const DIGITS: usize = 12;
+
 fn push_line(out: &mut Vec<u8>, values: &[f64]) {
     push_numbers(out, values, NumberStyle::Shortest);
     out.push(b'\n');
 }
 
 /// Appends a frame in LAMMPS' text dump format: `id type x y z vx vy vz radius omegax omegay omegaz` and, where the frame has
-/// them, `mass` and `fx fy fz`. Ids and types count from 1.
+/// them, `mass`, `fx fy fz` and `mol`: the body of a pebble, 0 for a sphere of its own. Ids, types and bodies count from 1.
 ///
 /// # Errors
 /// When the frame has no ids, radii or positions.
@@ -81,6 +85,13 @@ pub fn push_dump(snapshot: &Snapshot, out: &mut Vec<u8>) -> Result<(), ExportErr
     if force.is_some() {
         out.extend_from_slice(b" fx fy fz");
     }
+    let body = match snapshot.column("body") {
+        Some(Column::OptionalU32(body)) => Some(body),
+        _ => None,
+    };
+    if body.is_some() {
+        out.extend_from_slice(b" mol");
+    }
     out.push(b'\n');
     let mut values = Vec::new();
     for row in 0..rows.ids.len() {
@@ -92,6 +103,7 @@ pub fn push_dump(snapshot: &Snapshot, out: &mut Vec<u8>) -> Result<(), ExportErr
         values.extend(rows.angular_velocity[row].to_array());
         values.extend(mass.map(|mass| mass[row]));
         values.extend(force.iter().flat_map(|force| force[row].to_array()));
+        values.extend(body.map(|body| body[row].map_or(0.0, |body| f64::from(body) + 1.0)));
         push_line(out, &values);
     }
     Ok(())
@@ -121,7 +133,11 @@ pub fn push_data_file(
     let pair = (snapshot.numbers("mass"), snapshot.numbers("volume"));
     let densities: Vec<f64> = match (density, pair) {
         (Some(Density(density)), _) => vec![density; rows.ids.len()],
-        (None, (Ok(mass), Ok(volume))) => mass.iter().zip(volume).map(|(m, v)| m / v).collect(),
+        (None, (Ok(mass), Ok(volume))) => {
+            // What was a density of few digits is one again.
+            let pairs = mass.iter().zip(volume);
+            pairs.map(|(m, v)| rounded(m / v, DIGITS)).collect()
+        }
         (None, _) => {
             let path = snapshot.path.display();
             return Err(ExportError::Input(format!(
@@ -134,7 +150,7 @@ pub fn push_data_file(
     let mut put = |text: String| out.extend_from_slice(text.as_bytes());
     put(format!(
         "{title} (t = {} s, SI units)\n\n",
-        snapshot.frame.time
+        rounded(snapshot.frame.time, DIGITS)
     ));
     put(format!("{} atoms\n{types} atom types\n\n", rows.ids.len()));
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {

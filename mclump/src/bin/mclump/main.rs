@@ -22,6 +22,7 @@ use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{Pebble, Remark};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::formats::pebble_list::read_pebble_list;
+use mercury_common::readable::rounded;
 use sha2::{Digest as _, Sha256};
 
 /// Surfaces of more triangles are described on request only: it takes a minute at a million.
@@ -109,7 +110,10 @@ fn execute(arguments: &Arguments) -> Outcome {
         surface: prepared,
         pebbles,
     };
-    let built = build(&input, &options).map_err(Failure::input)?;
+    let mut built = build(&input, &options).map_err(Failure::input)?;
+    // The size by which the solver asks for clumps.
+    let diameter = (6.0 * built.file.volume / std::f64::consts::PI).cbrt();
+    (built.file.checks).push(("equal_volume_diameter".into(), diameter.into()));
     progress.stage("writing");
     let files = contents(&built, &output, !arguments.no_picture).map_err(Failure::run)?;
     write(&files).map_err(Failure::run)?;
@@ -126,10 +130,11 @@ fn execute(arguments: &Arguments) -> Outcome {
         text += &surface_text(surface);
     }
     text += &format!(
-        "{}: {} pebbles, density {} kg/m3\n",
+        "{}: {} pebbles, density {} kg/m3, equal-volume diameter {} m\n",
         built.file.name,
         built.file.pebbles.len(),
-        arguments.density
+        arguments.density,
+        rounded(diameter, 7)
     );
     text += &table::routes(&built.rows, Some(built.route), arguments.density);
     match &fidelity {
