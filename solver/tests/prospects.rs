@@ -48,7 +48,7 @@ fn that_nothing_holds_the_particles_is_said_before_and_after() {
     );
     assert_eq!(
         after[0],
-        "no particle is left: 100 through the face -z of the domain of 100"
+        "no particle is left: 100 through the face -z of the domain"
     );
     assert!(after[1].starts_with(told), "{after:?}");
 

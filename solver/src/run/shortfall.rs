@@ -60,29 +60,20 @@ fn why(insertion: &InsertionPlan, state: &InsertionState, is_over: bool) -> Opti
     }
 }
 
-/// A warning where nobody is left, though not all were meant to go: which way they went.
+/// A warning where all particles have left through faces of the domain, which no scene asks for: through which ones.
 pub(super) fn all_left(engine: &Engine) -> Option<String> {
     let boundaries = engine.boundaries();
     let gone = boundaries.removed().number;
     let by_faces: u64 = boundaries.faces().iter().map(|tally| tally.number).sum();
-    if by_faces == 0 || engine.particles.grains() > 0 {
+    if gone == 0 || by_faces < gone || engine.particles.grains() > 0 {
         return None;
     }
-    let faces = (FACES.iter().zip(boundaries.faces()))
-        .map(|(face, tally)| (format!("the face {face} of the domain"), tally.number));
-    let deletions = (engine
-        .plan()
-        .physics()
-        .deletions()
-        .iter()
-        .zip(boundaries.deletions()))
-    .map(|(deletion, tally)| (format!("deletion `{}`", deletion.name), tally.number));
-    let ways: Vec<String> = (faces.chain(deletions))
-        .filter(|(_, number)| *number > 0)
-        .map(|(way, number)| format!("{number} through {way}"))
+    let ways: Vec<String> = (FACES.iter().zip(boundaries.faces()))
+        .filter(|(_, tally)| tally.number > 0)
+        .map(|(face, tally)| format!("{} through the face {face}", tally.number))
         .collect();
     Some(format!(
-        "no particle is left: {} of {gone}",
+        "no particle is left: {} of the domain",
         ways.join(", ")
     ))
 }
