@@ -243,7 +243,7 @@ fn why(lack: Lack, at: &str, z: f64) -> String {
             0.5 * z * z
         ),
         Lack::Absent { fall } => format!(
-            "not determined by these data: this part need not be there, ln L falls by {:.2} only without it, and an interval ends where it falls by {:.2}",
+            "not determined by these data: of one part alone ln L is smaller by {:.2} only, and an interval ends where it falls by {:.2}",
             fall.max(0.0),
             0.5 * z * z
         ),
@@ -283,10 +283,7 @@ fn parameters(
             value: share,
             error: error.map(|e| e * share * (1.0 - share)),
             interval: error.map(|e| [logistic(t - z * e), logistic(t + z * e)]),
-            lack: errors[0].err().flatten().map(|lack| {
-                let upwards = matches!(lack, Lack::Flat { upwards, .. } if upwards == first);
-                why(lack, if upwards { "near 1" } else { "near 0" }, z)
-            }),
+            lack: errors[0].err().flatten().map(|lack| why(lack, "", z)),
         });
     }
     for (number, &start) in parts.iter().enumerate() {

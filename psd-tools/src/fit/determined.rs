@@ -3,7 +3,8 @@
 //! Of a parameter that data determine the likelihood falls to both sides: where ln L is z^2/2 below its maximum, all other parameters
 //! being the best ones there, its interval ends (the profile likelihood; Wilks 1938, Ann. Math. Stat. 9, 60). If that is not reached a
 //! hundred times away, the interval has no end, whatever the curvature at the maximum may say: a component that lies within one class
-//! can be as narrow as one likes, one whose share may be 0 can be anything.
+//! can be as narrow as one likes; where one component is nearly as likely as two, the parameters of the other can be anything, and each of the two
+//! can be the other.
 
 use super::data::Data;
 use super::family::Family;
@@ -23,7 +24,7 @@ pub(super) enum Lack {
     AtEnd,
     /// A hundred times away, upwards or downwards, ln L has fallen by this only.
     Flat { upwards: bool, fall: f64 },
-    /// Without its component ln L has fallen by this only.
+    /// Of one component alone ln L is smaller by this only.
     Absent { fall: f64 },
     /// The curvature has no inverse, as others lack.
     Others,
@@ -42,39 +43,36 @@ pub(super) fn lacks(
         return errors.iter().map(lack).collect();
     }
     let is_small = |index: usize| errors[index].is_some_and(|error: f64| error < SMALL);
-    let fall_of = |index: usize, upwards| fall(data, family, minimum, index, upwards, 0.5 * z * z);
-    // The share of a mixture is the first one: downwards the first component goes, upwards the second.
-    let [no_first, no_second] = match family.components {
-        2 if !is_small(0) => [false, true].map(|upwards| fall_of(0, upwards)),
-        _ => [None, None],
-    };
-    let flat = |index: usize, upwards: bool, fall: Option<f64>| {
-        let fall = fall.or_else(|| fall_of(index, upwards))?;
-        Some(Lack::Flat { upwards, fall })
-    };
+    let enough = 0.5 * z * z;
+    if family.components == 2
+        && let Some(fall) = fall_to_one(data, family, minimum).filter(|fall| *fall <= enough)
+    {
+        return vec![Some(Lack::Absent { fall }); minimum.at.len()];
+    }
     (0..minimum.at.len())
         .map(|index| {
-            let absent = match index {
-                1 | 2 => no_first,
-                3 | 4 => no_second,
-                _ => None,
-            };
-            if let Some(fall) = absent {
-                return Some(Lack::Absent { fall });
+            // Where the share of a mixture ends, only one law is left, of which that has been asked.
+            let is_share = index == 0 && family.components == 2;
+            if is_share || is_small(index) {
+                return errors[index].is_none().then_some(Lack::Others);
             }
-            if is_small(index) {
-                return None;
-            }
-            let found = if index == 0 && family.components == 2 {
-                no_first
-                    .and_then(|fall| flat(0, false, Some(fall)))
-                    .or_else(|| flat(0, true, Some(no_second?)))
-            } else {
-                flat(index, false, None).or_else(|| flat(index, true, None))
-            };
-            found.or(errors[index].is_none().then_some(Lack::Others))
+            let flat = [false, true].into_iter().find_map(|upwards| {
+                let fall = fall(data, family, minimum, index, upwards, enough)?;
+                Some(Lack::Flat { upwards, fall })
+            });
+            flat.or(errors[index].is_none().then_some(Lack::Others))
         })
         .collect()
+}
+
+/// By how much ln L falls from two components to the best single one.
+fn fall_to_one(data: &Data, family: Family, minimum: &Minimum) -> Option<f64> {
+    let single = Family {
+        components: 1,
+        ..family
+    };
+    let best = super::search(data, single).ok()?;
+    Some(best.value - minimum.value)
 }
 
 /// By how much ln L falls on the way out with the others at their best; none if by more than `enough`.
