@@ -9,9 +9,9 @@ use super::thinning::Looks;
 use crate::neighbours::Images;
 use crate::walls::WallNow;
 
-/// Places that are tried before a region counts as taken: one that has a ten-thousandth of itself free passes but for 4e-18. With less than a hundred-thousandth
-/// an insertion would find its places as rarely.
-pub(crate) const PLACES: u32 = 400_000;
+/// Places that are tried before a region counts as taken: one that has a ten-thousandth of itself free passes but for 5e-5, and with less than a
+/// hundred-thousandth an insertion would find its places as rarely.
+pub(crate) const PLACES: u32 = 100_000;
 
 /// Which of these walls is in the way of most spheres of this radius (m), if all places that were tried in the region lie behind or
 /// in walls; `None` as soon as one is free.

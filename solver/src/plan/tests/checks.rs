@@ -333,7 +333,7 @@ fn a_region_behind_walls_is_an_error() {
         assert_eq!(
             complaints,
             [
-                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: of 400000 places in it not one has room for a sphere of 0.1 m | \
+                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: of 100000 places in it not one has room for a sphere of 0.1 m | \
                  move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`"
             ],
             "{wall}"
