@@ -491,7 +491,7 @@ fn requests_that_bring_nothing_are_told() {
         let plan = planned(&rain(lines));
         let found = plan.notes().warnings().iter();
         found
-            .filter(|text| text.contains("rain"))
+            .filter(|text| text.contains("\"rain\""))
             .cloned()
             .collect()
     };
