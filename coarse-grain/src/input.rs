@@ -18,6 +18,7 @@ use std::time::Duration;
 use flate2::bufread::MultiGzDecoder;
 use glam::DVec3;
 use mercury_common::error::FormatError;
+use mercury_common::run_files::{self, FRAMES, particles_in, series_number};
 
 use crate::CgError;
 use crate::state::State;
@@ -102,20 +103,17 @@ impl Source {
     /// When there is nothing of this kind, several runs lie in the folder, or the file lacks what is needed.
     pub fn open(path: &Path, given: &Given, needs: Needs) -> Result<Self, CgError> {
         if path.is_dir() {
-            return Self::open_folder(path, given, needs);
+            return Self::open(&particles_in(path)?, given, needs);
         }
         let name = path
             .file_name()
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        if name.ends_with(".particles.arrow") {
+        if name.ends_with(FRAMES) {
             return Ok(Self::Run(Box::new(RunSource::open(path, needs)?)));
         }
-        if name.ends_with(".data")
-            || name.ends_with(".data.gz")
-            || data::series_number(&name).is_some()
-        {
+        if name.ends_with(".data") || name.ends_with(".data.gz") || series_number(&name).is_some() {
             return Ok(Self::Data(Box::new(DataSource::open(path, given, needs)?)));
         }
         if name.ends_with(".restart") {
@@ -137,41 +135,6 @@ impl Source {
         Err(error.into())
     }
 
-    fn open_folder(folder: &Path, given: &Given, needs: Needs) -> Result<Self, CgError> {
-        let entries = std::fs::read_dir(folder).map_err(|error| {
-            FormatError::of_file(folder, format!("the folder cannot be read: {error}"))
-        })?;
-        let mut paths: Vec<PathBuf> = entries
-            .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-            .collect();
-        paths.sort();
-        for kind in [
-            ".particles.arrow",
-            ".data",
-            ".data.gz",
-            ".data.0000",
-            ".data.0",
-        ] {
-            let mut found = paths
-                .iter()
-                .filter(|path| path.to_string_lossy().ends_with(kind));
-            match (found.next(), found.next()) {
-                (None, _) => {}
-                (Some(path), None) => return Self::open(path, given, needs),
-                (Some(first), Some(second)) => {
-                    let found = format!("several runs: {}, {}", first.display(), second.display());
-                    let help = "name the file instead of the folder";
-                    return Err(FormatError::of_file(folder, found).with_help(help).into());
-                }
-            }
-        }
-        let error = FormatError {
-            expected: "a folder of mercury-solve, with a .particles.arrow or .data file".to_owned(),
-            ..FormatError::of_file(folder, "no particles in this folder")
-        };
-        Err(error.into())
-    }
-
     /// The file of particles.
     #[must_use]
     pub fn path(&self) -> &Path {
@@ -185,19 +148,7 @@ impl Source {
     /// What the names of the run's files begin with.
     #[must_use]
     pub fn prefix(&self) -> String {
-        let name = self
-            .path()
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        for ending in [".particles.arrow", ".restart"] {
-            if let Some(prefix) = name.strip_suffix(ending) {
-                return prefix.to_owned();
-            }
-        }
-        name.find(".data")
-            .map_or(name.clone(), |place| name[..place].to_owned())
+        run_files::prefix(self.path())
     }
 
     /// Names of materials by index, as far as the input knows any.

@@ -12,7 +12,8 @@ use mercury_cg::kernel::{KernelChoice, KernelShape, LineCut};
 use mercury_cg::output::stat;
 use mercury_cg::state::{Contacts, Particles, Partner, Space, State};
 use mercury_cg::sums::Layout;
-use support::{shared, table};
+use mercury_common::reference_data::shared;
+use support::table;
 
 /// MercuryCG's conventions: cut at 3 widths, cylinders, no periodic images.
 fn compat(coordinates: Coordinates, place: Place, shape: KernelShape, width: f64) -> Evaluator {

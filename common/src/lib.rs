@@ -12,6 +12,9 @@ pub mod normal;
 pub mod paraview;
 pub mod random;
 pub mod readable;
+#[doc(hidden)]
+pub mod reference_data;
+pub mod run_files;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use mercury_common::reference_data::shared;
 use mercury_common::scene::parse_psd;
 use mercury_common::sizes::SizeDistribution;
 use mercury_common::sizes::table::{Options, SizeKind, parse_type};
@@ -10,24 +11,13 @@ use crate::input::{self, Sizes};
 use crate::sample::Sample;
 use crate::special::kolmogorov_tail;
 
-/// A file of the reference data; `None` (and a message) where they are not installed, unless in continuous integration.
-pub(crate) fn shared(name: &str) -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/shapes/psd");
-    let path = folder.join(name);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        path.display()
-    );
-    println!("skipped: {} is missing", path.display());
-    None
+/// A file of the reference data on sizes.
+pub(crate) fn data(name: &str) -> Option<PathBuf> {
+    shared(&format!("data/shapes/psd/{name}"))
 }
 
 fn read(name: &str, values: Option<&str>) -> Option<Sizes> {
-    let path = shared(name)?;
+    let path = data(name)?;
     let options = Options {
         size: Some(SizeKind::Radius),
         per_metre: Some(if name.contains("Lactose") { 1e6 } else { 1.0 }),

@@ -530,16 +530,9 @@ fn wrong_usage_says_what_to_do() {
 /// index.md: the rows of all four weightings, as the command line gives them.
 #[test]
 fn compat_mercury_gives_the_rows_of_the_reference_data() {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/shapes/psd");
-    if !data.exists() {
-        assert!(
-            std::env::var_os("CI").is_none(),
-            "{} is missing",
-            data.display()
-        );
-        println!("skipped: {} is missing", data.display());
+    let Some(data) = mercury_common::reference_data::shared("data/shapes/psd") else {
         return;
-    }
+    };
     let read = |name: &str, unit: &str, kind: &str| {
         let arguments = [
             "stats", name, "--size", "radius", "--unit", unit, "--type", kind, "--compat",

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use mercury_common::error::FormatError;
 use mercury_common::frames::{Column, ColumnSpec, Frame, FramesHeader};
+use mercury_common::run_files::{FRAMES, particles_in, series_number};
 
 use crate::{ExportError, FrameChoice};
 use data::DataSource;
@@ -110,17 +111,17 @@ impl Source {
     /// When there is nothing of this kind, several runs lie in the folder, or the file cannot be opened.
     pub fn open(path: &Path) -> Result<Self, ExportError> {
         if path.is_dir() {
-            return Self::open_folder(path);
+            return Self::open(&particles_in(path)?);
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.ends_with(".particles.arrow") {
+        if name.ends_with(FRAMES) {
             return Ok(Self::Run(Box::new(RunSource::open(path)?)));
         }
         if name.ends_with(".disp") || name.ends_with(".xballs") {
             let named = crate::xballs_script::Script::read(path)?.data;
             return Ok(Self::Data(DataSource::open(&named)?));
         }
-        if name.ends_with(".data") || data::series_number(&name).is_some() {
+        if name.ends_with(".data") || series_number(&name).is_some() {
             return Ok(Self::Data(DataSource::open(path)?));
         }
         let found = if path.exists() {
@@ -132,37 +133,6 @@ impl Source {
             expected: "a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file"
                 .to_owned(),
             ..FormatError::of_file(path, found)
-        };
-        Err(error.into())
-    }
-
-    fn open_folder(folder: &Path) -> Result<Self, ExportError> {
-        let entries = std::fs::read_dir(folder).map_err(|error| {
-            FormatError::of_file(folder, format!("the folder cannot be read: {error}"))
-        })?;
-        let mut paths: Vec<PathBuf> = entries
-            .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-            .collect();
-        paths.sort();
-        let ending = |ending: &str| {
-            let has = |path: &&PathBuf| path.to_string_lossy().ends_with(ending);
-            paths.iter().filter(has).collect::<Vec<_>>()
-        };
-        for kind in [".particles.arrow", ".data", ".data.0000", ".data.0"] {
-            match ending(kind)[..] {
-                [] => {}
-                [path] => return Self::open(path),
-                [first, second, ..] => {
-                    let [first, second] = [first, second].map(|path| path.display().to_string());
-                    let found = format!("several runs: {first}, {second}");
-                    let help = "name the file instead of the folder";
-                    return Err(FormatError::of_file(folder, found).with_help(help).into());
-                }
-            }
-        }
-        let error = FormatError {
-            expected: "a folder of mercury-solve, with a .particles.arrow or .data file".to_owned(),
-            ..FormatError::of_file(folder, "no particles in this folder")
         };
         Err(error.into())
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mercury_common::error::FormatError;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
+use mercury_common::run_files::series_from;
 
 use super::restart::{Restart, read_restart};
 use super::{
@@ -24,14 +25,6 @@ pub struct DataSource {
     skipped: Skipped,
 }
 
-/// The number behind `.data.` of a file of a series, and the digits it is written with.
-pub(super) fn series_number(name: &str) -> Option<(u64, usize)> {
-    let (_, number) = name.rsplit_once(".data.")?;
-    let digits = number.bytes().all(|b| b.is_ascii_digit());
-    let value: u64 = number.parse().ok().filter(|_| digits)?;
-    Some((value, number.len()))
-}
-
 /// Relative difference of times that print the same in MercuryDPM's ten digits.
 const SAME_TIME: f64 = 1e-8;
 
@@ -44,25 +37,7 @@ impl DataSource {
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
-        let paths = match series_number(&name) {
-            None => vec![path.to_owned()],
-            Some((first, digits)) => {
-                let (stem, _) = name.rsplit_once('.').unwrap_or((&name, ""));
-                // Padded to four digits or not at all, and longer numbers in full.
-                let padded = digits >= 4;
-                let file = |k: u64| {
-                    path.with_file_name(if padded {
-                        format!("{stem}.{k:04}")
-                    } else {
-                        format!("{stem}.{k}")
-                    })
-                };
-                (first..=u64::MAX)
-                    .map(file)
-                    .take_while(|path| path.exists())
-                    .collect()
-            }
-        };
+        let paths = series_from(path);
         let beside = |ending: &str| -> PathBuf {
             let place = name.rfind(".data").unwrap_or(name.len());
             path.with_file_name(format!("{}{ending}", &name[..place]))

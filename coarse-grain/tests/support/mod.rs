@@ -1,8 +1,6 @@
-//! What tests share: random packings and reference data.
+//! What tests share: random packings and tables.
 
 #![allow(dead_code)]
-
-use std::path::PathBuf;
 
 use glam::DVec3;
 use mercury_cg::state::{Contacts, Particles, Partner, Space, State};
@@ -108,23 +106,6 @@ pub(crate) fn loads(state: &State) -> Vec<(DVec3, DVec3)> {
         }
     }
     loads
-}
-
-/// A file of the reference data; `None` (and a message) where they are not installed, unless in continuous integration, where they must be.
-pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared")
-        .join(relative);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        path.display()
-    );
-    println!("skipped: {} is missing", path.display());
-    None
 }
 
 /// The numbers of a table with `skip` lines of heading.

@@ -154,7 +154,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::formats::test_support::{any_number, any_vector, assert_same_numbers, shared};
+    use crate::formats::test_support::{any_number, any_vector, assert_same_numbers};
+    use crate::reference_data::shared;
 
     fn read(text: &str) -> Result<Vec<EnergyRow>, FormatError> {
         EnergyReader::new(text.as_bytes(), "t.ene").collect()

@@ -48,28 +48,8 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FormatError> 
 /// What tests share.
 #[cfg(test)]
 pub(crate) mod test_support {
-    use std::path::PathBuf;
-
     use glam::DVec3;
     use proptest::prelude::*;
-
-    /// A folder of the reference data; `None` (and a message) where the data are not installed, unless
-    /// in continuous integration, where they must be.
-    pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
-        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-            .join("../../shared")
-            .join(relative);
-        if path.exists() {
-            return Some(path);
-        }
-        assert!(
-            std::env::var_os("CI").is_none(),
-            "{} is missing",
-            path.display()
-        );
-        println!("skipped: {} is missing", path.display());
-        None
-    }
 
     /// Compares two texts token by token as numbers; returns how many tokens differ as text.
     pub(crate) fn assert_same_numbers(found: &str, expected: &str, what: &str) -> usize {

@@ -220,7 +220,7 @@ fn pebble(line: Line<'_>, cells: &[Cell<'_>], order: [usize; 4]) -> Result<Pebbl
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::test_support::shared;
+    use crate::reference_data::shared;
     use proptest::prelude::*;
 
     fn parse(text: &str) -> Result<Vec<Pebble>, String> {

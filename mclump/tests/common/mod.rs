@@ -3,29 +3,11 @@
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
-use std::path::PathBuf;
 
 use glam::{DMat3, DQuat, DVec3};
 use mercury_common::formats::clump::Pebble;
 use mercury_common::formats::mesh::TriangleMesh;
-
-/// A file or folder of the reference data; `None` (and a message) where the data are not installed, unless in continuous
-/// integration, where they must be.
-pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared")
-        .join(relative);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        path.display()
-    );
-    println!("skipped: {} is missing", path.display());
-    None
-}
+pub(crate) use mercury_common::reference_data::shared;
 
 pub(crate) fn pebble(x: f64, y: f64, z: f64, radius: f64) -> Pebble {
     Pebble {

@@ -6,6 +6,7 @@ use mercury_common::error::FormatError;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::orientation::quaternion_from_euler;
 use mercury_common::frames::{Column, ColumnKind, ColumnSpec, Frame, FramesHeader};
+use mercury_common::run_files::{prefix, series_from};
 
 use super::{Item, Snapshot};
 use crate::FrameChoice;
@@ -17,42 +18,13 @@ pub struct DataSource {
     prefix: String,
 }
 
-/// The number behind `.data.` of a file of a series, and the digits it is written with.
-pub(super) fn series_number(name: &str) -> Option<(u64, usize)> {
-    let (_, number) = name.rsplit_once(".data.")?;
-    let digits = number.bytes().all(|b| b.is_ascii_digit());
-    let number: u64 = number.parse().ok().filter(|_| digits)?;
-    Some((number, name.len() - name.rfind('.')? - 1))
-}
-
 impl DataSource {
     pub(super) fn open(path: &Path) -> Result<Self, FormatError> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let Some((first, digits)) = series_number(&name) else {
-            // Says at once what is wrong with the name.
-            DataReader::open(path)?;
-            return Ok(Self {
-                paths: vec![path.to_owned()],
-                prefix: name.strip_suffix(".data").unwrap_or(&name).to_owned(),
-            });
-        };
+        // Says at once what is wrong with the name.
         DataReader::open(path)?;
-        let (stem, _) = name.rsplit_once('.').unwrap_or((&name, ""));
-        // Padded to four digits or not at all, and longer numbers in full.
-        let padded = digits >= 4;
-        let file = |k: u64| {
-            path.with_file_name(if padded {
-                format!("{stem}.{k:04}")
-            } else {
-                format!("{stem}.{k}")
-            })
-        };
-        let paths = (first..=u64::MAX)
-            .map(file)
-            .take_while(|path| path.exists());
         Ok(Self {
-            paths: paths.collect(),
-            prefix: stem.strip_suffix(".data").unwrap_or(stem).to_owned(),
+            paths: series_from(path),
+            prefix: prefix(path),
         })
     }
 

@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::formats::test_support::shared;
+use crate::reference_data::shared;
 
 const ROD: &str = r#"name = "rod"
 density = 2500.0

@@ -3,7 +3,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::error::FormatError;
 use crate::formats::number::NumberStyle;
-use crate::formats::test_support::{any_number, any_vector, assert_same_numbers, shared};
+use crate::formats::test_support::{any_number, any_vector, assert_same_numbers};
+use crate::reference_data::shared;
 
 fn read(text: &str) -> Result<Vec<DataFrame>, FormatError> {
     DataReader::new(text.as_bytes(), "t.data").collect()

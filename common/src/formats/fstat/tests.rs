@@ -3,7 +3,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::error::FormatError;
 use crate::formats::number::NumberStyle;
-use crate::formats::test_support::{any_number, any_vector, assert_same_numbers, shared};
+use crate::formats::test_support::{any_number, any_vector, assert_same_numbers};
+use crate::reference_data::shared;
 
 const HEADER: &str = "# 0 1\n# -1 -1 0 1 1 3\n# 0.5 0.5 0 0 0 0\n";
 

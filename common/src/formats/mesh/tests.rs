@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::formats::number::NumberStyle;
-use crate::formats::test_support::shared;
+use crate::reference_data::shared;
 
 /// Writes a file and reads it as a mesh.
 fn read_as(name: &str, content: &[u8]) -> Result<TriangleMesh, FormatError> {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::error::FormatError;
 use crate::formats::number::NumberStyle;
-use crate::formats::test_support::shared;
+use crate::reference_data::shared;
 
 fn read(text: &str) -> Result<Vec<ParticleRow>, FormatError> {
     parse_particle_csv(Path::new("p.csv"), text)

@@ -2,22 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::reference_data::shared;
 use crate::scene::*;
-
-/// The folder of the specification, or `None` (said aloud) where only the project is checked out.
-fn shared() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        folder.display()
-    );
-    eprintln!("skipped: {} is missing", folder.display());
-    None
-}
 
 fn scenes(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = ["scenes", "data/bench"]
@@ -33,7 +19,7 @@ fn scenes(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn every_shared_scene_parses() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     let files = scenes(&folder);
     assert!(files.len() >= 17, "only {} scenes", files.len());
     for path in files {
@@ -53,7 +39,7 @@ fn every_shared_scene_parses() {
 
 #[test]
 fn the_clump_of_the_t_bar_is_asked_for() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     let errors = read_scene(&folder.join("scenes/t-bar.toml"), &[]).expect_err("no clump file yet");
     assert_eq!(errors.0.len(), 1, "{errors}");
     assert_eq!(errors.0[0].path(), "clumps.t-bar.file");
@@ -61,7 +47,7 @@ fn the_clump_of_the_t_bar_is_asked_for() {
 
 #[test]
 fn all_keys_arrive() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     let scene = read_scene(&folder.join("scenes/keys.toml"), &[]).expect("keys.toml parses");
     assert_eq!(scene.title, "All keys");
     assert_eq!(scene.seed, 1);
@@ -102,7 +88,7 @@ fn all_keys_arrive() {
 
 #[test]
 fn defaults_are_those_of_the_contract() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     let scene = read_scene(&folder.join("scenes/drum-soft.toml"), &[]).expect("parses");
     assert_eq!(scene.seed, 0);
     assert_eq!(scene.contact.tangential_history, TangentialHistory::Project);

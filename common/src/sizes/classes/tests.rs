@@ -1,7 +1,7 @@
 //! Closed forms, the reference data, and what is no class.
 
 use super::*;
-use crate::formats::test_support::shared;
+use crate::reference_data::shared;
 use crate::scene::Weighting::{Area, Length, Number, Volume};
 use crate::sizes::SizeDistribution;
 use crate::sizes::table::{self, Content, Options, SizeKind};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::formats::test_support::shared;
+use crate::reference_data::shared;
 use crate::scene::Weighting::{Area, Length, Number, Volume};
 use proptest::prelude::*;
 

@@ -1,30 +1,16 @@
 //! Against a clump that MercuryDPM ships.
 
-use std::path::{Path, PathBuf};
-
 use glam::DVec3;
 use mercury_common::formats::mesh::read_mesh;
+use mercury_common::reference_data::shared;
 
 use super::*;
 
-/// The reference shapes; `None`, with a word, where they are missing (an error under CI).
-fn shapes() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/shapes");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        folder.display()
-    );
-    eprintln!("skipped: {} is missing", folder.display());
-    None
-}
-
 #[test]
 fn the_rattleback_is_closer_to_its_surface_than_the_shipped_clump() {
-    let Some(folder) = shapes() else { return };
+    let Some(folder) = shared("data/shapes") else {
+        return;
+    };
     let mesh = read_mesh(folder.join("mesh/Rattleback.stl")).unwrap();
     let text = std::fs::read_to_string(folder.join("pebbles/rattleback_500_input.csv")).unwrap();
     let shipped: Vec<Pebble> = text

@@ -1,25 +1,12 @@
 //! The scenes of the contract: they have a plan, or a clear refusal.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use mercury_common::reference_data::shared;
 
 use crate::plan::read_scene;
 
 use super::super::{Plan, plan};
-
-/// The folder of the specification, or `None` (said aloud) where only the project is checked out.
-fn shared() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{} is missing",
-        folder.display()
-    );
-    eprintln!("skipped: {} is missing", folder.display());
-    None
-}
 
 fn plan_of(folder: &Path, name: &str) -> Result<Plan, String> {
     let scene = read_scene(&folder.join(name), &[]).unwrap_or_else(|e| panic!("{e}"));
@@ -28,7 +15,7 @@ fn plan_of(folder: &Path, name: &str) -> Result<Plan, String> {
 
 #[test]
 fn scenes_of_this_version_have_a_plan() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     for name in [
         "scenes/settle.toml",
         "scenes/two-spheres.toml",
@@ -51,7 +38,7 @@ fn scenes_of_this_version_have_a_plan() {
 
 #[test]
 fn other_scenes_name_what_is_missing() {
-    let Some(folder) = shared() else { return };
+    let Some(folder) = shared("") else { return };
     for (name, keys) in [
         ("scenes/keys.toml", &["liquid bridges", "wear"][..]),
         ("scenes/wet-pair.toml", &["liquid bridges"]),
