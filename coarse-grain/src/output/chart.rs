@@ -9,8 +9,8 @@ use crate::analysis::{Block, Column, TimeMode};
 use crate::coordinates::{GridAxis, Place};
 use crate::evaluate::Evaluator;
 
-/// Most charts on a page.
-const MOST: usize = 36;
+/// Most charts on a page: somewhat more than the components of the standard fields.
+const MOST: usize = 48;
 
 /// A page of all fields of a block: of one coordinate a chart for each field, its components as lines and their standard errors (doubled: 95 %)
 /// as bands; of two a heat map for each component.
@@ -178,4 +178,17 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
         Chart::new(&name, x_axis.clone(), y_axis.clone()).with(Series::heat(map))
     };
     block.columns.iter().map(chart).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fields::{Field, STANDARD};
+
+    #[test]
+    fn maps_of_the_standard_fields_fit_on_a_page() {
+        let fields = STANDARD.iter().filter_map(|name| Field::by_name(name));
+        let charts: usize = fields.map(|field| field.components.count()).sum();
+        assert!((30..=MOST).contains(&charts), "{charts}");
+    }
 }
