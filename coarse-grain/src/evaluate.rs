@@ -12,6 +12,8 @@ mod spread;
 mod weights;
 mod window;
 
+use std::fmt;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -24,7 +26,22 @@ pub use images::Mirrors;
 use images::{Imager, Original};
 use lattice::Lattice;
 use layers::{Roles, Rows, SIZES};
-use spread::Layer;
+use spread::{Layer, Placed};
+
+/// Memory in which a frame is evaluated, to be used again for the next one: the system takes its time to hand out what was given back to it.
+#[derive(Default)]
+pub struct Scratch {
+    /// What is spread, in the order of [`SPREADS`].
+    rows: [Rows; 5],
+    placed: Vec<Placed>,
+    spare: Vec<Placed>,
+}
+
+impl fmt::Debug for Scratch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scratch").finish_non_exhaustive()
+    }
+}
 
 /// Where and how fields are evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,21 +89,31 @@ impl Evaluator {
     /// Contacts that the state does not know add nothing.
     #[must_use]
     pub fn sums(&self, state: &State, layout: &Layout, material: Option<u32>) -> Sums {
+        self.sums_with(state, layout, material, &mut Scratch::default())
+    }
+
+    /// The same in memory that was used for another frame before.
+    #[must_use]
+    pub fn sums_with(
+        &self,
+        state: &State,
+        layout: &Layout,
+        material: Option<u32>,
+        scratch: &mut Scratch,
+    ) -> Sums {
         let roles = Roles::new(&state.particles, material);
         let uniform = roles.uniform(layout);
-        let mut rows: [Rows; 5] = Default::default();
+        let [particles, gradients, lines, moments, boundary] = &mut scratch.rows;
         let has = |spread: Spread| layout.of(spread).next().is_some();
         if has(Spread::Particles) {
-            rows[Spread::Particles as usize] = roles.particles(state, layout, uniform.is_some());
+            roles.particles(state, layout, uniform.is_some(), particles);
         }
         if has(Spread::Gradients) {
-            rows[Spread::Gradients as usize] = roles.gradients(state, layout);
+            roles.gradients(state, layout, gradients);
         }
-        if let Some(contacts) = &state.contacts {
-            let [lines, moments, boundary] = roles.contacts(contacts, layout);
-            rows[Spread::Lines as usize] = lines;
-            rows[Spread::Moments as usize] = moments;
-            rows[Spread::Boundary as usize] = boundary;
+        match &state.contacts {
+            Some(contacts) => roles.contacts(contacts, layout, [lines, moments, boundary]),
+            None => [lines, moments, boundary].into_iter().for_each(Rows::clear),
         }
         let mut sums = Sums {
             layout: layout.clone(),
@@ -94,9 +121,9 @@ impl Evaluator {
             values: Default::default(),
         };
         let kernel = Kernel::new(self.kernel, self.coordinates.kernel_dimensions());
-        for (spread, rows) in SPREADS.into_iter().zip(rows) {
+        for spread in SPREADS {
             let uniform = uniform.as_deref().filter(|_| spread == Spread::Particles);
-            let found = self.spread(&state.space, &kernel, layout, spread, rows, uniform);
+            let found = self.spread(&state.space, &kernel, layout, spread, scratch, uniform);
             sums.values[spread as usize] = found;
         }
         sums
@@ -109,12 +136,13 @@ impl Evaluator {
         kernel: &Kernel,
         layout: &Layout,
         spread: Spread,
-        rows: Rows,
+        scratch: &mut Scratch,
         uniform: Option<&[f64]>,
     ) -> Vec<f64> {
         if layout.stride(spread) == 0 {
             return Vec::new();
         }
+        let rows = &mut scratch.rows[spread as usize];
         let carried = layout
             .of(spread)
             .filter(|sum| uniform.is_none() || !SIZES.contains(sum));
@@ -132,8 +160,9 @@ impl Evaluator {
             spread,
             width: parity.len(),
             parity,
-            values: rows.values,
-            placed: Vec::new(),
+            values: std::mem::take(&mut rows.values),
+            placed: std::mem::take(&mut scratch.placed),
+            spare: std::mem::take(&mut scratch.spare),
             origin: DVec3::ZERO,
         };
         let space = if self.images {
@@ -161,7 +190,7 @@ impl Evaluator {
                 };
                 let imager = self.imager(&space, kernel, unfold(low), unfold(high));
                 layer.origin = 0.5 * (low + high);
-                layer.placed = imager.place(&rows.originals, |v| lattice.project(v));
+                imager.place(&rows.originals, |v| lattice.project(v), &mut layer.placed);
                 let found = grid::spread(&lattice, kernel, &mut layer);
                 if spread == Spread::Gradients {
                     let at = |point: usize| lattice.point(point);
@@ -170,10 +199,12 @@ impl Evaluator {
                     found
                 }
             }
-            _ => self.at_points(&space, kernel, &mut layer, rows.originals),
+            _ => self.at_points(&space, kernel, &mut layer, &mut rows.originals),
         };
+        (rows.values, scratch.placed, scratch.spare) = (layer.values, layer.placed, layer.spare);
+        let width = layer.width;
         if let Some(uniform) = uniform {
-            found = expand(&found, layer.width, uniform);
+            found = expand(&found, width, uniform);
         }
         let kernel_axes = self.coordinates.kernel_axes();
         let unresolved = (0..3).filter(|&axis| !kernel_axes[axis]);
@@ -273,7 +304,7 @@ impl Evaluator {
         space: &Space,
         kernel: &Kernel,
         layer: &mut Layer,
-        mut originals: Vec<Original>,
+        originals: &mut [Original],
     ) -> Vec<f64> {
         let (points, _) = self.cartesian_points();
         let turned = self.is_turned();
@@ -288,7 +319,7 @@ impl Evaluator {
             .iter()
             .fold(DVec3::NEG_INFINITY, |high, &p| high.max(p));
         if turned {
-            for original in &mut originals {
+            for original in &mut *originals {
                 original.middle = self.axis.turn_point(original.middle);
                 original.segment = self.axis.turn(original.segment);
             }
@@ -298,9 +329,8 @@ impl Evaluator {
         } else {
             0.5 * (low + high)
         };
-        layer.placed = self
-            .imager(&space, kernel, low, high)
-            .place(&originals, project);
+        let imager = self.imager(&space, kernel, low, high);
+        imager.place(originals, project, &mut layer.placed);
         let found = gather(&points, kernel, layer);
         if layer.spread == Spread::Gradients {
             // Directions are those of the turned axes, numbers along those of the input.

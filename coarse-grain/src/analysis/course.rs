@@ -6,9 +6,10 @@ use std::collections::{HashMap, VecDeque};
 
 use glam::DVec3;
 
-use super::{Analysis, Block, Reference, TIME_CUTOFF, TimeMode};
+use super::{Analysis, Block, Part, Reference, TIME_CUTOFF, TimeMode};
 use crate::CgError;
 use crate::average::Blocking;
+use crate::evaluate::Scratch;
 use crate::state::{Space, State};
 use crate::sums::Sums;
 
@@ -23,6 +24,23 @@ pub struct Course {
     /// The next output time of smoothed fields.
     next_time: Option<f64>,
     blocking: Blocking,
+    kept: Kept,
+}
+
+/// Memory that is used again: no part of what a course is.
+#[derive(Debug, Default)]
+struct Kept(Scratch);
+
+impl Clone for Kept {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Kept {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Sums of a time that is not complete yet.
@@ -112,7 +130,8 @@ impl Course {
             }
         }
         let layout = analysis.layout();
-        let sums = |part: &super::Part| analysis.evaluator.sums(&state, &layout, part.material);
+        let (evaluator, scratch) = (&analysis.evaluator, &mut self.kept.0);
+        let sums = |part: &Part| evaluator.sums_with(&state, &layout, part.material, scratch);
         let parts: Vec<Sums> = analysis.parts.iter().map(sums).collect();
         self.frames += 1;
         match analysis.time {

@@ -1,7 +1,9 @@
 //! Spreading on a grid: every place adds to the points that its kernel reaches.
 //!
-//! The grid is cut into slabs along its first axis, one for each thread: it goes through all places that reach its slab, in
-//! their order. A point's sum therefore has the same order of terms, and the same bytes, however many slabs there are.
+//! Places are put into groups along the grid, each of which is summed apart, in the order of its places; then the groups are added up in their
+//! order. On grids too large for that there is one group: the grid is cut into slabs between its rows, one for each thread, which goes through all
+//! places that reach its slab, in their order. Either way a point's sum has the same order of terms, and the same bytes, however many threads
+//! there are.
 
 use std::ops::Range;
 
@@ -16,6 +18,8 @@ use crate::kernel::Kernel;
 
 /// Sums of this many bytes and fewer stay in a processor's cache; above, places are sorted in space first.
 const CACHE: usize = 1 << 20;
+/// Points that a thread puts in order, or adds up, in one go.
+const ORDERED: usize = 4096;
 /// Most numbers spread in one go: they stay in the processor's registers.
 const MOST: usize = 24;
 
@@ -26,7 +30,7 @@ pub(crate) fn spread(lattice: &Lattice, kernel: &Kernel, layer: &mut Layer) -> V
         return vec![0.0; lattice.len() * channels];
     }
     if lattice.len() * channels * 8 > CACHE {
-        sort(lattice, &mut layer.placed);
+        sort(lattice, layer);
     }
     let layer = &*layer;
     if channels <= MOST {
@@ -44,7 +48,8 @@ pub(crate) fn spread(lattice: &Lattice, kernel: &Kernel, layer: &mut Layer) -> V
 }
 
 /// Places that are near each other become near in memory too: row by row of the grid, in each in the order that they have.
-fn sort(lattice: &Lattice, placed: &mut Vec<Placed>) {
+fn sort(lattice: &Lattice, layer: &mut Layer) {
+    let placed = &layer.placed;
     let [x, y, _] = &lattice.axes;
     let rows = (x.count + 1) * (y.count + 1);
     if rows > placed.len().saturating_mul(4) {
@@ -73,11 +78,12 @@ fn sort(lattice: &Lattice, placed: &mut Vec<Placed>) {
         order[*at as usize] = k;
         *at += 1;
     }
-    *placed = order
+    order
         .par_iter()
         .with_min_len(4096)
         .map(|&k| placed[k as usize])
-        .collect();
+        .collect_into_vec(&mut layer.spare);
+    std::mem::swap(&mut layer.placed, &mut layer.spare);
 }
 
 fn some(lattice: &Lattice, kernel: &Kernel, layer: &Layer, first: usize, count: usize) -> Vec<f64> {
@@ -111,9 +117,13 @@ fn widened<const F: usize>(
         return sums.into_flattened();
     }
     let mut ordered = vec![0.0; lattice.len() * count];
-    for (place, from) in lattice.places().zip(&sums) {
-        ordered[place * count..][..count].copy_from_slice(&from[..count]);
-    }
+    let some = |(part, ordered): (usize, &mut [f64])| {
+        for (place, to) in (part * ORDERED..).zip(ordered.chunks_exact_mut(count)) {
+            to.copy_from_slice(&sums[lattice.place(place)][..count]);
+        }
+    };
+    let parts = ordered.par_chunks_mut(ORDERED * count);
+    parts.enumerate().for_each(some);
     ordered
 }
 
@@ -125,96 +135,230 @@ fn slabs<W: RowWeights, const F: usize>(
     sums: &mut [[f64; F]],
     rows: impl Fn() -> W + Sync,
 ) {
-    let split = (0..3)
-        .find(|&axis| lattice.axes[axis].count > 1)
-        .unwrap_or(2);
-    let along = lattice.axes[split].count;
-    let inner: usize = lattice.axes[split + 1..]
-        .iter()
-        .map(|axis| axis.count)
-        .product();
-    let threads = rayon::current_num_threads().min(along);
-    let add_all = |slab: Range<usize>, sums: &mut [[f64; F]], spans: &[Range<u32>]| {
-        let (begin, end) = (slab.start as u32, slab.end as u32);
-        let ball = Window::ball(kernel);
+    let units = Units::of(lattice);
+    let spans: Vec<Range<u32>> = (layer.placed.par_iter().with_min_len(1024))
+        .map(|place| units.span(lattice, kernel, place))
+        .collect();
+    let add_all = |range: Range<usize>, sums: &mut [[f64; F]], members: &[u32]| {
+        let (begin, end) = (range.start as u32, range.end as u32);
         let mut slab = Slab {
             lattice,
             kernel,
             layer,
             first,
-            split,
-            inner,
-            ball,
-            slab,
+            ball: Window::ball(kernel),
+            units: Units {
+                range,
+                ..units.clone()
+            },
             sums,
         };
         let mut rows = rows();
-        for (k, place) in layer.placed.iter().enumerate() {
-            if spans
-                .get(k)
-                .is_none_or(|span| span.start < end && span.end > begin)
-            {
-                slab.add(place, &mut rows);
+        for &k in members {
+            let span = &spans[k as usize];
+            if span.start < end && span.end > begin {
+                slab.add(&layer.placed[k as usize], &mut rows);
             }
         }
     };
-    if threads == 1 {
-        add_all(0..along, sums, &[]);
+    let groups = groups(
+        &spans,
+        units.range.len(),
+        units.points * size_of::<[f64; F]>(),
+    );
+    if let [group] = &groups[..] {
+        let mut rest = sums;
+        let mut done = 0;
+        let mut slabs = Vec::new();
+        for range in equal_shares(&spans, group, rayon::current_num_threads()) {
+            let (_, here) = rest.split_at_mut((range.start - done) * units.points);
+            let (own, others) = here.split_at_mut(range.len() * units.points);
+            (rest, done) = (others, range.end);
+            slabs.push((range, own));
+        }
+        let slabs = slabs.into_par_iter().with_max_len(1);
+        slabs.for_each(|(range, own)| add_all(range, own, &group.members));
         return;
     }
-    let axis = &lattice.axes[split];
-    let span = |place: &Placed| {
-        let at = place.centre[split];
-        let half = kernel.reach() + 0.5 * place.segment[split].abs();
-        let span = axis.between(at - half, at + half);
-        span.start as u32..span.end as u32
-    };
-    let spans: Vec<Range<u32>> = layer
-        .placed
-        .par_iter()
-        .with_min_len(1024)
-        .map(span)
-        .collect();
-    let mut rest = sums;
-    let mut shares = Vec::with_capacity(threads);
-    for slab in equal_shares(&spans, along, threads) {
-        let (own, others) = rest.split_at_mut(slab.len() * inner);
-        rest = others;
-        shares.push((slab, own));
-    }
-    shares
-        .into_par_iter()
-        .with_max_len(1)
-        .for_each(|(slab, sums)| add_all(slab, sums, &spans));
-}
-
-/// Cuts the grid so that every slab has about as much to do. Where the cuts are changes no result.
-fn equal_shares(spans: &[Range<u32>], along: usize, count: usize) -> Vec<Range<usize>> {
-    let mut change = vec![0i64; along + 1];
-    for span in spans {
-        change[span.start as usize] += 1;
-        change[span.end as usize] -= 1;
-    }
-    let mut height = 0;
-    let work = change[..along].iter().map(|change| {
-        height += change;
-        height + 1
-    });
-    let sums: Vec<i64> = work
-        .scan(0, |sum, work| {
-            *sum += work;
-            Some(*sum)
+    let parts: Vec<Vec<[f64; F]>> = (groups.par_iter().with_max_len(1))
+        .map(|group| {
+            let mut own = vec![[0.0; F]; group.range.len() * units.points];
+            add_all(group.range.clone(), &mut own, &group.members);
+            own
         })
         .collect();
-    let total = sums.last().copied().unwrap_or(0);
-    let cut = |k: usize| sums.partition_point(|&sum| sum * (count as i64) < total * k as i64);
-    // A cut behind the plane with which the share is full.
-    let mut cuts: Vec<usize> = (1..count).map(|k| (cut(k) + 1).min(along)).collect();
-    cuts.insert(0, 0);
-    cuts.push(along);
-    cuts.windows(2)
-        .map(|ends| ends[0]..ends[1].max(ends[0]))
-        .collect()
+    // At each point group by group.
+    let chunks = sums.par_chunks_mut(ORDERED).enumerate();
+    chunks.for_each(|(chunk, sums)| {
+        let begin = chunk * ORDERED;
+        for (group, own) in groups.iter().zip(&parts) {
+            let from = group.range.start * units.points;
+            let (low, high) = (from.max(begin), (from + own.len()).min(begin + sums.len()));
+            if low < high {
+                let pairs = sums[low - begin..high - begin]
+                    .iter_mut()
+                    .zip(&own[low - from..]);
+                for (sum, own) in pairs {
+                    for (sum, own) in sum.iter_mut().zip(own) {
+                        *sum += own;
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// Places that are spread together, and all units that they reach.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Group {
+    range: Range<usize>,
+    /// The places, in their order.
+    members: Vec<u32>,
+}
+
+/// Most groups of places.
+const MOST_GROUPS: usize = 16;
+/// Fewer places than these are one group.
+const FEWEST: usize = 1024;
+/// Most bytes of the sums of all groups; where they would take more, there is one group.
+const MOST_BYTES: usize = 1 << 26;
+
+/// The places in groups along the grid, about equally many in each, for each of which a thread sums apart: so every place is seen to once, whatever
+/// the number of threads. Who belongs together follows from the places alone, as it decides the order of sums. No more groups than let their
+/// parts of the grid be three times the grid at most: these have to be added up.
+fn groups(spans: &[Range<u32>], units: usize, bytes: usize) -> Vec<Group> {
+    let middle = |span: &Range<u32>| ((span.start + span.end) / 2) as usize;
+    let seen = || (0u32..).zip(spans).filter(|(_, span)| !span.is_empty());
+    let mut upto = vec![0usize; units + 1];
+    let mut longest = 1;
+    for (_, span) in seen() {
+        upto[middle(span) + 1] += 1;
+        longest = longest.max(span.len());
+    }
+    for unit in 0..units {
+        upto[unit + 1] += upto[unit];
+    }
+    let total = upto[units];
+    let count = (2 * units / longest).clamp(1, MOST_GROUPS);
+    let is_one = total < FEWEST || (units + count * longest) * bytes > MOST_BYTES;
+    let count = if is_one { 1 } else { count };
+    // Equal shares of the places, by where their middles are.
+    let group_of: Vec<u8> = (upto[..units].iter())
+        .map(|before| (before * count / total.max(1)).min(count - 1) as u8)
+        .collect();
+    let nothing = |_| Group {
+        range: units..0,
+        members: Vec::with_capacity(total / count + 1),
+    };
+    let mut groups: Vec<Group> = (0..count).map(nothing).collect();
+    for (k, span) in seen() {
+        let group = &mut groups[usize::from(group_of[middle(span)])];
+        group.range.start = group.range.start.min(span.start as usize);
+        group.range.end = group.range.end.max(span.end as usize);
+        group.members.push(k);
+    }
+    groups.retain(|group| !group.members.is_empty());
+    groups
+}
+
+/// Some of the units between which a grid may be cut: rows of points, or single points where there is only one row.
+#[derive(Debug, Clone)]
+struct Units {
+    /// Those that are meant.
+    range: Range<usize>,
+    /// The axis whose planes hold them.
+    axis: usize,
+    /// Units in a plane.
+    per_plane: usize,
+    /// Points in a unit.
+    points: usize,
+}
+
+impl Units {
+    /// All of a grid.
+    fn of(lattice: &Lattice) -> Self {
+        let [x, y, z] = lattice.axes.map(|axis| axis.count);
+        let (axis, per_plane, points) = if x > 1 {
+            (0, y, z)
+        } else if y > 1 {
+            (1, 1, z)
+        } else {
+            (2, 1, 1)
+        };
+        Self {
+            range: 0..x * y * z / points,
+            axis,
+            per_plane,
+            points,
+        }
+    }
+
+    /// The planes that they touch.
+    fn planes(&self) -> Range<usize> {
+        self.range.start / self.per_plane..self.range.end.div_ceil(self.per_plane)
+    }
+
+    /// From the first unit that a place may reach to behind the last; 0 to 0 if it reaches none.
+    fn span(&self, lattice: &Lattice, kernel: &Kernel, place: &Placed) -> Range<u32> {
+        let between = |axis: usize| {
+            let half = kernel.reach() + 0.5 * place.segment[axis].abs();
+            // Not less than the window, which is found by other roundings.
+            let half = half * (1.0 + 1e-9);
+            let at = place.centre[axis];
+            lattice.axes[axis].between(at - half, at + half)
+        };
+        let planes = between(self.axis);
+        let (low, high) = if self.axis == 0 {
+            let rows = between(1);
+            if rows.is_empty() || planes.is_empty() {
+                return 0..0;
+            }
+            let line = |plane: usize, row: usize| plane * self.per_plane + row;
+            (
+                line(planes.start, rows.start),
+                line(planes.end - 1, rows.end),
+            )
+        } else {
+            (planes.start, planes.end)
+        };
+        low as u32..high.max(low) as u32
+    }
+}
+
+/// Cuts the units of a group so that every part has about as much to do. Where the cuts are changes no result.
+fn equal_shares(spans: &[Range<u32>], group: &Group, count: usize) -> Vec<Range<usize>> {
+    let range = group.range.clone();
+    if count == 1 {
+        return vec![range];
+    }
+    let mut change = vec![0i64; range.len() + 1];
+    for &k in &group.members {
+        let span = &spans[k as usize];
+        change[span.start as usize - range.start] += 1;
+        change[span.end as usize - range.start] -= 1;
+    }
+    let mut height = 0;
+    let mut sum = 0;
+    let upto: Vec<i64> = change[..range.len()]
+        .iter()
+        .map(|change| {
+            height += change;
+            sum += height + 1;
+            sum
+        })
+        .collect();
+    let cut = |k: usize| {
+        upto.partition_point(|&sum| {
+            sum as f64 <= upto[upto.len() - 1] as f64 * k as f64 / count as f64
+        })
+    };
+    let cuts = (0..=count).map(|k| match k {
+        0 => range.start,
+        k if k == count => range.end,
+        k => range.start + cut(k),
+    });
+    let cuts: Vec<usize> = cuts.collect();
+    cuts.windows(2).map(|ends| ends[0]..ends[1]).collect()
 }
 
 /// A part of the grid and what is spread on it.
@@ -223,11 +367,8 @@ struct Slab<'a, const F: usize> {
     kernel: &'a Kernel,
     layer: &'a Layer,
     first: usize,
-    split: usize,
-    /// Points per layer of the slab.
-    inner: usize,
     ball: Window,
-    slab: Range<usize>,
+    units: Units,
     sums: &'a mut [[f64; F]],
 }
 
@@ -249,11 +390,18 @@ impl<const F: usize> Slab<'_, F> {
             return;
         }
         let mut own = ranges.clone();
-        own[self.split].start = own[self.split].start.max(self.slab.start);
-        own[self.split].end = own[self.split].end.min(self.slab.end);
-        if own[self.split].is_empty() {
+        let (planes, split) = (self.units.planes(), self.units.axis);
+        own[split].start = own[split].start.max(planes.start);
+        own[split].end = own[split].end.min(planes.end);
+        if own[split].is_empty() {
             return;
         }
+        // Of a single row a part; else whole rows.
+        let lines = if split == 2 {
+            0..1
+        } else {
+            self.units.range.clone()
+        };
         // Tables hold the whole range, so that they are the same in every slab.
         rows.begin(place, &ranges);
         let mut values = [0.0; F];
@@ -263,7 +411,8 @@ impl<const F: usize> Slab<'_, F> {
             window: &window,
             centre: place.centre,
             own,
-            begin: self.slab.start * self.inner,
+            lines,
+            begin: self.units.range.start * self.units.points,
             sums: self.sums,
         };
         rows.add(&mut seen, &values);
@@ -275,25 +424,59 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_cover_the_grid_and_are_even() {
-        let even: Vec<Range<u32>> = (0..100).map(|k| k..(k + 5).min(100)).collect();
-        assert_eq!(
-            equal_shares(&even, 100, 1),
-            vec![Range { start: 0, end: 100 }]
-        );
-        let halves = equal_shares(&even, 100, 2);
+    fn shares_cover_the_units_of_a_group_and_are_even() {
+        let group = |range: Range<usize>, members: usize| Group {
+            range,
+            members: (0..members as u32).collect(),
+        };
+        let even: Vec<Range<u32>> = (10..110).map(|k| k..k + 5).collect();
+        let one = equal_shares(&even, &group(10..114, 100), 1);
+        assert_eq!((one.len(), one[0].clone()), (1, 10..114));
+        let halves = equal_shares(&even, &group(10..114, 100), 2);
         assert!(
-            halves[0].end.abs_diff(51) <= 2 && halves[1] == (halves[0].end..100),
+            halves[0].start == 10
+                && halves[0].end.abs_diff(62) <= 1
+                && halves[1] == (halves[0].end..114),
             "{halves:?}"
         );
-        // All at one end, and more shares than planes with something to do.
+        // All at one end, and more shares than units with something to do.
         for spans in [vec![0..1; 50], vec![7..8; 3], Vec::new()] {
-            let shares = equal_shares(&spans, 8, 5);
+            let shares = equal_shares(&spans, &group(0..8, spans.len()), 5);
             assert_eq!((shares[0].start, shares[4].end, shares.len()), (0, 8, 5));
             assert!(
                 shares.windows(2).all(|pair| pair[0].end == pair[1].start),
                 "{shares:?}"
             );
         }
+    }
+
+    #[test]
+    fn groups_hold_all_places_and_what_they_reach() {
+        let each = |k: u32| {
+            let at = k * 7919 % 1000;
+            at.saturating_sub(40)..(at + 40).min(1000)
+        };
+        let spans: Vec<Range<u32>> = (0..10_000).map(each).collect();
+        for (bytes, count) in [(80, 16), (1 << 20, 1)] {
+            let groups = groups(&spans, 1000, bytes);
+            assert_eq!(groups.len(), count);
+            let mut all: Vec<u32> = Vec::new();
+            for group in &groups {
+                let most = 10_000 / count;
+                assert!(group.members.len().abs_diff(most) <= 20 && group.members.is_sorted());
+                for &k in &group.members {
+                    let span = &spans[k as usize];
+                    assert!(group.range.start <= span.start as usize);
+                    assert!(group.range.end >= span.end as usize);
+                }
+                all.extend(&group.members);
+            }
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..10_000));
+        }
+        assert_eq!(groups(&[0..0, 0..0], 5, 8), []);
+        let few = groups(&[1..3, 0..0, 2..5], 5, 8);
+        assert_eq!((few.len(), &few[0].members[..]), (1, &[0, 2][..]));
+        assert_eq!(few[0].range, 1..5);
     }
 }

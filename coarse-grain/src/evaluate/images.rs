@@ -16,6 +16,14 @@ pub(crate) struct Original {
     pub segment: DVec3,
 }
 
+impl Original {
+    /// Until something is there.
+    pub(crate) const NOWHERE: Self = Self {
+        middle: DVec3::ZERO,
+        segment: DVec3::ZERO,
+    };
+}
+
 /// One way to be seen along one axis.
 #[derive(Debug, Clone, Copy)]
 struct Image {
@@ -73,34 +81,34 @@ impl Imager<'_> {
         }
     }
 
-    /// All images that the points can see, in the order of the originals; `project` brings vectors into the order of the grid.
+    /// All images that the points can see, in the order of the originals, in the place of what is in `placed`; `project` brings vectors into the
+    /// order of the grid.
     pub(crate) fn place(
         &self,
         originals: &[Original],
         project: impl Fn(DVec3) -> DVec3 + Sync,
-    ) -> Vec<Placed> {
+        placed: &mut Vec<Placed>,
+    ) {
+        if self.none() {
+            self.place_plainly(originals, &project, placed);
+            return;
+        }
         let parts: Vec<Vec<Placed>> = originals
             .par_chunks(CHUNK)
             .enumerate()
             .map(|(k, originals)| {
-                if self.none() {
-                    return self.place_plainly(originals, (k * CHUNK) as u32, &project);
-                }
                 let mut images = [const { Vec::new() }; 3];
                 let mut placed = Vec::with_capacity(originals.len());
                 for (row, original) in originals.iter().enumerate() {
-                    self.place_one(
-                        original,
-                        (k * CHUNK + row) as u32,
-                        &mut images,
-                        &project,
-                        &mut placed,
-                    );
+                    let row = (k * CHUNK + row) as u32;
+                    self.place_one(original, row, &mut images, &project, &mut placed);
                 }
                 placed
             })
             .collect();
-        parts.concat()
+        placed.clear();
+        placed.reserve(parts.iter().map(Vec::len).sum());
+        parts.iter().for_each(|part| placed.extend_from_slice(part));
     }
 
     /// Whether nothing has images.
@@ -112,9 +120,9 @@ impl Imager<'_> {
     fn place_plainly(
         &self,
         originals: &[Original],
-        first: u32,
-        project: &impl Fn(DVec3) -> DVec3,
-    ) -> Vec<Placed> {
+        project: &(impl Fn(DVec3) -> DVec3 + Sync),
+        placed: &mut Vec<Placed>,
+    ) {
         let all = DVec3::splat(f64::INFINITY);
         let limit = |limit: DVec3, all: DVec3| {
             let part = |a: usize| if self.resolved[a] { limit[a] } else { all[a] };
@@ -122,20 +130,35 @@ impl Imager<'_> {
         };
         let low = limit(self.low - DVec3::splat(self.reach), -all);
         let high = limit(self.high + DVec3::splat(self.reach), all);
-        let mut placed = Vec::with_capacity(originals.len());
-        for (row, original) in (first..).zip(originals) {
-            let half = 0.5 * original.segment.abs();
-            let at = original.middle;
-            if (at + half).cmpge(low).all() && (at - half).cmple(high).all() {
-                placed.push(Placed {
-                    centre: project(at),
+        let is_seen = |original: &Original| {
+            let (at, half) = (original.middle, 0.5 * original.segment.abs());
+            (at + half).cmpge(low).all() && (at - half).cmple(high).all()
+        };
+        let chunks = originals.par_chunks(CHUNK);
+        let counts: Vec<usize> = chunks
+            .map(|chunk| chunk.iter().filter(|one| is_seen(one)).count())
+            .collect();
+        placed.resize(counts.iter().sum(), Placed::NOWHERE);
+        let mut rest = &mut placed[..];
+        let mut parts = Vec::with_capacity(counts.len());
+        for (chunk, count) in originals.chunks(CHUNK).zip(counts) {
+            let (own, others) = rest.split_at_mut(count);
+            rest = others;
+            parts.push((chunk, own));
+        }
+        let parts = parts.into_par_iter().enumerate().with_max_len(1);
+        parts.for_each(|(k, (chunk, own))| {
+            let rows = ((k * CHUNK) as u32..).zip(chunk);
+            let seen = rows.filter(|(_, original)| is_seen(original));
+            for ((row, original), own) in seen.zip(own) {
+                *own = Placed {
+                    centre: project(original.middle),
                     segment: project(original.segment),
                     row,
                     mirrored: 0,
-                });
+                };
             }
-        }
-        placed
+        });
     }
 
     fn place_one(

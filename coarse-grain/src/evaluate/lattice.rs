@@ -127,12 +127,13 @@ impl Lattice {
         (0..3).all(|k| self.axes[k].count == 1 || self.strides[k] == own[k])
     }
 
-    /// Where each point of the loops stands among the results, in the order of loops.
-    pub(crate) fn places(&self) -> impl Iterator<Item = usize> + '_ {
-        let [x, y, z] = &self.axes;
-        let [a, b, c] = self.strides;
-        (0..x.count).flat_map(move |i| {
-            (0..y.count).flat_map(move |j| (0..z.count).map(move |k| i * a + j * b + k * c))
+    /// Where the point that stands at a place of the results comes in the loops.
+    pub(crate) fn place(&self, of_results: usize) -> usize {
+        (0..3).fold(0, |place, k| {
+            let count = self.axes[k].count;
+            // Axes that are not resolved have no stride.
+            let at = of_results.checked_div(self.strides[k]).unwrap_or(0) % count;
+            place * count + at
         })
     }
 
@@ -200,8 +201,9 @@ mod tests {
             ([2, 0, 1], [1, 12, 3])
         );
         assert!(!lattice.is_ordered());
-        let mut places: Vec<usize> = lattice.places().collect();
-        assert_eq!(places[..5], [0, 3, 6, 9, 12]);
+        let mut places: Vec<usize> = (0..24).map(|place| lattice.place(place)).collect();
+        // Loops go over z, x, y; results over x, y, z.
+        assert_eq!(places[..5], [0, 8, 16, 1, 9]);
         // Place 4: x = 0, y = 1, z = 1.
         assert_eq!(lattice.point(4), DVec3::new(1.5, 0.25, 0.375));
         places.sort_unstable();

@@ -10,78 +10,116 @@ use crate::state::{Contacts, Particles, Partner, State};
 use crate::sums::{Layout, SYMMETRIC, Spread, Sum};
 
 /// Rows of numbers and where they sit.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Rows {
     pub values: Vec<f64>,
     pub originals: Vec<Original>,
 }
 
+impl Rows {
+    /// No rows; their memory is kept.
+    pub(crate) fn clear(&mut self) {
+        self.values.clear();
+        self.originals.clear();
+    }
+}
+
 /// The sums of contacts that are wanted.
 struct WantedOfContacts {
     lines: Vec<Sum>,
-    /// Numbers of them.
-    width: usize,
     moments: bool,
     boundary: Vec<Sum>,
 }
 
-/// Rows of parts of a list, made by whatever threads there are.
-fn chunks<const N: usize>(
+/// Fills N lists of rows, of `widths` numbers each, from parts of a list of `length`: how many rows `count` finds in a part, so many does `some`
+/// fill. Made by whatever threads there are; what comes out does not depend on them. The memory of what was there before is used again.
+fn fill<const N: usize>(
     length: usize,
-    some: impl Fn(Range<usize>) -> [Rows; N] + Sync,
-) -> Vec<[Rows; N]> {
-    let chunk = |k: usize| some(k * CHUNK..((k + 1) * CHUNK).min(length));
-    (0..length.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(chunk)
-        .collect()
+    widths: [usize; N],
+    mut rows: [&mut Rows; N],
+    count: impl Fn(Range<usize>) -> [usize; N] + Sync,
+    some: impl Fn(Range<usize>, [Part<'_>; N]) + Sync,
+) {
+    let part = |k: usize| k * CHUNK..((k + 1) * CHUNK).min(length);
+    let parts = length.div_ceil(CHUNK);
+    let counts: Vec<[usize; N]> = (0..parts).into_par_iter().map(|k| count(part(k))).collect();
+    for (n, rows) in rows.iter_mut().enumerate() {
+        let total: usize = counts.iter().map(|counts| counts[n]).sum();
+        rows.values.resize(total * widths[n], 0.0);
+        rows.originals.resize(total, Original::NOWHERE);
+    }
+    let mut rest = rows.map(|rows| Part {
+        values: &mut rows.values,
+        originals: &mut rows.originals,
+    });
+    let mut all = Vec::with_capacity(parts);
+    for (k, counts) in counts.iter().enumerate() {
+        let own = std::array::from_fn(|n| rest[n].split_off(counts[n], widths[n]));
+        all.push((part(k), own));
+    }
+    all.into_par_iter()
+        .with_max_len(1)
+        .for_each(|(range, own)| some(range, own));
 }
 
-/// The parts one behind the other.
-fn together<const N: usize>(parts: Vec<[Rows; N]>) -> [Rows; N] {
-    let mut parts = parts.into_iter();
-    let Some(mut whole) = parts.next() else {
-        return [const { Rows::EMPTY }; N];
-    };
-    // Room for all, as if all parts were as full as the first.
-    for rows in &mut whole {
-        rows.values.reserve(parts.len() * rows.values.len());
-        rows.originals.reserve(parts.len() * rows.originals.len());
+/// Rows that are still to be filled, from the first on.
+struct Part<'a> {
+    values: &'a mut [f64],
+    originals: &'a mut [Original],
+}
+
+impl<'a> Part<'a> {
+    /// So many rows of so many numbers from the front.
+    fn split_off(&mut self, rows: usize, width: usize) -> Part<'a> {
+        let (values, rest) = std::mem::take(&mut self.values).split_at_mut(rows * width);
+        self.values = rest;
+        let (originals, rest) = std::mem::take(&mut self.originals).split_at_mut(rows);
+        self.originals = rest;
+        Part { values, originals }
     }
-    for part in parts {
-        for (whole, mut part) in whole.iter_mut().zip(part) {
-            whole.values.append(&mut part.values);
-            whole.originals.append(&mut part.originals);
+
+    /// The next number.
+    #[inline]
+    fn push(&mut self, value: f64) {
+        self.append([value]);
+    }
+
+    /// The next numbers.
+    #[inline]
+    fn append<const N: usize>(&mut self, numbers: [f64; N]) {
+        // Who counted has counted all.
+        if let Some((front, rest)) = std::mem::take(&mut self.values).split_first_chunk_mut::<N>() {
+            *front = numbers;
+            self.values = rest;
         }
     }
-    whole
-}
 
-impl Rows {
-    const EMPTY: Self = Self {
-        values: Vec::new(),
-        originals: Vec::new(),
-    };
+    #[inline]
+    fn vector(&mut self, v: DVec3) {
+        self.append([v.x, v.y, v.z]);
+    }
 
-    /// Room for so many rows of so many numbers.
-    fn for_some(count: usize, width: usize) -> Self {
-        Self {
-            values: Vec::with_capacity(count * width),
-            originals: Vec::with_capacity(count),
+    /// The products of a symmetric tensor, times a factor.
+    #[inline]
+    fn square(&mut self, factor: f64, v: DVec3) {
+        self.append(SYMMETRIC.map(|(a, b)| factor * v[a] * v[b]));
+    }
+
+    /// The products of two vectors.
+    #[inline]
+    fn product(&mut self, a: DVec3, b: DVec3) {
+        let [x, y, z] = [a.x * b, a.y * b, a.z * b];
+        self.append([x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]);
+    }
+
+    /// Where the row sits.
+    #[inline]
+    fn place(&mut self, original: Original) {
+        if let Some((front, rest)) = std::mem::take(&mut self.originals).split_first_mut() {
+            *front = original;
+            self.originals = rest;
         }
     }
-}
-
-/// Appends a vector. (`extend` of an array is a call for every three numbers.)
-#[inline]
-fn push_vector(out: &mut Vec<f64>, v: DVec3) {
-    out.extend_from_slice(&[v.x, v.y, v.z]);
-}
-
-/// Appends the products of a symmetric tensor, times a factor.
-#[inline]
-fn push_square(out: &mut Vec<f64>, factor: f64, v: DVec3) {
-    out.extend_from_slice(&SYMMETRIC.map(|(a, b)| factor * v[a] * v[b]));
 }
 
 /// Particles or contacts that a thread takes in one go.
@@ -133,22 +171,29 @@ impl<'a> Roles<'a> {
         range.filter(|&row| self.of(row as u32) == Role::Own)
     }
 
-    /// A row for each own particle at its centre, of about `width` numbers that `push` appends; made chunk by chunk and put together in their
-    /// order.
-    fn at_centres(&self, width: usize, push: impl Fn(usize, &mut Vec<f64>) + Sync) -> Rows {
-        let parts = chunks(self.particles.len(), |range| {
-            let mut rows = Rows::for_some(range.len(), width);
-            for row in self.own(range) {
-                push(row, &mut rows.values);
-                rows.originals.push(Original {
-                    middle: self.particles.position[row],
-                    segment: DVec3::ZERO,
-                });
-            }
-            [rows]
-        });
-        let [whole] = together(parts);
-        whole
+    /// A row for each own particle at its centre, of `width` numbers that `push` appends.
+    fn at_centres(
+        &self,
+        width: usize,
+        rows: &mut Rows,
+        push: impl Fn(usize, &mut Part<'_>) + Sync,
+    ) {
+        let count = |range| [self.own(range).count()];
+        fill(
+            self.particles.len(),
+            [width],
+            [rows],
+            count,
+            |range, [mut part]| {
+                for row in self.own(range) {
+                    push(row, &mut part);
+                    part.place(Original {
+                        middle: self.particles.position[row],
+                        segment: DVec3::ZERO,
+                    });
+                }
+            },
+        );
     }
 
     /// Mass, if it is known.
@@ -185,25 +230,29 @@ impl<'a> Roles<'a> {
     }
 
     /// What each own particle carries. With `uniform` a one stands for sizes, volume and mass, see [`Self::uniform`].
-    pub(crate) fn particles(&self, state: &State, layout: &Layout, uniform: bool) -> Rows {
+    pub(crate) fn particles(&self, state: &State, layout: &Layout, uniform: bool, rows: &mut Rows) {
         let particles = self.particles;
         let touching = if layout.has(Sum::Touching) {
             touching(state)
         } else {
             Vec::new()
         };
-        let sums: Vec<Sum> = layout.of(Spread::Particles).collect();
+        let is_carried = |sum: &Sum| !(uniform && SIZES.contains(sum));
+        let sums: Vec<Sum> = layout.of(Spread::Particles).filter(is_carried).collect();
+        let numbers = sums.iter().map(|sum| sum.rank().components());
+        let width = usize::from(uniform) + numbers.sum::<usize>();
         let vector = |all: &[DVec3], row: usize| all.get(row).copied().unwrap_or(DVec3::ZERO);
-        self.at_centres(layout.stride(Spread::Particles), |row, out| {
+        self.at_centres(width, rows, |row, out| {
             let mass = self.mass(row);
             let (v, r) = (particles.velocity[row], particles.radius[row]);
             let spin = vector(&particles.spin, row);
             let turning = vector(&particles.angular_velocity, row);
             let displacement = known(state, row);
-            out.extend(uniform.then_some(1.0));
+            if uniform {
+                out.push(1.0);
+            }
             for &sum in &sums {
                 match sum {
-                    sum if uniform && SIZES.contains(&sum) => {}
                     Sum::Sizes => {
                         let mut power = 1.0;
                         for _ in 0..6 {
@@ -213,57 +262,99 @@ impl<'a> Roles<'a> {
                     }
                     Sum::Volume => out.push(particles.volume[row]),
                     Sum::Mass => out.push(mass),
-                    Sum::Momentum => push_vector(out, mass * v),
-                    Sum::MomentumFlux => push_square(out, mass, v),
+                    Sum::Momentum => out.vector(mass * v),
+                    Sum::MomentumFlux => out.square(mass, v),
                     Sum::Touching => out.push(f64::from(touching[row])),
-                    Sum::AngularVelocity => push_vector(out, turning),
-                    Sum::Spin => push_vector(out, spin),
-                    Sum::SpinFlux => push_product(out, spin, v),
+                    Sum::AngularVelocity => out.vector(turning),
+                    Sum::Spin => out.vector(spin),
+                    Sum::SpinFlux => out.product(spin, v),
                     Sum::SpinEnergy => out.push(0.5 * spin.dot(turning)),
                     Sum::DisplacedMass => out.push(if displacement.is_some() { mass } else { 0.0 }),
                     Sum::Displacement => {
-                        push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
+                        out.vector(mass * displacement.unwrap_or(DVec3::ZERO));
                     }
                     _ => {}
                 }
             }
-        })
+        });
     }
 
     /// What is spread by the gradient of the kernel: masses and momenta.
-    pub(crate) fn gradients(&self, state: &State, layout: &Layout) -> Rows {
+    pub(crate) fn gradients(&self, state: &State, layout: &Layout, rows: &mut Rows) {
         let particles = self.particles;
         let sums: Vec<Sum> = layout.of(Spread::Gradients).collect();
-        self.at_centres(layout.stride(Spread::Gradients), |row, out| {
+        let numbers = |sum: &Sum| match sum {
+            Sum::MassGradient | Sum::DisplacedMassGradient => 1,
+            _ => 3,
+        };
+        let width = sums.iter().map(numbers).sum();
+        self.at_centres(width, rows, |row, out| {
             let mass = self.mass(row);
             let displacement = known(state, row);
             for &sum in &sums {
                 match sum {
                     Sum::MassGradient => out.push(mass),
-                    Sum::MomentumGradient => push_vector(out, mass * particles.velocity[row]),
+                    Sum::MomentumGradient => out.vector(mass * particles.velocity[row]),
                     Sum::DisplacedMassGradient => {
                         out.push(if displacement.is_some() { mass } else { 0.0 })
                     }
-                    Sum::DisplacementGradient => {
-                        push_vector(out, mass * displacement.unwrap_or(DVec3::ZERO));
-                    }
-                    _ => {}
+                    _ => out.vector(mass * displacement.unwrap_or(DVec3::ZERO)),
                 }
             }
-        })
+        });
     }
 
-    /// Segments that carry stress and points where boundaries act.
-    pub(crate) fn contacts(&self, contacts: &Contacts, layout: &Layout) -> [Rows; 3] {
+    /// Segments that carry stress (and moments) and points where boundaries act.
+    pub(crate) fn contacts(&self, contacts: &Contacts, layout: &Layout, rows: [&mut Rows; 3]) {
         let wanted = WantedOfContacts {
             lines: layout.of(Spread::Lines).collect(),
-            width: layout.stride(Spread::Lines),
             moments: layout.has(Sum::CoupleSum),
             boundary: layout.of(Spread::Boundary).collect(),
         };
-        together(chunks(contacts.len(), |range| {
-            self.some_contacts(contacts, range, &wanted)
-        }))
+        let widths = [
+            layout.stride(Spread::Lines),
+            layout.stride(Spread::Moments),
+            layout.stride(Spread::Boundary),
+        ];
+        let [lines, moments, boundary] = [
+            !wanted.lines.is_empty(),
+            wanted.moments,
+            !wanted.boundary.is_empty(),
+        ]
+        .map(usize::from);
+        let count = |range: Range<usize>| {
+            let mut counts = [0; 3];
+            for k in range {
+                let pieces = self.pieces(contacts, k);
+                let segments = usize::from(pieces.0) + usize::from(pieces.1);
+                counts[0] += lines * segments;
+                counts[1] += moments * segments;
+                counts[2] += boundary * usize::from(pieces.2);
+            }
+            counts
+        };
+        fill(contacts.len(), widths, rows, count, |range, parts| {
+            self.some_contacts(contacts, range, &wanted, parts);
+        });
+    }
+
+    /// Whose sides of a contact are fields, particle and partner.
+    fn sides(&self, contacts: &Contacts, k: usize) -> [Role; 2] {
+        let partner = match contacts.partner[k] {
+            Partner::Particle(row) => self.of(row),
+            Partner::Wall(_) => Role::Still,
+        };
+        [self.of(contacts.particle[k]), partner]
+    }
+
+    /// Whether a contact has a first and a second segment, and a point where a boundary acts.
+    fn pieces(&self, contacts: &Contacts, k: usize) -> (bool, bool, bool) {
+        let own = self.sides(contacts, k).map(|role| role == Role::Own);
+        match own {
+            [false, false] => (false, false, false),
+            [true, true] => (true, !Contact::of(contacts, k).is_straight(), false),
+            _ => (true, false, true),
+        }
     }
 
     fn some_contacts(
@@ -271,18 +362,12 @@ impl<'a> Roles<'a> {
         contacts: &Contacts,
         range: Range<usize>,
         wanted: &WantedOfContacts,
-    ) -> [Rows; 3] {
-        // Nearly all contacts are between two flowing particles, and straight.
-        let mut lines = Rows::for_some(range.len(), wanted.width);
-        let mut moments = Rows::for_some(if wanted.moments { range.len() } else { 0 }, 9);
-        let mut boundary = Rows::default();
+        [mut lines, mut moments, mut boundary]: [Part<'_>; 3],
+    ) {
         for k in range {
             let contact = Contact::of(contacts, k);
-            let own = self.of(contacts.particle[k]);
-            let partner = match contacts.partner[k] {
-                Partner::Particle(row) => self.of(row),
-                Partner::Wall(_) => Role::Still,
-            };
+            let [own, partner] = self.sides(contacts, k);
+            // Nearly all contacts are between two flowing particles, and straight.
             let segments = match (own == Role::Own, partner == Role::Own) {
                 (false, false) => continue,
                 (true, true) if contact.is_straight() => [Some(contact.whole()), None],
@@ -307,14 +392,13 @@ impl<'a> Roles<'a> {
                     Sum::Drag => (side - still) * contact.force,
                     _ => still * contact.couple,
                 };
-                push_vector(&mut boundary.values, vector);
+                boundary.vector(vector);
             }
-            boundary.originals.push(Original {
+            boundary.place(Original {
                 middle: contact.point,
                 segment: DVec3::ZERO,
             });
         }
-        [lines, moments, boundary]
     }
 }
 
@@ -336,11 +420,6 @@ fn touching(state: &State) -> Vec<u32> {
         }
     }
     counts
-}
-
-fn push_product(out: &mut Vec<f64>, a: DVec3, b: DVec3) {
-    let [x, y, z] = [a.x * b, a.y * b, a.z * b];
-    out.extend_from_slice(&[x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]);
 }
 
 /// One contact with what it transmits.
@@ -425,28 +504,29 @@ impl Contact {
 }
 
 impl Segment {
-    fn push(&self, normal: DVec3, wanted: &WantedOfContacts, lines: &mut Rows, moments: &mut Rows) {
+    fn push(
+        &self,
+        normal: DVec3,
+        wanted: &WantedOfContacts,
+        lines: &mut Part<'_>,
+        moments: &mut Part<'_>,
+    ) {
         let original = Original {
             middle: self.start + 0.5 * self.l,
             segment: self.l,
         };
         for sum in &wanted.lines {
-            let out = &mut lines.values;
             match sum {
-                Sum::Stress => push_product(out, self.force, self.l),
-                Sum::ContactCount => out.push(1.0),
-                Sum::Fabric => push_square(out, 1.0, normal),
-                _ => push_product(out, 0.5 * (self.end_couple - self.start_couple), self.l),
+                Sum::Stress => lines.product(self.force, self.l),
+                Sum::ContactCount => lines.push(1.0),
+                Sum::Fabric => lines.square(1.0, normal),
+                _ => lines.product(0.5 * (self.end_couple - self.start_couple), self.l),
             }
         }
-        lines.originals.push(original);
+        lines.place(original);
         if wanted.moments {
-            push_product(
-                &mut moments.values,
-                self.end_couple + self.start_couple,
-                self.l,
-            );
-            moments.originals.push(original);
+            moments.product(self.end_couple + self.start_couple, self.l);
+            moments.place(original);
         }
     }
 }

@@ -38,6 +38,8 @@ pub(crate) struct Layer {
     /// Rows of numbers.
     pub values: Vec<f64>,
     pub placed: Vec<Placed>,
+    /// Memory for as many again.
+    pub spare: Vec<Placed>,
     /// Where products with positions are counted from.
     pub origin: DVec3,
 }

@@ -28,6 +28,8 @@ pub(crate) struct Seen<'a, const F: usize> {
     pub centre: DVec3,
     /// Box around it, in the part.
     pub own: [Range<usize>; 3],
+    /// Rows of the part, counted through all planes.
+    pub lines: Range<usize>,
     /// The first point of the part.
     pub begin: usize,
     /// What is at the points of the part.
@@ -44,12 +46,21 @@ impl<const F: usize> Seen<'_, F> {
         mut row: impl FnMut(&P, usize, usize, &mut [[f64; F]]),
     ) {
         let [_, y, z] = &self.lattice.axes;
+        let mut own = self.own.clone();
         for i in self.own[0].clone() {
+            // The first and the last plane of a part may be cut.
+            let rows = &self.own[1];
+            let line = i * y.count;
+            own[1].start = rows.start.max(self.lines.start.saturating_sub(line));
+            own[1].end = rows.end.min(self.lines.end.saturating_sub(line));
+            if own[1].is_empty() {
+                continue;
+            }
             self.window
-                .plane(&self.lattice.axes, self.centre, i, &self.own, bounds);
+                .plane(&self.lattice.axes, self.centre, i, &own, bounds);
             let of_plane = plane(i);
-            let first_row = i * y.count * z.count;
-            for (j, (first, end)) in self.own[1].clone().zip(bounds.iter()) {
+            let first_row = line * z.count;
+            for (j, (first, end)) in own[1].clone().zip(bounds.iter()) {
                 if first < end {
                     let at = first_row + j * z.count + first as usize - self.begin;
                     let points = &mut self.sums[at..][..(end - first) as usize];

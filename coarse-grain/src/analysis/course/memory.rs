@@ -75,6 +75,7 @@ impl Course {
             open,
             next_time,
             blocking,
+            ..Self::default()
         })
     }
 }
