@@ -6,6 +6,7 @@ use mercury_solver::boundaries::FluxPlan;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::run::{RunOptions, run};
 use mercury_solver::state::MaterialIndex;
 use mercury_tests::scenes::{advance, frictionless, sphere, start};
 
@@ -91,5 +92,52 @@ fn a_disc_is_passed_where_the_way_crosses_its_plane() {
         advance(&mut engine, 6);
         let crossed = engine.take_crossed();
         assert_eq!((crossed[0].forward, crossed[0].backward), (passed, 0));
+    }
+}
+
+/// Mean diameters of what passes, by the powers that their names say: d32 is the sum of d^3 over that of d^2.
+#[test]
+fn the_means_of_what_passes_are_written_in_their_columns() {
+    let diameters = [0.02, 0.03, 0.05];
+    let falling = |k: usize| {
+        let place = dvec3(0.2 + 0.3 * k as f64, 0.5, 0.6);
+        sphere(place, 0.5 * diameters[k], DVec3::NEG_Z, DVec3::ZERO)
+    };
+    let mut draft = Draft::new(1e-3, (DVec3::ZERO, DVec3::ONE), 1000.0, law());
+    draft.prefix = "run".to_owned();
+    draft.steps = 200;
+    draft.output.interval = 0.2;
+    draft.fluxes = vec![FluxPlan {
+        name: "plane".to_owned(),
+        point: DVec3::splat(0.5),
+        normal: DVec3::NEG_Z,
+        radius: None,
+    }];
+    let plan = draft
+        .with_particles((0..3).map(falling).collect())
+        .plan()
+        .unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let options = RunOptions {
+        folder: folder.path().to_owned(),
+        ..RunOptions::default()
+    };
+    run(plan, &options, &mut |_| ()).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("run.flux.csv")).unwrap();
+    let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let last: Vec<&str> = text.lines().last().unwrap().split(',').collect();
+    let sum = |power: i32| diameters.iter().map(|d: &f64| d.powi(power)).sum::<f64>();
+    for (name, expected) in [
+        ("forward", sum(0)),
+        ("d10", sum(1) / sum(0)),
+        ("d32", sum(3) / sum(2)),
+        ("d43", sum(4) / sum(3)),
+    ] {
+        let column = names.iter().position(|known| *known == name).unwrap();
+        let found: f64 = last[column].parse().unwrap();
+        assert!(
+            (found / expected - 1.0).abs() < 1e-14,
+            "{name}: {found}, not {expected}"
+        );
     }
 }

@@ -13,7 +13,9 @@ use mercury_solver::contact::{
 use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
-use mercury_solver::walls::{Component, Cylinder, Disc, Mesh, Motion, Plane, Shape, Side, Wall};
+use mercury_solver::walls::{
+    Component, Cylinder, Disc, Mesh, Motion, Plane, Shape, Side, Touches, Wall,
+};
 use mercury_tests::scenes::{advance, frictionless, particle, row, sphere, start, wall};
 
 const RADIUS: f64 = 0.005;
@@ -399,4 +401,27 @@ fn a_plate_across_the_face_is_a_plate() {
     assert!(worst < 1e-9, "{worst}");
     let x = particle(&across, 0).position.x;
     assert!((0.0005..0.006).contains(&x), "it has crossed the face: {x}");
+}
+
+/// A mesh that goes on for ever is there beyond its faces as far as was asked for, on either side.
+#[test]
+fn copies_reach_as_far_as_asked() {
+    for (plate, centre) in [(0.7, 0.05), (0.3, 0.95)] {
+        // A floor of one period, far below, and a plate across it.
+        let floor = |x: f64, y: f64| dvec3(x, y, -5.0);
+        let upright = |y: f64, z: f64| dvec3(plate, y, z);
+        let triangles = [
+            [floor(0.0, -1.0), floor(1.0, -1.0), floor(1.0, 1.0)],
+            [floor(0.0, -1.0), floor(1.0, 1.0), floor(0.0, 1.0)],
+            [upright(-1.0, -1.0), upright(1.0, -1.0), upright(1.0, 1.0)],
+            [upright(-1.0, -1.0), upright(1.0, 1.0), upright(-1.0, 1.0)],
+        ];
+        let mesh = Mesh::new(&TriangleMesh::from_corners(&triangles), |x| x, false).unwrap();
+        let endless = mesh.continued(&[(0, 0.0, 1.0)], 0.4).unwrap();
+        let mut touches = Touches::new();
+        Shape::Mesh(Arc::new(endless)).touches(dvec3(centre, 0.1, 0.2), 0.38, &mut touches);
+        assert_eq!(touches.len(), 1, "plate at {plate}");
+        let distance = touches.as_slice()[0].distance;
+        assert!((distance - 0.35).abs() < 1e-15, "{distance}");
+    }
 }
