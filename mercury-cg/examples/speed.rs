@@ -229,11 +229,16 @@ fn cost(evaluator: &Evaluator, state: &State, layout: &Layout) -> (f64, Sums) {
     let pool = pool.expect("threads");
     let mut scratch = Scratch::default();
     let mut evaluate = || {
-        let used = || processor().map(|threads| threads.values().sum::<f64>());
-        let (begin, before) = (Instant::now(), used());
+        let (begin, before) = (Instant::now(), processor());
         let sums = pool.install(|| evaluator.sums_with(state, layout, None, &mut scratch));
         let elapsed = begin.elapsed().as_secs_f64();
-        let seconds = before.zip(used()).map(|(before, after)| after - before);
+        // Threads of pools that are gone end when they like: only those that are there count.
+        let seconds = before.zip(processor()).map(|(before, after)| {
+            let spent = after
+                .iter()
+                .map(|(thread, seconds)| seconds - before.get(thread).unwrap_or(&0.0));
+            spent.sum::<f64>()
+        });
         (seconds.unwrap_or(elapsed), sums)
     };
     let mut least = evaluate();
