@@ -72,7 +72,7 @@ fn particles_come_with_every_column_and_what_glyphs_need() {
     assert_eq!(*grid.points, *expected.position);
     assert!(matches!(grid.cells, VtuCells::Vertices));
     let names: Vec<&str> = grid.point_data.iter().map(|array| &*array.name).collect();
-    let all = "diameter speed id material body flags mass volume radius velocity orientation angular_velocity force torque film_volume";
+    let all = "diameter speed id material body state mass volume radius velocity orientation angular_velocity force torque film_volume";
     assert_eq!(names.join(" "), all);
     assert_eq!(numbers(point(&grid, "diameter")), [1.0, 0.5]);
     assert_eq!(numbers(point(&grid, "speed")), [5.0, 1.0]);
