@@ -151,7 +151,7 @@ impl Page {
         page
     }
 
-    /// What the validation page shows of the long scenes, below [`HEADING`]: an overview, and the sections of [`SHOWN`].
+    /// What the validation page shows of the long scenes, below `HEADING`: an overview, and the sections of `SHOWN`.
     #[must_use]
     pub fn summary(&self) -> String {
         let mut text = String::from(
