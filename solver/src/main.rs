@@ -1,5 +1,7 @@
 //! `mercury-solve`: the command line, nothing else.
 
+mod command;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
@@ -25,9 +27,10 @@ const MOST_THREADS: i64 = 1024;
 
 const EXAMPLES: &str = "\
 Examples:
+  mercury-solve new drum                          writes drum.toml, a scene to start from; also hopper, chute, repose, press, clumps
   mercury-solve drum.toml                         run it; files in ./drum/
   mercury-solve drum.toml --check                 what the scene means; nothing is run
-  mercury-solve drum.toml --set time.end=0.1 --set materials.glass.friction=0.3 --output short
+  mercury-solve drum.toml --set time.end=0.1 --set materials.bead.tangential.friction=0.3 --output short
   mercury-solve drum.toml --force --threads 4     replace an earlier run
   mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
   mercury-solve drum.toml --time-limit 55m        stop before a queue's limit, with a checkpoint
@@ -43,7 +46,15 @@ Exit codes: 0 done, 1 the run failed, 2 wrong usage or input, 75 stopped and can
 /// Runs a discrete particle simulation that a scene file describes.
 #[derive(Debug, Parser)]
 #[command(name = "mercury-solve", version, after_help = EXAMPLES)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    disable_help_subcommand = true
+)]
 struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+
     /// The scene file
     #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect"])]
     scene: Option<PathBuf>,
@@ -101,6 +112,13 @@ struct Arguments {
     completions: Option<cli::Shell>,
 }
 
+/// What it does besides running a scene.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write a commented scene to start from, with the files it needs; nothing is ever replaced
+    New(command::new::New),
+}
+
 /// How often checkpoints are written by the clock.
 #[derive(Debug, Clone, Copy)]
 struct Every(Option<Duration>);
@@ -134,6 +152,10 @@ fn main() -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> Outcome {
+    match &arguments.command {
+        Some(Command::New(new)) => return command::new::execute(new),
+        None => {}
+    }
     if let Some(shell) = arguments.completions {
         return cli::say_completions::<Arguments>(shell);
     }

@@ -1,0 +1,3 @@
+//! What `mercury-solve` does besides running one scene, each with its part of the command line.
+
+pub(crate) mod new;
