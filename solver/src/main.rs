@@ -14,6 +14,7 @@ use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
 use mercury_common::scene::{SceneErrors, Statement};
+use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Memory, Plan, document, read_scene, refusal, report};
@@ -95,6 +96,10 @@ struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 
+    /// Contacts evaluated side by side: 1, 2, 4 or 8; the results are the same with any number [default: what this processor does fastest]
+    #[arg(long, value_name = "N", value_parser = lanes)]
+    lanes: Option<Width>,
+
     /// Replace a key of the scene, for example time.end=0.1; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -117,6 +122,15 @@ struct Arguments {
 enum Command {
     /// Write a commented scene to start from, with the files it needs; nothing is ever replaced
     New(command::new::New),
+}
+
+fn lanes(text: &str) -> Result<Width, String> {
+    let all: Vec<String> = Width::all()
+        .iter()
+        .map(|width| width.lanes().to_string())
+        .collect();
+    (text.parse().ok().and_then(Width::of))
+        .ok_or_else(|| format!("this processor can do {}", all.join(", ")))
 }
 
 /// How often checkpoints are written by the clock.
@@ -291,6 +305,7 @@ fn run_plan(
         folder,
         threads,
         fewer_where_faster: arguments.threads.is_none(),
+        width: arguments.lanes,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
         stop: requests.stop,

@@ -1,11 +1,15 @@
-//! A loop compiled for its laws and the loop that chooses them at each contact give the same bytes.
+//! A loop compiled for its laws and the loop that chooses them at each contact give the same bytes, and so do loops that evaluate one
+//! contact after the other or several side by side.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use mercury_common::scene::Files;
-use mercury_solver::forces::{SavedSlot, SavedSlots, Watch, contact_loop, dispatching_loop};
-use mercury_solver::plan::{Plan, parse_scene, plan};
+use mercury_solver::forces::{
+    SavedSlot, SavedSlots, SlotState, Watch, contact_loop, dispatching_loop,
+};
+use mercury_solver::lanes::Width;
+use mercury_solver::plan::{Plan, parse_scene, plan, read_scene};
 use mercury_solver::step::{Engine, Snapshot, StartOptions};
 
 const LINEAR: &str = r#"normal = { law = "linear", stiffness = 200.0, restitution = 0.7 }"#;
@@ -17,8 +21,9 @@ const MINDLIN: &str = r#"tangential = { law = "mindlin", friction = 0.5 }"#;
 const LUDING: &str = r#"rolling = { law = "luding", friction = 0.1, dissipation = 1e-4 }
     torsion = { law = "luding", friction = 0.1, dissipation = 1e-4 }"#;
 
-/// Spheres that fall on a floor that swings, and against each other, in two or three dimensions.
-fn falling(laws: &[&str], dimensions: u32) -> Arc<Plan> {
+/// Spheres that fall on a floor that swings, and against each other, in two or three dimensions. `output`: its keys; `more`: tables
+/// behind all others.
+fn falling(laws: &[&str], dimensions: u32, output: &str, more: &str) -> Arc<Plan> {
     // In space, contacts reach through the periodic faces.
     let (periodic, sites) = match dimensions {
         2 => ("", "min = [0.0021, 0.0031, 0], max = [0.0281, 0.0171, 0]"),
@@ -32,7 +37,7 @@ fn falling(laws: &[&str], dimensions: u32) -> Arc<Plan> {
         gravity = [0, -9.81, 0]
         time = {{ end = 0.1, step = 1e-5 }}
         domain = {{ min = [0, 0, -0.02], max = [0.03, 0.03, 0.02], periodic = [{periodic}], dimensions = {dimensions} }}
-        output = {{ interval = 0.01, energy_budget = true }}
+        output = {{ {output} }}
         # Deep overlaps are wanted here: whatever the laws can meet.
         guard = {{ policy = "off" }}
         [materials.m]
@@ -57,6 +62,7 @@ fn falling(laws: &[&str], dimensions: u32) -> Arc<Plan> {
         lattice = {{ {sites}, spacing = 0.002 }}
         velocity = [-0.5, -0.5, 0]
         angular_velocity = [0, 0, 40]
+        {more}
     "#,
         laws.join("\n")
     );
@@ -86,7 +92,12 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
         &[HERTZ, MINDLIN, LUDING],
     ];
     for (laws, dimensions) in combinations.iter().flat_map(|laws| [(laws, 3), (laws, 2)]) {
-        let plan = falling(laws, dimensions);
+        let plan = falling(
+            laws,
+            dimensions,
+            "interval = 0.01, energy_budget = true",
+            "",
+        );
         let (_, name) = contact_loop(plan.physics().laws());
         assert!(name.ends_with("(compiled together)"), "{name}");
         let mut compiled = Engine::new(Arc::clone(&plan), 1).unwrap();
@@ -119,7 +130,7 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
 
 #[test]
 fn other_combinations_are_chosen_at_each_contact() {
-    let plan = falling(&[HERTZ], 3);
+    let plan = falling(&[HERTZ], 3, "interval = 0.01", "");
     let (_, name) = contact_loop(plan.physics().laws());
     assert_eq!(
         name,
@@ -133,4 +144,100 @@ fn other_combinations_are_chosen_at_each_contact() {
     assert!(snapshot.pairs.numbers() > 3);
     let restored = Engine::restore(plan, snapshot, 2).unwrap();
     assert_eq!(restored.snapshot().encode(), bytes);
+}
+
+/// Runs a plan in every width of this processor, on one thread and on two, and compares all that changes. Returns how many pairs
+/// touched in the end.
+fn same_in_every_width(name: &str, plan: &Arc<Plan>, steps: u64) -> usize {
+    let widths = Width::all();
+    let on_two_threads = (Width::fastest(), 2);
+    let mut first: Option<Snapshot> = None;
+    for (width, threads) in widths
+        .iter()
+        .map(|&width| (width, 1))
+        .chain([on_two_threads])
+    {
+        let options = StartOptions::threads(threads).width(width);
+        let mut engine = Engine::start(Arc::clone(plan), options).unwrap();
+        for _ in 0..4 {
+            engine.steps_at_once(steps / 4, None).unwrap();
+        }
+        let last = engine.snapshot();
+        match &first {
+            // By bytes: where they are numbers, -0 is not 0.
+            Some(first) => assert!(
+                last.encode() == first.encode(),
+                "{name}: {} lanes, {threads} threads",
+                width.lanes()
+            ),
+            None => first = Some(last),
+        }
+    }
+    let pairs = first.unwrap().pairs;
+    let touching = pairs
+        .iter()
+        .filter(|slot| slot.state == SlotState::Touching);
+    touching.count()
+}
+
+/// A second kind of sphere among the first, of other laws.
+const OTHERS: &str = r#"
+    [materials.soft]
+    density = 1500.0
+    normal = { law = "plastic", loading_stiffness = 100.0, unloading_stiffness = 200.0, cohesion_stiffness = 20.0, penetration_depth = 0.05, dissipation = 1e-3 }
+    tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.3 }
+    [[contacts]]
+    between = ["m", "soft"]
+    normal = { law = "linear", stiffness = 150.0, restitution = 0.5 }
+    tangential = { law = "linear", stiffness_ratio = 0.3, friction = 0.4 }
+    [[particles]]
+    material = "soft"
+    radius = 0.9e-3
+    lattice = { min = [0.0131, 0.0031, -0.019], max = [0.0191, 0.0091, 0.019], spacing = 0.002 }
+    velocity = [-1.5, -0.4, 0]
+    angular_velocity = [0, 10, 40]
+"#;
+
+#[test]
+fn the_number_of_lanes_changes_no_byte_of_any_law() {
+    assert!(
+        Width::all().len() >= 2,
+        "one lane and two can always be had"
+    );
+    const RESCALED: &str =
+        r#"tangential = { law = "mindlin", friction = 0.5, load_history = "rescale" }"#;
+    let combinations: [&[&str]; 7] = [
+        &[LINEAR],
+        &[LINEAR, LINEAR_FRICTION],
+        &[LINEAR, LINEAR_FRICTION, LUDING],
+        &[HERTZ, MINDLIN],
+        &[HERTZ, MINDLIN, LUDING],
+        &[HERTZ],
+        &[HERTZ, RESCALED],
+    ];
+    for (laws, dimensions) in combinations.iter().flat_map(|laws| [(laws, 3), (laws, 2)]) {
+        let plan = falling(laws, dimensions, "interval = 0.01", "");
+        let touching = same_in_every_width(&format!("{laws:?} in {dimensions}D"), &plan, 1200);
+        assert!(touching > 10, "{laws:?}: {touching} touch");
+    }
+    // Groups in which pairs of several laws lie side by side.
+    let plan = falling(&[LINEAR, LINEAR_FRICTION], 3, "interval = 0.01", OTHERS);
+    let touching = same_in_every_width("several laws", &plan, 1200);
+    assert!(touching > 20, "{touching} touch");
+}
+
+#[test]
+fn the_number_of_lanes_changes_no_byte_of_a_benchmark() {
+    let bench = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/bench");
+    for (name, steps) in [
+        ("dense-2k", 400),
+        ("dense-20k-frictionless", 40),
+        ("poly-20k", 40),
+        ("mesh-drum-6k", 80),
+    ] {
+        let scene = read_scene(&bench.join(format!("{name}.toml")), &[]).unwrap();
+        let plan = Arc::new(plan(&scene).unwrap());
+        let touching = same_in_every_width(name, &plan, steps);
+        assert!(touching > 1000, "{name}: {touching} touch");
+    }
 }

@@ -19,8 +19,8 @@ const ROOMS: [&str; 16] = [
     "walls",
     "neighbours",
     "contact",
-    "lanes",
     "state",
+    "lanes",
     "memory",
 ];
 

@@ -79,6 +79,7 @@ macro_rules! any_law {
         }
 
         impl<L: $crate::lanes::Real> $crate::contact::History<L> for $history<L> {
+            type One = $history;
             /// The number of the law, and room for the longest.
             const LENGTH: usize = {
                 let mut longest = 0;
@@ -129,6 +130,23 @@ macro_rules! any_law {
                     return Self::$variant($crate::contact::History::<L>::read(&numbers[1..]));
                 })*
                 Self::Empty
+            }
+
+            #[inline(always)]
+            fn gather(one: impl Fn(usize) -> $history) -> Self {
+                $(if (0..L::LANES).any(|k| matches!(one(k), $history::$variant(_))) {
+                    let own = |k| $crate::contact::any::Holds::<$law, f64>::own(&one(k));
+                    return Self::$variant($crate::contact::History::<L>::gather(own));
+                })*
+                Self::Empty
+            }
+
+            #[inline(always)]
+            fn lane(&self, k: usize) -> $history {
+                match self {
+                    Self::Empty => $history::Empty,
+                    $(Self::$variant(history) => $history::$variant($crate::contact::History::<L>::lane(history, k)),)*
+                }
             }
         }
 

@@ -39,6 +39,43 @@ pub struct Action<L = f64> {
     pub adhesion: NormalForce<L>,
 }
 
+impl<L: Real> Action<L> {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        force: Vector::ZERO,
+        tangential: Vector::ZERO,
+        couple: Vector::ZERO,
+        normal: NormalForce::NONE,
+        adhesion: NormalForce::NONE,
+    };
+
+    /// `action(k)` in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather(action: impl Fn(usize) -> Action) -> Self {
+        Self {
+            force: Vector::gather(|k| action(k).force),
+            tangential: Vector::gather(|k| action(k).tangential),
+            couple: Vector::gather(|k| action(k).couple),
+            normal: NormalForce::gather(|k| action(k).normal),
+            adhesion: NormalForce::gather(|k| action(k).adhesion),
+        }
+    }
+
+    /// That of the contact in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, k: usize) -> Action {
+        Action {
+            force: self.force.lane(k),
+            tangential: self.tangential.lane(k),
+            couple: self.couple.lane(k),
+            normal: self.normal.lane(k),
+            adhesion: self.adhesion.lane(k),
+        }
+    }
+}
+
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T, R, A> {
     /// Force and couple of two that touch, and the history one step `dt` (s) on. `dt` = 0 leaves springs unstretched.
     ///

@@ -9,6 +9,8 @@ pub type HistoryNumber = (&'static str, &'static str);
 pub trait History<L: Real = f64>:
     Copy + Default + Send + Sync + PartialEq + std::fmt::Debug + 'static
 {
+    /// The memory of one contact.
+    type One: History<f64>;
     /// How many numbers it holds.
     const LENGTH: usize;
     /// Unit and meaning of each of these numbers.
@@ -26,9 +28,16 @@ pub trait History<L: Real = f64>:
     /// Reads [`History::LENGTH`] numbers.
     #[must_use]
     fn read(numbers: &[L]) -> Self;
+    /// That of the contact `one(k)` in lane `k`; all of them by the same law.
+    #[must_use]
+    fn gather(one: impl Fn(usize) -> Self::One) -> Self;
+    /// That of the contact in lane `k`.
+    #[must_use]
+    fn lane(&self, k: usize) -> Self::One;
 }
 
 impl<L: Real> History<L> for () {
+    type One = ();
     const LENGTH: usize = 0;
     fn columns() -> Vec<HistoryNumber> {
         Vec::new()
@@ -36,11 +45,16 @@ impl<L: Real> History<L> for () {
     fn swapped(self) -> Self {}
     fn write(&self, _: &mut Vec<L>) {}
     fn read(_: &[L]) -> Self {}
+    #[inline(always)]
+    fn gather(_: impl Fn(usize)) -> Self {}
+    #[inline(always)]
+    fn lane(&self, _: usize) -> Self {}
 }
 
 impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> History<L>
     for (A, B, C, D)
 {
+    type One = (A::One, B::One, C::One, D::One);
     const LENGTH: usize = A::LENGTH + B::LENGTH + C::LENGTH + D::LENGTH;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -69,6 +83,26 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
         let (c, d) = rest.split_at(C::LENGTH);
         (A::read(a), B::read(b), C::read(c), D::read(d))
     }
+
+    #[inline(always)]
+    fn gather(one: impl Fn(usize) -> Self::One) -> Self {
+        (
+            A::gather(|k| one(k).0),
+            B::gather(|k| one(k).1),
+            C::gather(|k| one(k).2),
+            D::gather(|k| one(k).3),
+        )
+    }
+
+    #[inline(always)]
+    fn lane(&self, k: usize) -> Self::One {
+        (
+            self.0.lane(k),
+            self.1.lane(k),
+            self.2.lane(k),
+            self.3.lane(k),
+        )
+    }
 }
 
 /// A spring in the tangent plane, stretched by the motion of A relative to B, m.
@@ -76,6 +110,7 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
 pub struct TangentialSpring<L = f64>(pub Vector<L>);
 
 impl<L: Real> History<L> for TangentialSpring<L> {
+    type One = TangentialSpring;
     const LENGTH: usize = 3;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -96,5 +131,15 @@ impl<L: Real> History<L> for TangentialSpring<L> {
 
     fn read(numbers: &[L]) -> Self {
         Self(Vector::from_slice(numbers))
+    }
+
+    #[inline(always)]
+    fn gather(one: impl Fn(usize) -> TangentialSpring) -> Self {
+        Self(Vector::gather(|k| one(k).0))
+    }
+
+    #[inline(always)]
+    fn lane(&self, k: usize) -> TangentialSpring {
+        TangentialSpring(self.0.lane(k))
     }
 }

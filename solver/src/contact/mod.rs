@@ -83,6 +83,25 @@ impl<L: Real> Contact<L> {
     }
 }
 
+impl<L: Real> Contact<L> {
+    /// The contact in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, k: usize) -> Contact {
+        Contact {
+            normal: self.normal.lane(k),
+            distance: self.distance.lane(k),
+            overlap: self.overlap.lane(k),
+            effective_radius: self.effective_radius.lane(k),
+            effective_mass: self.effective_mass.lane(k),
+            normal_velocity: self.normal_velocity.lane(k),
+            tangential_velocity: self.tangential_velocity.lane(k),
+            centre_velocity: self.centre_velocity.lane(k),
+            spin: self.spin.lane(k),
+        }
+    }
+}
+
 impl Contact {
     /// The geometry `dt` (s) before, as the velocities, which are those of half a step before, say: of two particles to round-off.
     #[must_use]

@@ -216,6 +216,7 @@ struct Bridge {
 struct Bond<L>(L);
 
 impl<L: Real> History<L> for Bond<L> {
+    type One = Bond<f64>;
     const LENGTH: usize = 1;
     fn columns() -> Vec<HistoryNumber> {
         vec![("1", "bond")]
@@ -228,6 +229,12 @@ impl<L: Real> History<L> for Bond<L> {
     }
     fn read(numbers: &[L]) -> Self {
         Self(numbers[0])
+    }
+    fn gather(one: impl Fn(usize) -> Bond<f64>) -> Self {
+        Self(L::from_lanes(|k| one(k).0))
+    }
+    fn lane(&self, k: usize) -> Bond<f64> {
+        Bond(self.0.lane(k))
     }
 }
 

@@ -26,10 +26,12 @@ use crate::contact::{
     AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
     TangentialLaw,
 };
+use crate::lanes::Width;
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
+use pairs::Pairs;
 pub(super) use slots::FREE;
 use slots::{HELD, IMAGE, Slot, WallSlot};
 
@@ -513,6 +515,21 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         fastest
     }
 
+    /// The work on all listed pairs of a block.
+    fn pairs<'p, const PERIODIC: bool, const WATCHED: bool>(
+        &'p self,
+        block: &'p mut Block<Histories<N, T, R, A>>,
+        rows: &'p Rows<'p>,
+        loads: &'p mut [Load],
+    ) -> Pairs<'p, 'p, N, T, R, A, Histories<N, T, R, A>, PERIODIC, WATCHED> {
+        Pairs {
+            pass: self,
+            block,
+            rows,
+            loads,
+        }
+    }
+
     /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
     fn compute(
         &self,
@@ -525,11 +542,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }
+        // Adhesion is asked pair by pair, as it may act between some of a group and not between others.
+        let width = if A::ACTIVE {
+            Width::ONE
+        } else {
+            self.context.width
+        };
         match (self.context.watch, self.context.images.any()) {
-            (None, false) => self.pairs::<false, false>(block, rows, loads),
-            (None, true) => self.pairs::<true, false>(block, rows, loads),
-            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
-            (Some(_), _) => self.pairs::<true, true>(block, rows, loads),
+            (None, false) => width.run(self.pairs::<false, false>(block, rows, loads)),
+            (None, true) => width.run(self.pairs::<true, false>(block, rows, loads)),
+            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
+            // of the contacts is told one by one.
+            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads)),
         }
         self.walls(block, rows, loads);
     }
@@ -565,7 +589,7 @@ impl<'a> Rows<'a> {
 
     /// The record that lies `ahead` rows behind the first one of the block.
     #[inline(always)]
-    fn ahead(&self, ahead: usize) -> &Particle {
+    fn ahead(&self, ahead: usize) -> &'a Particle {
         match self.own.get(ahead) {
             Some(record) => record,
             None => {

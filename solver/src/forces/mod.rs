@@ -26,6 +26,7 @@ pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::HistoryNumber;
+use crate::lanes::Width;
 use crate::neighbours::{CandidateList, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row};
 use crate::walls::WallNow;
@@ -52,6 +53,8 @@ pub struct StepContext<'a> {
     pub deep: f64,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
+    /// How many contacts are evaluated side by side; changes no bit.
+    pub width: Width,
 }
 
 /// Loads that one block of rows has summed up: index of the block, those of earlier cuts first as `None`.

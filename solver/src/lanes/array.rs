@@ -137,6 +137,15 @@ impl<const N: usize> Mask for LaneMask<N> {
     fn all(self) -> bool {
         !self.0.contains(&false)
     }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        let mut bits = 0;
+        for (k, set) in self.0.iter().enumerate() {
+            bits |= u32::from(*set) << k;
+        }
+        bits
+    }
 }
 
 impl<const N: usize> Not for LaneMask<N> {
@@ -163,92 +172,5 @@ impl<const N: usize> BitOr for LaneMask<N> {
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
         Self(from_fn(|k| self.0[k] | other.0[k]))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Numbers of every kind: both zeros, the smallest, the infinities, no number.
-    const KINDS: [f64; 12] = [
-        0.0,
-        -0.0,
-        1.0,
-        -1.5,
-        3.0e-310,
-        -3.0e-310,
-        1e300,
-        -1e300,
-        f64::MIN_POSITIVE,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
-    ];
-
-    /// Bits that may be compared: which of the many "no number" it is, nobody promises.
-    fn bits(number: f64) -> u64 {
-        if number.is_nan() {
-            u64::MAX
-        } else {
-            number.to_bits()
-        }
-    }
-
-    /// Every operation on every pair of kinds gives in each lane the bits that it gives alone.
-    #[test]
-    fn every_lane_gets_the_bits_of_a_number_alone() {
-        for a in KINDS {
-            for b in KINDS {
-                let (x, y) = (Lanes([a, 2.0, b, 0.5]), Lanes([b, 4.0, a, -2.0]));
-                let (one, two) = ([a, 2.0, b, 0.5], [b, 4.0, a, -2.0]);
-                let check = |lanes: Lanes<4>, alone: fn(f64, f64) -> f64| {
-                    for k in 0..4 {
-                        assert_eq!(bits(lanes.lane(k)), bits(alone(one[k], two[k])));
-                    }
-                };
-                check(x + y, |a, b| a + b);
-                check(x - y, |a, b| a - b);
-                check(x * y, |a, b| a * b);
-                check(x / y, |a, b| a / b);
-                check(-x, |a, _| -a);
-                check(x + 2.5, |a, _| a + 2.5);
-                check(x - 2.5, |a, _| a - 2.5);
-                check(x * 2.5, |a, _| a * 2.5);
-                check(x / 2.5, |a, _| a / 2.5);
-                check(x.sqrt(), |a, _| Real::sqrt(a));
-                check(x.abs(), |a, _| Real::abs(a));
-                check(x.min(y), Real::min);
-                check(x.max(y), Real::max);
-                let masks = [x.below(y), x.at_most(y), x.equals(y), !x.below(y)];
-                let alone: [fn(f64, f64) -> bool; 4] = [
-                    |a, b| a < b,
-                    |a, b| a <= b,
-                    |a, b| a == b,
-                    |a, b| !a.below(b),
-                ];
-                for (mask, alone) in masks.into_iter().zip(alone) {
-                    assert_eq!(mask.0, from_fn(|k| alone(one[k], two[k])));
-                    let chosen = Lanes::select(mask, x, y);
-                    let expected: [f64; 4] = from_fn(|k| f64::select(mask.0[k], one[k], two[k]));
-                    assert_eq!(chosen.0.map(bits), expected.map(bits));
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn masks_know_any_and_all() {
-        let mask = |bits| LaneMask::<2>(bits);
-        let (none, one, all) = (
-            mask([false, false]),
-            mask([true, false]),
-            mask([true, true]),
-        );
-        assert!(!none.any() && one.any() && all.any());
-        assert!(!none.all() && !one.all() && all.all());
-        assert_eq!(one & all, one);
-        assert_eq!(one | none, one);
-        assert_eq!(!one, mask([false, true]));
     }
 }

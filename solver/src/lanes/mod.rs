@@ -25,12 +25,23 @@
 //!
 //! What makes the bits independent of the number of lanes: operations of IEEE 754 alone (+, -, *, /, root, comparisons), no
 //! fused multiply-add, and never a sum across lanes.
+//!
+//! How many lanes there are is chosen when the program runs, by what the processor has ([`Width`]); a [`Task`] is the code that is
+//! compiled once for each.
 
 mod array;
+mod quad;
+#[cfg(target_arch = "x86_64")]
+mod registers;
+#[cfg(test)]
+mod tests;
 mod vector;
+mod width;
 
 pub use array::{LaneMask, Lanes};
+pub use quad::Quad;
 pub use vector::Vector;
+pub use width::{Task, Width};
 
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -98,7 +109,88 @@ pub trait Real:
     /// `then` where the mask is set, `otherwise` elsewhere.
     #[must_use]
     fn select(mask: Self::Mask, then: Self, otherwise: Self) -> Self;
+
+    /// The first [`Real::LANES`] of some numbers.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline(always)]
+    #[must_use]
+    fn load(numbers: &[f64]) -> Self {
+        Self::from_lanes(|k| numbers[k])
+    }
+
+    /// Writes lane `k` to `numbers[k]`.
+    ///
+    /// # Panics
+    /// If there are fewer than [`Real::LANES`].
+    #[inline(always)]
+    fn store(self, numbers: &mut [f64]) {
+        for (k, number) in numbers[..Self::LANES].iter_mut().enumerate() {
+            *number = self.lane(k);
+        }
+    }
+
+    /// The lanes whose bits are set, moved to the front; what the others hold then is open.
+    #[inline(always)]
+    #[must_use]
+    fn packed(self, bits: u32) -> Self {
+        let mut front = [0; MOST_LANES];
+        let mut count = 0;
+        for k in 0..Self::LANES {
+            front[count] = k;
+            count += (bits >> k & 1) as usize;
+        }
+        Self::from_lanes(|k| self.lane(front[k]))
+    }
+
+    /// Lane `k` of each: the difference of the first three numbers of `a(k)` and `b(k)`, and the sum of the fourth ones.
+    #[inline(always)]
+    #[must_use]
+    fn differences<'a>(a: impl Fn(usize) -> &'a Quad, b: impl Fn(usize) -> &'a Quad) -> [Self; 4] {
+        [
+            Self::from_lanes(|k| a(k).0[0] - b(k).0[0]),
+            Self::from_lanes(|k| a(k).0[1] - b(k).0[1]),
+            Self::from_lanes(|k| a(k).0[2] - b(k).0[2]),
+            Self::from_lanes(|k| a(k).0[3] + b(k).0[3]),
+        ]
+    }
+
+    /// Lane `k`: the numbers of `quad(k)`.
+    #[inline(always)]
+    #[must_use]
+    fn columns<'a>(quad: impl Fn(usize) -> &'a Quad) -> [Self; 4] {
+        [
+            Self::from_lanes(|k| quad(k).0[0]),
+            Self::from_lanes(|k| quad(k).0[1]),
+            Self::from_lanes(|k| quad(k).0[2]),
+            Self::from_lanes(|k| quad(k).0[3]),
+        ]
+    }
+
+    /// Lane `k`: the first three numbers of `quad(k)`.
+    #[inline(always)]
+    #[must_use]
+    fn vectors<'a>(quad: impl Fn(usize) -> &'a Quad) -> Vector<Self> {
+        let [x, y, z, _] = Self::columns(quad);
+        Vector::new(x, y, z)
+    }
+
+    /// The way back: lane `k` of a vector, and of what stands behind it, as number `k`; what follows behind [`Real::LANES`] is open.
+    #[inline(always)]
+    #[must_use]
+    fn rows(vector: Vector<Self>, behind: Self) -> [Quad; MOST_LANES] {
+        let mut rows = [Quad::default(); MOST_LANES];
+        for (k, row) in rows[..Self::LANES].iter_mut().enumerate() {
+            let [x, y, z] = vector.to_array().map(|numbers| numbers.lane(k));
+            *row = Quad([x, y, z, behind.lane(k)]);
+        }
+        rows
+    }
 }
+
+/// No [`Real`] has more lanes.
+pub const MOST_LANES: usize = 8;
 
 /// Yes or no for each lane.
 pub trait Mask:
@@ -110,6 +202,9 @@ pub trait Mask:
     /// Whether it is set for all lanes.
     #[must_use]
     fn all(self) -> bool;
+    /// Bit `k` is that of lane `k`.
+    #[must_use]
+    fn bits(self) -> u32;
 }
 
 impl Mask for bool {
@@ -121,6 +216,11 @@ impl Mask for bool {
     #[inline(always)]
     fn all(self) -> bool {
         self
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
     }
 }
 

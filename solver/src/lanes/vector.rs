@@ -78,6 +78,35 @@ impl<L: Real> Vector<L> {
         }
     }
 
+    /// `vector(k)` in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather(vector: impl Fn(usize) -> Vector) -> Self {
+        Self {
+            x: L::from_lanes(|k| vector(k).x),
+            y: L::from_lanes(|k| vector(k).y),
+            z: L::from_lanes(|k| vector(k).z),
+        }
+    }
+
+    /// The same vector in every lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(vector: Vector) -> Self {
+        Self {
+            x: L::splat(vector.x),
+            y: L::splat(vector.y),
+            z: L::splat(vector.z),
+        }
+    }
+
+    /// The vector in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(self, k: usize) -> Vector {
+        Vector::new(self.x.lane(k), self.y.lane(k), self.z.lane(k))
+    }
+
     /// The components.
     #[inline(always)]
     #[must_use]

@@ -34,6 +34,7 @@ use shortfall::{all_left, shortfalls};
 
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
+use crate::lanes::Width;
 use crate::output::summary::{Status, Summary};
 use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
@@ -51,6 +52,8 @@ pub struct RunOptions {
     pub threads: usize,
     /// Steps are made by one of them wherever that is faster.
     pub fewer_where_faster: bool,
+    /// Contacts that are evaluated side by side; the results do not depend on it. `None`: what is fastest.
+    pub width: Option<Width>,
     /// How the run was called, for `run.log`.
     pub command_line: String,
     /// Content of `plan.toml`.
@@ -294,7 +297,9 @@ impl Run {
             resumed_at.unwrap_or(0),
         );
         let records = schedule.everything().needs_records();
-        let start = StartOptions::threads(options.threads).records(records);
+        let start = StartOptions::threads(options.threads)
+            .records(records)
+            .width(options.width.unwrap_or_else(Width::fastest));
         let files = checkpoint_paths(folder, plan.outputs().prefix());
         let is_first = |from: &Checkpoint| from.path == files[0];
         let next_checkpoint = usize::from(from.as_ref().is_some_and(is_first));

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::num::NonZeroU32;
 
+use bytemuck::{Pod, Zeroable};
+
 use super::Plain;
 
 macro_rules! index {
@@ -90,7 +92,8 @@ index! {
 macro_rules! number {
     ($(#[$text:meta])* $name:ident($number:ty)) => {
         $(#[$text])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
+        #[repr(transparent)]
         pub struct $name($number);
 
         impl $name {

@@ -1,12 +1,15 @@
 //! What the force loop reads of a particle, and what it leaves there.
 
-use super::{MaterialIndex, Plain};
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
+
+use super::{MaterialIndex, Plain};
+use crate::lanes::Quad;
 
 /// The record that the contact loop reads: 96 bytes, position and radius within one cache line.
 ///
 /// For discs (`dimensions = 2`) masses are per unit length.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub struct Particle {
     /// Centre, m. Between two sorts a particle of a periodic scene may stand up to half a skin outside the domain.
@@ -27,6 +30,18 @@ pub struct Particle {
 }
 
 impl Particle {
+    /// The record in quads: position and radius, velocity and inverse mass, angular velocity and what is no number.
+    #[inline(always)]
+    pub(crate) fn quads(&self) -> &[Quad; 3] {
+        bytemuck::must_cast_ref(self)
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    pub(crate) fn quads_mut(&mut self) -> &mut [Quad; 3] {
+        bytemuck::must_cast_mut(self)
+    }
+
     /// Whether it does not move freely: fixed, or some components of its motion are prescribed.
     #[must_use]
     pub fn is_constrained(&self) -> bool {
@@ -45,7 +60,7 @@ pub const PEBBLE: u32 = 4;
 ///
 /// One cache line, each vector in a half of its own: sums on a particle follow each other closely, and the processor can
 /// hand a stored value on to the next load only if both have the same shape.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Load {
     /// Force, N.
@@ -67,6 +82,18 @@ impl Load {
             torque,
             unused_torque: 0.0,
         }
+    }
+
+    /// Force and torque, each with a zero behind it.
+    #[inline(always)]
+    pub(crate) fn quads(&self) -> &[Quad; 2] {
+        bytemuck::must_cast_ref(self)
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    pub(crate) fn quads_mut(&mut self) -> &mut [Quad; 2] {
+        bytemuck::must_cast_mut(self)
     }
 
     /// Adds a force (N) and a torque (N m).

@@ -124,6 +124,7 @@ impl Engine {
                 overlap_limit.min(SEEN)
             },
             watch,
+            width: self.width,
         };
         let pool = self.pool.as_deref();
         self.forces

@@ -82,6 +82,7 @@ impl Engine {
             gravity: self.plan.physics().gravity(),
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
+            width: self.width,
         }
     }
 

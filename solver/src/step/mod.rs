@@ -41,6 +41,7 @@ use guard::Guard;
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
 use crate::forces::{Forces, MotionBound, Observation, Watch};
+use crate::lanes::Width;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::Particles;
@@ -75,6 +76,8 @@ pub struct Engine {
     has_servos: bool,
     inverse_inertia: f64,
     turns: bool,
+    /// How many numbers are worked on side by side.
+    width: Width,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
     idle_pool: Option<Arc<rayon::ThreadPool>>,

@@ -1,8 +1,11 @@
 //! How particles move between two force evaluations: kick, drift and turn.
 
+use std::slice::{from_mut, from_ref};
+
 use glam::{DQuat, DVec3};
 
 use crate::forces::MotionBound;
+use crate::lanes::{Real, Task, Vector, Width};
 use crate::state::{FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
@@ -15,39 +18,94 @@ pub(super) struct KickDrift {
     pub(super) gravity: DVec3,
     pub(super) inverse_inertia: f64,
     pub(super) turns: bool,
+    /// Particles that are moved side by side.
+    pub(super) width: Width,
 }
 
 impl KickDrift {
+    /// Moves those that are neither fixed nor pebbles; what their fastest is then.
     pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> MotionBound {
-        let (mut largest, mut sum) = (0.0f64, 0.0);
-        for (record, load) in records.iter_mut().zip(loads) {
-            if record.flags & (FIXED | PEBBLE) != 0 {
+        self.width.run(Advance {
+            by: self,
+            records,
+            loads,
+        })
+    }
+
+    /// Moves some particles, one in each lane; `fastest`: largest v^2, and the sum of v^2 and w^2, of those that were moved before.
+    #[inline(always)]
+    fn advance<L: Real>(&self, records: &mut [Particle], loads: &[Load], fastest: &mut [L; 2]) {
+        let [x, y, z, inverse_mass] = L::columns(|k| &records[k].quads()[1]);
+        let force: Vector<L> = L::vectors(|k| &loads[k].quads()[0]);
+        let gravity = Vector::splat(self.gravity.into());
+        let kick = (force * inverse_mass + gravity) * L::splat(self.half);
+        let mut velocity = Vector::new(x, y, z) + kick;
+        if self.kicks == 2 {
+            velocity += kick;
+        }
+        let [x, y, z, radius] = L::columns(|k| &records[k].quads()[0]);
+        let position = Vector::new(x, y, z) + velocity * L::splat(self.drift);
+        let squared = velocity.length_squared();
+        *fastest = [fastest[0].max(squared), fastest[1] + squared];
+        let places = L::rows(position, radius);
+        let velocities = L::rows(velocity, inverse_mass);
+        for (k, record) in records[..L::LANES].iter_mut().enumerate() {
+            let quads = record.quads_mut();
+            quads[0] = places[k];
+            quads[1] = velocities[k];
+        }
+        if self.turns {
+            let [x, y, z, others] = L::columns(|k| &records[k].quads()[2]);
+            let torque: Vector<L> = L::vectors(|k| &loads[k].quads()[1]);
+            let per_torque = inverse_mass * self.inverse_inertia / (radius * radius);
+            let kick = torque * (per_torque * self.half);
+            let mut spin = Vector::new(x, y, z) + kick;
+            if self.kicks == 2 {
+                spin += kick;
+            }
+            fastest[1] = fastest[1] + spin.length_squared();
+            let spins = L::rows(spin, others);
+            for (k, record) in records[..L::LANES].iter_mut().enumerate() {
+                record.quads_mut()[2] = spins[k];
+            }
+        }
+    }
+}
+
+/// A pass of [`KickDrift`] over some particles.
+struct Advance<'a> {
+    by: &'a KickDrift,
+    records: &'a mut [Particle],
+    loads: &'a [Load],
+}
+
+impl Task for Advance<'_> {
+    type Output = MotionBound;
+
+    #[inline(always)]
+    fn run<L: Real>(self) -> MotionBound {
+        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE) == 0;
+        let (mut fastest, mut alone) = ([L::ZERO; 2], [0.0; 2]);
+        let groups = self.records.chunks_mut(L::LANES);
+        for (records, loads) in groups.zip(self.loads.chunks(L::LANES)) {
+            if records.len() == L::LANES && records.iter().all(moves) {
+                self.by.advance(records, loads, &mut fastest);
                 continue;
             }
-            let kick = (load.force * record.inverse_mass + self.gravity) * self.half;
-            let mut velocity = record.velocity + kick;
-            if self.kicks == 2 {
-                velocity += kick;
-            }
-            record.velocity = velocity;
-            record.position += velocity * self.drift;
-            if self.turns {
-                let per_torque =
-                    self.inverse_inertia * record.inverse_mass / (record.radius * record.radius);
-                let kick = load.torque * (per_torque * self.half);
-                record.angular_velocity += kick;
-                if self.kicks == 2 {
-                    record.angular_velocity += kick;
+            for (record, load) in records.iter_mut().zip(loads) {
+                if moves(record) {
+                    let (record, load) = (from_mut(record), from_ref(load));
+                    self.by.advance(record, load, &mut alone);
                 }
-                sum += record.angular_velocity.length_squared();
             }
-            let squared = velocity.length_squared();
-            largest = largest.max(squared);
-            sum += squared;
         }
+        // The sum is only asked whether it is a number: its order is free.
+        let lanes = (0..L::LANES).map(|k| fastest.map(|of_lanes| of_lanes.lane(k)));
+        let [squared_speed, sum_of_squares] =
+            lanes.fold(alone, |all, lane| [all[0].max(lane[0]), all[1] + lane[1]]);
         MotionBound {
-            squared_speed: largest,
-            sum_of_squares: sum,
+            squared_speed,
+            sum_of_squares,
         }
     }
 }

@@ -6,6 +6,7 @@ use super::guard::Guard;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
+use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
 use crate::state::{Particles, inverse_inertia_factor};
@@ -22,6 +23,8 @@ pub struct StartOptions {
     pub forces: Vec<Box<dyn ForcePass>>,
     /// Whether the contacts of the start are recorded one by one; there are more of them than particles.
     pub records: bool,
+    /// How many numbers are worked on side by side; changes no bit.
+    pub width: Width,
 }
 
 impl StartOptions {
@@ -33,7 +36,15 @@ impl StartOptions {
             contacts: None,
             forces: Vec::new(),
             records: true,
+            width: Width::fastest(),
         }
+    }
+
+    /// With so many lanes.
+    #[must_use]
+    pub fn width(mut self, width: Width) -> Self {
+        self.width = width;
+        self
     }
 
     /// With contact laws of their own.
@@ -162,6 +173,7 @@ impl Engine {
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,
+            width: options.width,
             step: 0,
             kick_due: false,
             drifted: None,

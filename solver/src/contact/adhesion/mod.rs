@@ -17,7 +17,7 @@ use crate::lanes::Real;
 /// is below its range, through sorts of the particles and new lists, and is forgotten there.
 pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers. A history that differs from its default is a bond, which holds the pair together across a gap.
-    type History<L: Real>: History<L>;
+    type History<L: Real>: History<L, One = Self::History<f64>>;
     /// False for the law that does nothing: pairs then are not looked at before they touch.
     const ACTIVE: bool;
     /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need not be asked. Otherwise it

@@ -30,6 +30,26 @@ impl<L: Real> NormalForce<L> {
         viscous: L::ZERO,
     };
 
+    /// `force(k)` in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn gather(force: impl Fn(usize) -> NormalForce) -> Self {
+        Self {
+            elastic: L::from_lanes(|k| force(k).elastic),
+            viscous: L::from_lanes(|k| force(k).viscous),
+        }
+    }
+
+    /// That in lane `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(self, k: usize) -> NormalForce {
+        NormalForce {
+            elastic: self.elastic.lane(k),
+            viscous: self.viscous.lane(k),
+        }
+    }
+
     /// Elastic and viscous force, N.
     #[inline(always)]
     #[must_use]
@@ -51,7 +71,7 @@ impl<L: Real> NormalForce<L> {
 /// A normal law; its fields are its parameters for one pair of materials.
 pub trait NormalLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// What it remembers.
-    type History<L: Real>: History<L>;
+    type History<L: Real>: History<L, One = Self::History<f64>>;
 
     /// How the plan and the log call it.
     fn name(&self) -> &'static str;

@@ -37,6 +37,7 @@ pub struct Plastic {
 pub struct MaxOverlap<L = f64>(pub L);
 
 impl<L: Real> History<L> for MaxOverlap<L> {
+    type One = MaxOverlap;
     const LENGTH: usize = 1;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -53,6 +54,16 @@ impl<L: Real> History<L> for MaxOverlap<L> {
 
     fn read(numbers: &[L]) -> Self {
         Self(numbers[0])
+    }
+
+    #[inline(always)]
+    fn gather(one: impl Fn(usize) -> MaxOverlap) -> Self {
+        Self(L::from_lanes(|k| one(k).0))
+    }
+
+    #[inline(always)]
+    fn lane(&self, k: usize) -> MaxOverlap {
+        MaxOverlap(self.0.lane(k))
     }
 }
 

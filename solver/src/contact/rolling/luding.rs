@@ -47,6 +47,7 @@ pub struct RollingSprings<L = f64> {
 }
 
 impl<L: Real> History<L> for RollingSprings<L> {
+    type One = RollingSprings;
     const LENGTH: usize = 6;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -77,6 +78,22 @@ impl<L: Real> History<L> for RollingSprings<L> {
         Self {
             rolling: Vector::from_slice(numbers),
             torsion: Vector::from_slice(&numbers[3..]),
+        }
+    }
+
+    #[inline(always)]
+    fn gather(one: impl Fn(usize) -> RollingSprings) -> Self {
+        Self {
+            rolling: Vector::gather(|k| one(k).rolling),
+            torsion: Vector::gather(|k| one(k).torsion),
+        }
+    }
+
+    #[inline(always)]
+    fn lane(&self, k: usize) -> RollingSprings {
+        RollingSprings {
+            rolling: self.rolling.lane(k),
+            torsion: self.torsion.lane(k),
         }
     }
 }

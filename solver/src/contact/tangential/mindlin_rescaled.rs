@@ -27,6 +27,7 @@ pub struct StoredForce<L = f64> {
 }
 
 impl<L: Real> History<L> for StoredForce<L> {
+    type One = StoredForce;
     const LENGTH: usize = 4;
 
     fn columns() -> Vec<HistoryNumber> {
@@ -54,6 +55,22 @@ impl<L: Real> History<L> for StoredForce<L> {
         Self {
             force: Vector::from_slice(numbers),
             contact_radius: numbers[3],
+        }
+    }
+
+    #[inline(always)]
+    fn gather(one: impl Fn(usize) -> StoredForce) -> Self {
+        Self {
+            force: Vector::gather(|k| one(k).force),
+            contact_radius: L::from_lanes(|k| one(k).contact_radius),
+        }
+    }
+
+    #[inline(always)]
+    fn lane(&self, k: usize) -> StoredForce {
+        StoredForce {
+            force: self.force.lane(k),
+            contact_radius: self.contact_radius.lane(k),
         }
     }
 }

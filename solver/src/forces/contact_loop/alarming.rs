@@ -27,7 +27,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
             let (radius, overlap) = (a.radius.min(b.radius), reach - distance);
             if overlap > self.context.overlap_limit * radius {
-                let offset = self.offset::<true, _>(a, b, slot);
+                let offset = self.offset(a, b, slot);
                 let alarm = Alarm {
                     id: self.ids[row],
                     other: Other::Particle(self.ids[partner]),

@@ -1,0 +1,109 @@
+//! How many lanes, chosen when the program runs.
+
+#[cfg(target_arch = "x86_64")]
+use super::registers::Two;
+use super::{Lanes, Real};
+
+/// Two numbers, where registers hold them without being asked for it.
+#[cfg(not(target_arch = "x86_64"))]
+type Two = Lanes<2>;
+
+/// Work that can be done in lanes of any number.
+pub trait Task {
+    /// What comes of it.
+    type Output;
+
+    /// Does it. To be marked `inline(always)`, as all that it calls in its inner loops: only what is inlined here is compiled for
+    /// the processor that was found.
+    fn run<L: Real>(self) -> Self::Output;
+}
+
+/// A number of lanes that this processor can do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Width(Kind);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    One,
+    Two,
+    #[cfg(target_arch = "x86_64")]
+    Four,
+    #[cfg(target_arch = "x86_64")]
+    Eight,
+}
+
+impl Width {
+    /// One number at a time: every processor can.
+    pub const ONE: Self = Self(Kind::One);
+
+    /// All that this processor can do, the narrowest first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let all = [1, 2, 4, 8].into_iter();
+        all.filter_map(Self::of).collect()
+    }
+
+    /// That of so many lanes, if this processor can.
+    #[must_use]
+    pub fn of(lanes: usize) -> Option<Self> {
+        match lanes {
+            1 => Some(Self(Kind::One)),
+            2 => Some(Self(Kind::Two)),
+            #[cfg(target_arch = "x86_64")]
+            4 if has_avx2() => Some(Self(Kind::Four)),
+            #[cfg(target_arch = "x86_64")]
+            8 if has_avx2() => Some(Self(Kind::Eight)),
+            _ => None,
+        }
+    }
+
+    /// The fastest of this processor; of those that were measured: elsewhere than on x86-64, one.
+    #[must_use]
+    pub fn fastest() -> Self {
+        let fastest = if cfg!(target_arch = "x86_64") { 2 } else { 1 };
+        Self::of(4).or(Self::of(fastest)).unwrap_or(Self::ONE)
+    }
+
+    /// Its number of lanes.
+    #[must_use]
+    pub fn lanes(self) -> usize {
+        match self.0 {
+            Kind::One => 1,
+            Kind::Two => 2,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Four => 4,
+            #[cfg(target_arch = "x86_64")]
+            Kind::Eight => 8,
+        }
+    }
+
+    /// Does a task in so many lanes.
+    #[inline]
+    pub fn run<T: Task>(self, task: T) -> T::Output {
+        match self.0 {
+            Kind::One => task.run::<f64>(),
+            Kind::Two => task.run::<Two>(),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: nobody has a `Width` of this kind but from `of`, which has asked the processor for the features.
+            Kind::Four => unsafe { with_avx2::<T, super::registers::Four>(task) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            Kind::Eight => unsafe { with_avx2::<T, Lanes<8>>(task) },
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("popcnt")
+}
+
+// Not with fused multiply-add, which would change the bits.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+fn with_avx2<T: Task, L: Real>(task: T) -> T::Output {
+    task.run::<L>()
+}
