@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
 use mercury_common::readable::shortened;
-use mercury_common::scene::{SceneErrors, parse_psd, read_psd};
+use mercury_common::scene::{Located, Psd, SceneErrors, parse_psd, read_psd};
 use mercury_common::sizes::table::{self, Content, Options, SizeTable};
 use mercury_common::sizes::{SizeDistribution, SizeError};
 
@@ -90,8 +90,7 @@ pub fn read(argument: &str, options: &Options) -> Result<Vec<Source>, InputError
         |name| name.to_string_lossy().into_owned(),
     );
     if path.extension().is_some_and(|ending| ending == "toml") {
-        let sizes = SizeDistribution::from_scene(&read_psd(path)?)?;
-        return Ok(vec![of_law(name, sizes)]);
+        return Ok(vec![of_law(name, &read_psd(path)?)?]);
     }
     Ok(vec![match content(path, options)? {
         Content::Table(table) => {
@@ -181,18 +180,20 @@ fn inline(argument: &str) -> Result<Source, InputError> {
         .get("kind")
         .and_then(toml::Value::as_str)
         .unwrap_or("law");
-    Ok(of_law(kind.to_owned(), SizeDistribution::from_scene(&law)?))
+    of_law(kind.to_owned(), &law)
 }
 
-fn of_law(name: String, sizes: SizeDistribution) -> Source {
+fn of_law(name: String, law: &Located<Psd>) -> Result<Source, InputError> {
+    let sizes = SizeDistribution::from_scene(law)?;
     let mut notes = noted(&[], &[sizes.smallest(), sizes.largest()]);
+    notes.extend(law.value.warning_of_shares());
     notes.extend(sizes.warning_of_fines());
-    Source {
+    Ok(Source {
         name,
         notes,
         sizes: Sizes::Distribution(sizes, None),
         by_quota: false,
-    }
+    })
 }
 
 /// Grains above a metre and below a nanometre are rare; forgotten units are not.

@@ -121,7 +121,7 @@ pub enum SizeLaw {
 /// One part of a mixture of distributions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MixturePart {
-    /// Its share, scaled such that all sum to 1.
+    /// Its share as it is written; all are scaled to the sum 1.
     pub share: f64,
     /// Its distribution; stated by the weighting of the mixture unless it says another.
     pub psd: Located<Psd>,

@@ -15,6 +15,7 @@ mod fines;
 mod frozen;
 mod laws;
 mod powers;
+mod shares;
 mod statement;
 pub mod table;
 mod tabulated;
@@ -23,6 +24,7 @@ mod weighted;
 pub use classes::{ClassModel, ClassProblem, Classes};
 pub use distribution::SizeDistribution;
 pub use error::SizeError;
+pub use shares::warning_of_shares;
 pub use weighted::Weighted;
 
 pub use crate::scene::Weighting;

@@ -10,7 +10,7 @@ use mercury_common::scene::{
     Body, Component, Insertion, Located, Method, Psd, Quantity, Rate as SceneRate,
     Region as SceneRegion, Scene, SceneError, SizeLaw, Total,
 };
-use mercury_common::sizes::{SizeDistribution, SizeError};
+use mercury_common::sizes::{SizeDistribution, SizeError, warning_of_shares};
 
 use super::{Plan, meshes};
 use crate::bodies::Clump;
@@ -260,10 +260,7 @@ fn check_room(
     Ok(())
 }
 
-/// Shares that sum to 1 but for this were rounded.
-const ROUNDED: f64 = 0.01;
-
-/// Refuses regions in which walls that never move leave no place, and warns of shares that do not sum to 1.
+/// Refuses regions in which walls that never move leave no place, and warns of shares that do not sum to the whole.
 pub(super) fn check_among_walls(
     scene: &Scene,
     insertions: &[InsertionPlan],
@@ -290,21 +287,16 @@ pub(super) fn check_among_walls(
         let Some(insertion) = scene.insertions.iter().find(is_it) else {
             continue;
         };
-        let stated: f64 = (insertion.mixture.iter())
-            .map(|part| part.stated_share)
-            .sum();
-        // What is like 3 to 1 is meant as it is.
-        let are_parts = insertion.mixture.iter().all(|part| part.stated_share < 1.0);
-        if are_parts && (stated - 1.0).abs() > ROUNDED {
-            let shares = insertion.mixture.iter().map(|part| short(part.share));
-            let shares: Vec<String> = shares.map(|share| share.to_string()).collect();
-            warnings.push(format!(
-                "the shares of \"{}\" sum to {}, not to 1; they are scaled to {}",
-                insertion.name.value,
-                short(stated),
-                shares.join(", ")
-            ));
-        }
+        let stated = insertion.mixture.iter().map(|part| part.stated_share);
+        let stated: Vec<f64> = stated.collect();
+        let whose = format!("\"{}\"", insertion.name.value);
+        warnings.extend(warning_of_shares(&whose, &stated));
+        let of_sizes = insertion
+            .mixture
+            .iter()
+            .filter_map(|part| part.psd.as_ref());
+        let of_sizes = of_sizes.filter_map(|psd| psd.value.warning_of_shares());
+        warnings.extend(of_sizes.map(|warning| format!("insertion {whose}: {warning}")));
         let radius = spheres(&planned.mixture, clumps, SizeDistribution::smallest)
             .map(|(radius, _)| radius)
             .fold(f64::INFINITY, f64::min);
