@@ -14,6 +14,8 @@ const LOOKS_OF_MEMBER: u64 = 10;
 const LOOKS_OF_LISTED: u64 = 2;
 /// Cells, empty or not, that are gone over in the time of a look.
 const CELLS_PER_LOOK: u64 = 2;
+/// Rows that are looked at in the time that it takes to find a place for one more entry of a list, at least.
+const ROWS_PER_LINK: usize = 8;
 /// The end of a list.
 const END: u32 = u32::MAX;
 
@@ -44,6 +46,9 @@ pub(super) struct Crowd {
     members: usize,
     /// Largest coordinate or radius of a member, m: a part in 2^24 of it is lost there.
     farthest: f32,
+    /// How often all rows were listed.
+    #[cfg(test)]
+    listings: usize,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -97,6 +102,8 @@ impl Crowd {
             rows: 0,
             members: 0,
             farthest: 0.0,
+            #[cfg(test)]
+            listings: 0,
         }
     }
 
@@ -105,8 +112,9 @@ impl Crowd {
         if self.rows == particles.len() {
             return;
         }
-        // Lists are for few: cell by cell they lie side by side.
-        if self.rows == 0 || self.links.len() > self.listed.len() {
+        // Lists are for few: cell by cell they lie side by side. To list anew all rows are looked at, also where none was near before.
+        let few = self.listed.len().max(self.rows / ROWS_PER_LINK);
+        if self.rows == 0 || self.links.len() > few {
             return self.list(particles, images);
         }
         self.heads.resize(self.starts.len() - 1, END);
@@ -123,6 +131,10 @@ impl Crowd {
 
     /// Lists all rows.
     fn list(&mut self, particles: &Particles, images: &Images) {
+        #[cfg(test)]
+        {
+            self.listings += 1;
+        }
         self.heads.clear();
         self.links.clear();
         self.members = 0;
@@ -253,6 +265,8 @@ impl Crowd {
         // Who is in the way is most often about the centre.
         let [middle, _] = self.cells(from_corner, 0.0);
         let cell = |[x, y, z]: [usize; 3]| x + self.counts[0] * (y + self.counts[1] * z);
+        // To find which they are is counted as one more: failures among clumps take more than what is counted for them as it is
+        // (docs/performance.md).
         let mut cells = 1;
         let mut is_taken_at = |at: [usize; 3]| {
             cells += 1;
@@ -275,5 +289,101 @@ impl Crowd {
             // Casts from negative numbers give 0.
             [0, 1, 2].map(|axis| (scaled[axis] as usize).min(self.counts[axis] - 1))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::{MaterialIndex, NewParticle};
+
+    const RADIUS: f64 = 0.01;
+
+    fn images() -> Images {
+        Images::new(DVec3::splat(-100.0), DVec3::splat(100.0), [false; 3])
+    }
+
+    /// Spheres of a cubic lattice with this spacing (m) from a corner on.
+    fn lattice(corner: DVec3, spacing: f64, counts: [usize; 3]) -> impl Iterator<Item = DVec3> {
+        let [nx, ny, nz] = counts;
+        (0..nx * ny * nz).map(move |i| {
+            let at = [i % nx, i / nx % ny, i / (nx * ny)].map(|i| i as f64);
+            corner + spacing * DVec3::from(at)
+        })
+    }
+
+    fn add(particles: &mut Particles, centre: DVec3) {
+        let materials = [crate::plan::Material {
+            name: "m".to_owned(),
+            density: 1000.0,
+        }];
+        let new = NewParticle::at(centre, RADIUS, MaterialIndex::new(0));
+        let (record, mass, prescribed) = new.build(&materials, 3);
+        particles.push(record, mass, prescribed);
+    }
+
+    /// About the unit cube.
+    fn crowd() -> Crowd {
+        Crowd::new(DVec3::ZERO, DVec3::ONE, RADIUS, 4.0 * RADIUS, 1e-3)
+    }
+
+    #[test]
+    fn a_feed_far_from_all_others_lists_them_seldom() {
+        let (mut particles, images, mut crowd) = (Particles::new(false), images(), crowd());
+        for centre in lattice(DVec3::splat(-50.0), 0.1, [40, 25, 20]) {
+            add(&mut particles, centre);
+        }
+        crowd.take_in(&particles, &images);
+        assert_eq!((crowd.listings, crowd.members), (1, 0));
+        let mut entries = 0;
+        for centre in lattice(DVec3::splat(0.1), 0.05, [10, 10, 10]) {
+            add(&mut particles, centre);
+            let before = crowd.listed.len() + crowd.links.len();
+            crowd.take_in(&particles, &images);
+            entries += crowd.listed.len() + crowd.links.len() - before;
+        }
+        assert_eq!(crowd.members, 1000);
+        // Each listing of the 20,000 takes an eighth as many entries at least.
+        let most = 1 + entries / (20_000 / ROWS_PER_LINK);
+        assert!(crowd.listings <= most, "{} {most}", crowd.listings);
+        assert!(most < 6, "{entries}");
+    }
+
+    /// What is looked at in a question does not grow with the number of those who stand about, nor does what it costs to take one more in.
+    #[test]
+    fn a_question_costs_the_same_however_many_there_are() {
+        let mean_looks = |per_axis: usize| {
+            let (mut particles, images) = (Particles::new(false), images());
+            let edge = 0.03 * per_axis as f64;
+            let mut crowd = Crowd::new(DVec3::ZERO, DVec3::splat(edge), RADIUS, 4.0 * RADIUS, 1e-3);
+            let all = lattice(DVec3::splat(0.015), 0.03, [per_axis; 3]);
+            let mut entries = 0;
+            for centre in all {
+                add(&mut particles, centre);
+                crowd.take_in(&particles, &images);
+            }
+            entries += crowd.listed.len() + crowd.links.len();
+            let mut looks = Looks::default();
+            let mut asked = 0;
+            for centre in lattice(DVec3::splat(0.1), 0.0171, [10; 3]) {
+                crowd.overlaps(&particles, &images, centre, RADIUS, &mut looks);
+                asked += 1;
+            }
+            let listings = crowd.listings;
+            // Twice as many at each listing.
+            assert!(
+                listings <= 2 + particles.len().ilog2() as usize,
+                "{listings}"
+            );
+            [
+                looks.number() as f64 / f64::from(asked),
+                entries as f64 / particles.len() as f64,
+            ]
+        };
+        let (few, many) = (mean_looks(12), mean_looks(36));
+        // The same lattice; cells may lie a little otherwise about it.
+        for (few, many) in few.into_iter().zip(many) {
+            assert!((many / few - 1.0).abs() < 0.2, "{few} {many}");
+        }
     }
 }

@@ -258,7 +258,7 @@ impl Insertion {
     /// none.
     fn draw(&mut self, insertion: &InsertionPlan) -> Option<Pending> {
         if let Some(quota) = &self.quota {
-            let (index, diameter) = quota.next(self.state.inserted.number)?;
+            let (index, diameter) = quota.next(self.state.inserted.number, &insertion.mixture)?;
             let chosen = &insertion.mixture[index];
             return Some(Pending {
                 material: chosen.material,
@@ -295,7 +295,7 @@ impl Insertion {
         }
         let known = self.state.sizes.len().max(index + 1);
         self.state.sizes.resize_with(known, PlacedSizes::default);
-        // A quota is fixed in advance, and kept anyway.
+        // Of a quota, at most as many as are fixed in advance.
         self.state.sizes[index].count(2.0 * placed.radius, asked_for, insertion.by_quota);
     }
 

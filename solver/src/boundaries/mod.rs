@@ -191,6 +191,8 @@ impl Boundaries {
         let rows = particles.len();
         let stay = deletion::remove(particles, &gone);
         self.rows.keep(&stay, rows);
+        // Rows changed, so that the candidate list is built anew in this very step, and who stands about would be forgotten then:
+        // nothing is gained by keeping it up to date until there.
         for insertion in &mut self.insertions {
             insertion.forget_crowd();
         }

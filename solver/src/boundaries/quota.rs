@@ -11,10 +11,10 @@
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
 
-use super::{InsertionPlan, Setting, Total};
+use super::{Ingredient, InsertionPlan, Setting, Total};
 use crate::state::{MaterialIndex, volume};
 
-/// Most particles of a quota: they are listed, at 16 bytes each.
+/// Most particles of a quota: their order is listed, at 4 bytes each, and of those that came the sizes, at 8.
 pub(crate) const MOST: f64 = 1e8;
 
 /// The volume that is asked for is met to this share of it, or after so many steps, of which the first are secants.
@@ -22,11 +22,21 @@ const CLOSE: f64 = 1e-13;
 const STEPS: usize = 60;
 const SECANTS: usize = 15;
 
-/// All particles of an insertion, in the order in which they come.
+/// All particles of an insertion, in the order in which they come. A size follows from its place, and is kept once only: when it has come.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Quota {
-    /// Ingredient and diameter, m.
-    particles: Vec<(u32, f64)>,
+    ingredients: Vec<Places>,
+    /// Places, those of the first ingredient first, in the order in which they come.
+    order: Vec<u32>,
+}
+
+/// The places of an ingredient in its distribution.
+#[derive(Debug, Clone, Copy)]
+struct Places {
+    /// How many places the ingredients before it have.
+    before: u32,
+    number: u64,
+    v: f64,
 }
 
 impl Quota {
@@ -38,11 +48,9 @@ impl Quota {
             &format!("insertion {} quota", insertion.name),
             0,
         );
-        let mut particles = Vec::new();
-        for (index, (part, amount)) in (insertion.mixture.iter())
-            .zip(amounts(insertion, setting))
-            .enumerate()
-        {
+        let mut ingredients = Vec::new();
+        let mut before = 0;
+        for (part, amount) in (insertion.mixture.iter()).zip(amounts(insertion, setting)) {
             let (number, v) = match amount {
                 Amount::Number(number) => {
                     // The volume that so many have on the average.
@@ -52,26 +60,32 @@ impl Quota {
                 }
                 Amount::Volume(wanted) => of_volume(&part.sizes, wanted, dimensions),
             };
-            particles
-                .extend((0..number).map(|i| (index as u32, diameter(&part.sizes, i, number, v))));
+            ingredients.push(Places { before, number, v });
+            before += number as u32;
         }
+        let mut order: Vec<u32> = (0..before).collect();
         // Fisher and Yates' shuffle, so that every part of the flow has all sizes.
-        for last in (1..particles.len()).rev() {
+        for last in (1..order.len()).rev() {
             let other = (stream.uniform() * (last + 1) as f64) as usize;
-            particles.swap(last, other.min(last));
+            order.swap(last, other.min(last));
         }
-        Self { particles }
+        Self { ingredients, order }
     }
 
-    /// The particle that comes after so many: ingredient and diameter (m); `None` after the last.
-    pub(super) fn next(&self, inserted: u64) -> Option<(usize, f64)> {
-        let &(ingredient, diameter) = self.particles.get(usize::try_from(inserted).ok()?)?;
-        Some((ingredient as usize, diameter))
+    /// The particle of the mixture that comes after so many: ingredient and diameter (m); `None` after the last.
+    pub(super) fn next(&self, inserted: u64, mixture: &[Ingredient]) -> Option<(usize, f64)> {
+        let &place = self.order.get(usize::try_from(inserted).ok()?)?;
+        // The last that begins there or before it: one without places begins where the next does.
+        let behind = (self.ingredients).partition_point(|places| places.before <= place);
+        let index = behind.checked_sub(1)?;
+        let Places { before, number, v } = self.ingredients[index];
+        let i = u64::from(place - before);
+        Some((index, diameter(&mixture[index].sizes, i, number, v)))
     }
 
     /// How many come in all.
     pub(super) fn len(&self) -> u64 {
-        self.particles.len() as u64
+        self.order.len() as u64
     }
 }
 

@@ -49,6 +49,12 @@ impl Looks {
         self.number += LOOKS_OF_SPHERE;
     }
 
+    /// How many there were, but for finding out who stands about.
+    #[cfg(test)]
+    pub(super) fn number(self) -> u64 {
+        self.number
+    }
+
     /// Who stands about was asked, which it took so many looks to find out.
     pub(super) fn among_crowd(&mut self, cost: u64) {
         self.crowd = Some(cost);

@@ -585,6 +585,38 @@ fn a_quota_gives_every_size_its_number() {
     assert!((first - second).abs() < 1.3e-3, "{first} {second}");
 }
 
+/// The place of a size in the list of all says of which ingredient it is, also where one of them brings nothing.
+#[test]
+fn a_quota_knows_the_ingredients_of_its_places() {
+    let mut draft = by_quota(Total::Number(90));
+    let nothing = |sizes| Ingredient {
+        material: MaterialIndex::new(1),
+        clump: None,
+        sizes,
+        share: 0.0,
+    };
+    let mixture = &mut draft.insertions[0].mixture;
+    mixture.insert(1, nothing(uniform(0.3, 0.4)));
+    mixture.push(nothing(uniform(0.4, 0.5)));
+    let mut still = Still::new(draft);
+    still.exchange(0.0);
+    let of = |material: usize| {
+        let records = still.particles.records.iter();
+        let own = records.filter(|record| record.material.index() == material);
+        let mut diameters: Vec<f64> = own.map(|record| 2.0 * record.radius).collect();
+        diameters.sort_by(f64::total_cmp);
+        diameters
+    };
+    for (diameters, [low, high], number) in [(of(0), [0.02, 0.04], 30), (of(1), [0.01, 0.03], 60)] {
+        assert_eq!(diameters.len(), number);
+        let part = (high - low) / number as f64;
+        for (i, diameter) in diameters.iter().enumerate() {
+            let place = (diameter - low) / part - i as f64;
+            assert!((-1e-9..=1.0 + 1e-9).contains(&place), "{i}: {diameter}");
+        }
+    }
+}
+
 #[test]
 fn a_quota_meets_its_mass_within_half_of_the_smallest_particles() {
     let smallest = [(0.01f64, 1000.0), (0.005, 3000.0)]
