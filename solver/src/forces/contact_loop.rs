@@ -16,7 +16,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::blocks::{Outbox, place};
-use super::saved::{SAVED_BYTES, Stretch, put_stretches};
+use super::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use super::{
     Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
     Needs, Observation, Partner, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext,
@@ -151,8 +151,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         // Growing in steps would copy it over and over. Laws that remember nothing need no count.
         let is_new = stretch.is_new() && !nothing.is_empty();
         let remembering = if is_new { held() } else { 0 };
-        let listed = blocks.iter().map(|block| block.slots.len()).sum();
-        stretch.reserve(listed, remembering, nothing.len());
+        let most = |block: &Block<_>| most_bytes_of_pairs(block.slots.len(), block.rows.len());
+        let most = blocks.iter().map(most).sum();
+        stretch.reserve(most, remembering, nothing.len());
         let slots = Self::saved_pairs(blocks);
         stretch.extend(nothing, slots, Histories::<N, T, R, A>::write);
     }
@@ -409,15 +410,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
         let slots = self.listed_at_walls();
         // A sphere at a wall has a history there, as a rule.
-        stretch.reserve(slots, slots, nothing.len());
+        stretch.reserve(slots * MOST_AT_WALL, slots, nothing.len());
         let slots = self.saved_near_walls();
         stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);
         put_stretches(pieces, &nothing, vec![stretch]);
     }
 
-    fn saved_bytes(&self, slots: f64, remembering: f64) -> f64 {
+    fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64 {
         let history = <Histories<N, T, R, A>>::LENGTH * size_of::<f64>();
-        slots * SAVED_BYTES as f64 + remembering * history as f64
+        most_bytes_of_pairs(slots as usize, rows as usize) as f64 + remembering * history as f64
     }
 
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots) {

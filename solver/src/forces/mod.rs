@@ -161,8 +161,8 @@ pub trait ContactForces: Send {
     /// Appends the bytes of the second.
     fn put_near_walls(&self, pieces: &mut Pieces);
 
-    /// About how many bytes both are, of so many slots of which so many remember something.
-    fn saved_bytes(&self, slots: f64, remembering: f64) -> f64;
+    /// About how many bytes both are at most, of so many slots of so many rows, of which so many remember something.
+    fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64;
 
     /// Slots of particles near walls.
     fn listed_at_walls(&self) -> usize;

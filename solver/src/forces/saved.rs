@@ -43,9 +43,14 @@ struct Head {
     remembers: bool,
 }
 
-/// Bytes of a slot in a state but for its history: at most, if it is of no image and no feature. The slots of one row tell it once,
-/// so there are more that take five.
-pub(super) const SAVED_BYTES: usize = 1 + 2 * size_of::<u32>();
+/// Bytes of a slot at a wall in a state but for its history, at most: its first byte, the wall, the row, the image and the feature.
+pub(super) const MOST_AT_WALL: usize = 1 + 4 * size_of::<u32>();
+
+/// Bytes of the slots of pairs of so many rows in a state but for their histories, at most. A pair has no feature, and the slots of a
+/// row, which follow each other, tell it once; that all are of images is more than there can be, and takes four bytes of nine.
+pub(super) fn most_bytes_of_pairs(slots: usize, rows: usize) -> usize {
+    slots * (1 + 2 * size_of::<u32>()) + slots.min(rows) * size_of::<u32>()
+}
 
 /// In the first byte of a slot: its [`SlotState`].
 const STATE: u8 = 7;
@@ -149,9 +154,9 @@ impl Stretch {
         }
     }
 
-    /// Room for so many slots, of which so many have a history of `numbers` numbers.
-    pub(super) fn reserve(&mut self, slots: usize, remembering: usize, numbers: usize) {
-        self.heads.reserve(slots * SAVED_BYTES);
+    /// Room for slots of so many bytes, of which so many have a history of `numbers` numbers.
+    pub(super) fn reserve(&mut self, bytes: usize, remembering: usize, numbers: usize) {
+        self.heads.reserve(bytes);
         let histories = remembering * numbers * size_of::<f64>();
         self.histories.reserve(histories);
     }
@@ -422,10 +427,21 @@ mod tests {
             let cut = pushed.iter().position(|slot| slot.row > 10).unwrap_or(pushed.len());
             let stretches = [&pushed[..cut], &pushed[cut..]].map(|part| {
                 let mut stretch = Stretch::reusing(Vec::new(), Vec::new());
+                // At walls, and as pairs, which have no features.
+                let is_pair = |slot: &&SavedSlot<'_>| slot.feature == FREE;
+                let rows: std::collections::BTreeSet<_> = part.iter().map(|slot| slot.row).collect();
+                let most = if part.iter().all(|slot| is_pair(&slot)) {
+                    most_bytes_of_pairs(part.len(), rows.len())
+                } else {
+                    part.len() * MOST_AT_WALL
+                };
+                stretch.reserve(most, part.len(), 2);
+                let room = stretch.heads.capacity();
                 let slots = part.iter().map(|slot| {
                     (SavedSlot { history: &[], ..*slot }, Some(slot.history))
                 });
                 stretch.extend(&[0.0; 2], slots, |history, all| all.extend(history));
+                assert!(stretch.heads.len() <= most && stretch.heads.capacity() == room);
                 stretch
             });
             let mut encoder = Encoder::new();
@@ -438,6 +454,29 @@ mod tests {
         fn arbitrary_bytes_are_refused_or_read(bytes in proptest::collection::vec(any::<u8>(), 0..100)) {
             let _ = SavedSlots::take(&mut &bytes[..]);
         }
+    }
+
+    #[test]
+    fn no_slot_takes_more_bytes_than_there_is_room_for() {
+        let slot = |row, image, feature| SavedSlot {
+            row,
+            partner: u32::MAX,
+            image,
+            state: SlotState::Touching,
+            feature,
+            history: &[1.0],
+        };
+        let bytes = |slots: &[SavedSlot<'static>]| {
+            let mut stretch = Stretch::reusing(Vec::new(), Vec::new());
+            let slots = slots.iter().map(|&slot| (slot, Some(slot.history)));
+            stretch.extend(&[0.0], slots, |history, all| all.extend(history));
+            stretch.heads.len()
+        };
+        // At a wall through a periodic face, on a feature of a mesh; pairs of two rows, all of images.
+        assert_eq!(bytes(&[slot(7, 0, 3)]), MOST_AT_WALL);
+        let pairs = [slot(7, 0, FREE), slot(7, 1, FREE), slot(9, 2, FREE)];
+        assert_eq!(bytes(&pairs), most_bytes_of_pairs(3, 2));
+        assert!(bytes(&[slot(7, NO_SHIFT, FREE)]) < most_bytes_of_pairs(1, 1));
     }
 
     #[test]

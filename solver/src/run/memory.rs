@@ -34,7 +34,7 @@ pub fn memory(plan: &Plan) -> Memory {
     let parked = parked_bytes(rows, expected.touching);
     let output = output_bytes(plan, &expected, &forces.history_columns());
     let start = StartBytes::of(plan);
-    let checkpoint = particles + forces.saved_bytes(expected.listed, expected.touching);
+    let checkpoint = particles + forces.saved_bytes(rows, expected.listed, expected.touching);
 
     let steps = PROGRAM + start.plan + particles + slots + parked + output.kept;
     // A list is made while the old slots are there; then their histories wait, twice for a moment, for the new ones.
