@@ -21,6 +21,8 @@ const MOST_STEPS: usize = 2000;
 const LEAST_SHARE: f64 = 1e-3;
 /// Nor less than this, whatever was measured.
 const LEAST_OF_ALL: f64 = 1e-6;
+/// The share of a law's tail that is not shown.
+const TAIL: f64 = 1e-5;
 /// Left beside the outermost diameters, of their range.
 const MARGIN: f64 = 0.03;
 
@@ -106,15 +108,36 @@ impl Look {
     }
 }
 
-fn curve(sizes: &SizeDistribution, weighting: Weighting, look: Look) -> Vec<(f64, f64)> {
-    let view = sizes.by(weighting);
-    let low = look.low(sizes.smallest(), sizes.largest());
-    if low >= sizes.largest() {
-        // One size: a step.
-        let d = sizes.largest();
-        return vec![(0.999 * d, 0.0), (d, 0.0), (d, 1.0), (1.001 * d, 1.0)];
+/// Smallest and largest diameter that show a distribution, m: the tails of a law go on where nothing is to be seen of it.
+fn shown(source: &Source, weighting: Weighting) -> [f64; 2] {
+    match &source.sizes {
+        Sizes::Distribution(sizes, _) if sizes.classes().is_none() && !sizes.has_single_sizes() => {
+            let view = sizes.by(weighting);
+            [TAIL, 1.0 - TAIL].map(|share| view.quantile(share))
+        }
+        other => other.range(),
     }
-    let mut at = look.grid(low, sizes.largest());
+}
+
+fn curve(sizes: &SizeDistribution, weighting: Weighting, look: Look) -> Vec<(f64, f64)> {
+    curve_within(sizes, weighting, look, [sizes.smallest(), sizes.largest()])
+}
+
+fn curve_within(
+    sizes: &SizeDistribution,
+    weighting: Weighting,
+    look: Look,
+    [low, high]: [f64; 2],
+) -> Vec<(f64, f64)> {
+    let view = sizes.by(weighting);
+    let low = look.low(low, high);
+    if low >= high {
+        // One size: a step.
+        return [(0.999, 0.0), (1.0, 0.0), (1.0, 1.0), (1.001, 1.0)]
+            .map(|(relative, share)| (relative * high, share))
+            .into();
+    }
+    let mut at = look.grid(low, high);
     if let Some(classes) = sizes.classes() {
         at.extend(classes.edges().iter().filter(|&&edge| edge >= low));
         at.sort_by(f64::total_cmp);
@@ -150,7 +173,10 @@ fn steps(sample: &Sample, weighting: Weighting) -> Vec<(f64, f64)> {
 
 fn cumulative_series(source: &Source, weighting: Weighting, look: Look) -> Series {
     match &source.sizes {
-        Sizes::Distribution(sizes, _) => Series::line(&source.name, curve(sizes, weighting, look)),
+        Sizes::Distribution(sizes, _) => {
+            let curve = curve_within(sizes, weighting, look, shown(source, weighting));
+            Series::line(&source.name, curve)
+        }
         Sizes::Sample(sample) => Series::steps(&source.name, steps(sample, weighting)),
     }
 }
@@ -158,7 +184,7 @@ fn cumulative_series(source: &Source, weighting: Weighting, look: Look) -> Serie
 /// Cumulative curves of distributions and samples, and their densities per ln d below.
 #[must_use]
 pub fn curves(title: &str, sources: &[Source], weighting: Weighting, look: Look) -> ChartPage {
-    let range = range_of(sources.iter().map(|source| source.sizes.range()));
+    let range = range_of(sources.iter().map(|source| shown(source, weighting)));
     let mut cumulative = Chart::new("", look.diameters(range), look.cumulative(weighting));
     let density_axis = Axis::linear(&format!("density by {} per ln d", weighting.word()), "");
     let mut density = Chart::new("", look.diameters(range), density_axis);
@@ -184,8 +210,9 @@ fn density_series(source: &Source, weighting: Weighting, look: Look) -> Series {
     let points = match &source.sizes {
         Sizes::Distribution(sizes, _) => {
             let view = sizes.by(weighting);
-            let low = look.low(sizes.smallest(), sizes.largest());
-            let mut at = look.grid(low, sizes.largest());
+            let [low, high] = shown(source, weighting);
+            let low = look.low(low, high);
+            let mut at = look.grid(low, high);
             if let Some(classes) = sizes.classes() {
                 // Either side of every edge, where the density jumps.
                 let edges = classes.edges().iter().filter(|&&edge| edge > low);
@@ -197,12 +224,8 @@ fn density_series(source: &Source, weighting: Weighting, look: Look) -> Series {
                 _ => f64::NAN,
             };
             let mut points = vec![(low, 0.0)];
-            points.extend(
-                at.iter()
-                    .filter(|&&d| d < sizes.largest())
-                    .map(|&d| (d, density(d))),
-            );
-            points.push((sizes.largest(), 0.0));
+            points.extend(at.iter().filter(|&&d| d < high).map(|&d| (d, density(d))));
+            points.push((high, 0.0));
             points
         }
         Sizes::Sample(sample) => {

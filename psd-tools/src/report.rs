@@ -31,8 +31,8 @@ pub struct Check<'a> {
     pub level: f64,
     /// Mass that is there and that was asked for, kg.
     pub masses: Option<[f64; 2]>,
-    /// Whether sizes follow by quota.
-    pub is_quota: bool,
+    /// How many quotas the sizes come by; 0: at random, some or all.
+    pub quotas: usize,
 }
 
 impl Check<'_> {
@@ -178,26 +178,31 @@ impl Check<'_> {
         text
     }
 
-    /// Whether these are all sizes of a quota.
+    /// Whether these are all sizes of a quota, or of several.
     ///
-    /// They come in random order: what came first is like a random sample. Of a list that is whole, the curve keeps within 1/N of the
-    /// target.
+    /// They come in random order: what came first is like a random sample. Of n that are whole the curve of the n_i sizes of each keeps
+    /// within 1/n_i of the target, so that of all N within n/N; and the mass of each misses what was asked for by half of the largest
+    /// particle at most, and by one more where a total by number is shared out by rounding.
     #[must_use]
     pub fn is_whole_quota(&self) -> bool {
-        let within = (1.0 + 1e-6) / self.goodness.number as f64;
-        let is_whole = match self.masses {
-            Some([mass, wanted]) => mass > 0.999 * wanted,
-            None => (self.goodness.kolmogorov).is_none_or(|test| test.value <= within),
-        };
-        self.is_quota && is_whole
+        let (quotas, number) = (self.quotas as f64, self.goodness.number as f64);
+        let within = quotas * (1.0 + 1e-6) / number;
+        let has_all_sizes = (self.goodness.kolmogorov).is_none_or(|test| test.value <= within);
+        let has_all_mass = self.masses.is_none_or(|[mass, wanted]| {
+            // Mean volume over largest; densities are the same.
+            let relative = self.sample.moment(3) / self.target.largest().powi(3);
+            let largest = mass / number / relative;
+            (wanted - mass).abs() <= 1.5 * quotas * largest * (1.0 + 1e-6)
+        });
+        self.quotas > 0 && has_all_sizes && has_all_mass
     }
 
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let is_complete = self.is_whole_quota();
-        if self.is_quota && !is_complete {
+        if self.quotas > 0 && !is_complete {
             notes.push("the quota is not complete: its sizes come in random order, and what came fits like random sizes".to_owned());
-        } else if self.is_quota {
+        } else if self.quotas > 0 {
             notes.push("sizes follow by quota, which fits better than chance: p-values near 1 are to be expected".to_owned());
         }
         if self.goodness.kolmogorov.is_none() {
@@ -345,4 +350,58 @@ pub fn two_samples_json(result: &TwoSamples, level: f64) -> Value {
         object[name] = json!({ "value": test.value, "p": test.p });
     }
     object
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::Criterion;
+    use crate::draw::{Method, draw};
+    use crate::test_support::law;
+
+    /// Whether the sizes are called the whole of so many quotas of which this share of the mass came.
+    fn is_whole(sizes: &[f64], target: &SizeDistribution, quotas: usize, came: f64) -> bool {
+        let sample = Sample::new(sizes.to_vec()).expect("sizes");
+        let goodness = Goodness::of(&sample, target, 0.01, 0);
+        let verdict = Verdict::of(&goodness, &sample, target, Criterion::Level(0.01));
+        let check = Check {
+            name: "grain",
+            sample: &sample,
+            target,
+            goodness: &goodness,
+            verdict: &verdict,
+            level: 0.01,
+            masses: Some([came, 1.0]),
+            quotas,
+        };
+        let notes = check.notes().join("; ");
+        assert_eq!(check.is_whole_quota(), !notes.contains("not complete"));
+        check.is_whole_quota()
+    }
+
+    #[test]
+    fn a_quota_is_whole_when_its_sizes_and_its_mass_are_there() {
+        let narrow = law(
+            "kind = \"uniform\"\nmin_diameter = 1e-3\nmax_diameter = 1.01e-3\nweighting = \"number\"",
+        );
+        let quota = |number, seed| draw(&narrow, number, Method::Quota, seed);
+        // All but two of 10,000: more than 99.9 % of the mass.
+        let all = quota(10_000, 1);
+        assert!(is_whole(&all, &narrow, 1, 1.0));
+        let share = 9998.0 / 10_000.0;
+        assert!(!is_whole(&all[..9998], &narrow, 1, share));
+        // Three particles, whose mass is what fits best: a tenth of one too little.
+        assert!(is_whole(&quota(3, 1), &narrow, 1, 1.0 - 0.1 / 3.0));
+        // One of a thousand fits as well as one size can.
+        assert!(!is_whole(&[1.005e-3], &narrow, 1, 1e-3));
+        // Two quotas of one distribution: each within 1/n_i, so all within 2/N.
+        let two: Vec<f64> = [quota(30, 1), quota(70, 2)].concat();
+        assert!(is_whole(&two, &narrow, 2, 1.0));
+        assert!(!is_whole(&two[..90], &narrow, 2, 0.9));
+
+        // Of single sizes only the mass tells.
+        let beads = law("kind = \"monodisperse\"\ndiameter = 1e-3");
+        assert!(is_whole(&[1e-3; 50], &beads, 1, 1.0));
+        assert!(!is_whole(&[1e-3; 48], &beads, 1, 0.96));
+    }
 }

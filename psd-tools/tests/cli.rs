@@ -846,3 +846,85 @@ fn sizes_down_to_nothing_are_named_where_they_are_drawn() {
     let report = done(at, &["sample", "cut.csv", "-n", "100", "-o", "sizes.csv"]);
     assert!(!report.contains("note:"), "{report}");
 }
+
+#[test]
+fn what_would_have_no_effect_is_refused() {
+    let folder = folder();
+    let at = folder.path();
+    let by_alone = refused(at, &["convert", "grain.psd.csv", "--by", "number"]);
+    assert!(
+        by_alone.contains("--cut <LOW,HIGH>|--squeeze"),
+        "{by_alone}"
+    );
+    for reshaping in [["--cut", "0.01,0.99"], ["--squeeze", "0.5"]] {
+        let arguments = [
+            "convert",
+            "grain.psd.csv",
+            "--by",
+            "number",
+            "-o",
+            "out.csv",
+        ];
+        done(at, &[&arguments[..], &reshaping].concat());
+    }
+}
+
+#[test]
+fn shares_of_which_one_was_forgotten_are_named() {
+    let folder = folder();
+    let at = folder.path();
+    let mixture = |shares: [&str; 2]| {
+        let part = |share: &str, d: &str| {
+            format!("{{ share = {share}, kind = \"monodisperse\", diameter = {d} }}")
+        };
+        let of = [part(shares[0], "1e-3"), part(shares[1], "2e-3")].join(", ");
+        format!("{{ kind = \"mixture\", weighting = \"volume\", of = [{of}] }}")
+    };
+    for (shares, said) in [
+        (
+            ["60", "30"],
+            "note: the shares of the mixture of distributions sum to 90, not to 100; they are scaled to 66.6667, 33.3333",
+        ),
+        (
+            ["0.6", "0.3"],
+            "note: the shares of the mixture of distributions sum to 0.9, not to 1; they are scaled to 0.666667, 0.333333",
+        ),
+    ] {
+        let report = done(at, &["stats", &mixture(shares)]);
+        assert!(report.contains(said), "{report}");
+    }
+    let report = done(at, &["stats", &mixture(["3", "1"])]);
+    assert!(!report.contains("note:"), "{report}");
+}
+
+/// A check that says nothing of a forgotten unit, or of shares that it divided, hides what it tested.
+#[test]
+fn a_check_says_what_was_noted_while_reading() {
+    let folder = folder();
+    let at = folder.path();
+    let table = "diameter [mm],cumulative volume [%]\n1,0\n2,50\n4,99.5\n";
+    std::fs::write(at.join("target.csv"), table).expect("written");
+    let metres: String = (1..=20)
+        .map(|i| format!("{}\n", 1.0 + 0.1 * f64::from(i)))
+        .collect();
+    std::fs::write(at.join("metres.csv"), format!("diameter [m]\n{metres}")).expect("written");
+    let told = [
+        "divided by 99.5",
+        "the largest diameter is 3 m: is the unit right?",
+    ];
+    let output = psd(at, &["check", "metres.csv", "--target", "target.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let report = text(&output.stdout);
+    for words in told {
+        assert!(report.contains(words), "{report}");
+    }
+    let output = psd(
+        at,
+        &["check", "metres.csv", "--target", "target.csv", "--json"],
+    );
+    let value: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(value["notes"].as_array().map(Vec::len), Some(2), "{value}");
+    // Two samples.
+    let output = psd(at, &["check", "metres.csv", "--versus", "metres.csv"]);
+    assert_eq!(text(&output.stdout).matches(told[1]).count(), 2);
+}

@@ -110,8 +110,8 @@ pub struct Target {
     pub sizes: SizeDistribution,
     /// The mass that was asked for, kg, where the scene says so.
     pub mass: Option<f64>,
-    /// Whether the sizes follow the distribution by quota.
-    pub is_quota: bool,
+    /// How many quotas the sizes come by; 0: at random, some or all.
+    pub quotas: usize,
 }
 
 /// A run folder.
@@ -310,7 +310,8 @@ impl Run {
                 sizes.push((SizeDistribution::from_scene(&law)?, psd));
             }
             let masses = self.requested(insertion, &parts, &sizes);
-            let is_quota = insertion.get("method").and_then(Value::as_str) == Some("quota");
+            let method = insertion.get("method").and_then(Value::as_str);
+            let quotas = usize::from(method == Some("quota"));
             for (index, (part, (sizes, psd))) in parts.iter().zip(sizes).enumerate() {
                 let name = part
                     .get("clump")
@@ -321,14 +322,17 @@ impl Run {
                 match targets.get_mut(&name) {
                     Some((target, known)) if known == psd => {
                         target.mass = target.mass.zip(mass).map(|(a, b)| a + b);
-                        target.is_quota &= is_quota;
+                        target.quotas = match (target.quotas, quotas) {
+                            (0, _) | (_, 0) => 0,
+                            (before, these) => before + these,
+                        };
                     }
                     Some(_) => ambiguous.push(name),
                     None => {
                         let target = Target {
                             sizes,
                             mass,
-                            is_quota,
+                            quotas,
                         };
                         targets.insert(name, (target, psd.clone()));
                     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use mercury_common::cli::{Shell, positive};
 use mercury_common::sizes::table::{self, Model, Options, SizeKind, ValueKind};
 use mercury_common::sizes::{ClassModel, Weighting};
@@ -163,6 +163,7 @@ pub(crate) struct StatsArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("reshaping").args(["cut", "squeeze"]).multiple(true)))]
 pub(crate) struct ConvertArguments {
     /// A table, list, law or run of one kind of particles
     #[arg(value_name = "FILE")]
@@ -201,7 +202,7 @@ pub(crate) struct ConvertArguments {
     pub(crate) scale: Option<f64>,
 
     /// Of what the quantiles of --cut and the median of --squeeze are [default: what was measured]
-    #[arg(long, value_name = "QUANTITY", value_parser = words(&QUANTITIES))]
+    #[arg(long, value_name = "QUANTITY", value_parser = words(&QUANTITIES), requires = "reshaping")]
     pub(crate) by: Option<Weighting>,
 
     /// The file; .toml writes a law as in a scene [default: standard output]

@@ -24,6 +24,8 @@ struct Subject {
     mass: Option<f64>,
     /// Whether it is a list that says so.
     by_quota: bool,
+    /// What was noted while it was read.
+    notes: Vec<String>,
 }
 
 pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
@@ -43,7 +45,11 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
         return versus(arguments, subjects);
     }
     let mut outcome = Reports::default();
-    for (subject, target) in with_targets(arguments, subjects)? {
+    let (pairs, of_target) = with_targets(arguments, subjects)?;
+    let name = arguments.target.as_deref().unwrap_or_default();
+    outcome.note(name, &of_target);
+    for (subject, target) in pairs {
+        outcome.note(&subject.name, &subject.notes);
         let goodness = Goodness::of(
             &subject.sample,
             &target.sizes,
@@ -63,7 +69,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> Outcome {
             verdict: &verdict,
             level: arguments.level,
             masses: subject.mass.zip(target.mass).map(<[f64; 2]>::from),
-            is_quota: target.is_quota,
+            quotas: target.quotas,
         };
         outcome.passed &= verdict.passed();
         outcome.text += &check.text();
@@ -90,6 +96,8 @@ struct Reports {
     passed: bool,
     text: String,
     values: serde_json::Map<String, Value>,
+    /// What was noted while files were read.
+    notes: Vec<String>,
     pages: Vec<(String, mercury_pictures::charts::ChartPage)>,
     stem: Option<PathBuf>,
 }
@@ -100,6 +108,7 @@ impl Default for Reports {
             passed: true,
             text: String::new(),
             values: serde_json::Map::new(),
+            notes: Vec::new(),
             pages: Vec::new(),
             stem: None,
         }
@@ -107,6 +116,14 @@ impl Default for Reports {
 }
 
 impl Reports {
+    /// What was noted while this was read.
+    fn note(&mut self, name: &str, notes: &[String]) {
+        for note in notes {
+            self.text += &format!("{name}: note: {note}\n");
+            self.notes.push(format!("{name}: {note}"));
+        }
+    }
+
     fn finish(mut self, as_json: bool) -> Outcome {
         if let Some(stem) = &self.stem {
             for (name, page) in &self.pages {
@@ -118,7 +135,7 @@ impl Reports {
             }
         }
         if as_json {
-            say_json(&json!({ "passed": self.passed, "kinds": self.values }))?;
+            say_json(&json!({ "passed": self.passed, "notes": self.notes, "kinds": self.values }))?;
         } else {
             say(&self.text)?;
         }
@@ -149,6 +166,7 @@ fn subjects(
                 sample,
                 mass,
                 by_quota: false,
+                notes: Vec::new(),
             });
         }
     } else {
@@ -172,6 +190,7 @@ fn subjects(
                 sample,
                 mass: None,
                 by_quota: source.by_quota,
+                notes: source.notes,
             });
         }
     }
@@ -201,13 +220,16 @@ fn subjects(
 struct Wanted {
     sizes: SizeDistribution,
     mass: Option<f64>,
-    is_quota: bool,
+    quotas: usize,
 }
 
+type Pair = (Subject, Wanted);
+
+/// What each of them should be, and what was noted while that was read.
 fn with_targets(
     arguments: &CheckArguments,
     subjects: Vec<Subject>,
-) -> Result<Vec<(Subject, Wanted)>, Failure> {
+) -> Result<(Vec<Pair>, Vec<String>), Failure> {
     let path = &arguments.subject;
     if let Some(target) = &arguments.target {
         let names: Vec<&str> = subjects
@@ -231,11 +253,12 @@ fn with_targets(
             let wanted = Wanted {
                 sizes: sizes.clone(),
                 mass: None,
-                is_quota: subject.by_quota,
+                quotas: usize::from(subject.by_quota),
             };
             (subject, wanted)
         };
-        return Ok(subjects.into_iter().map(wanted).collect());
+        let pairs = subjects.into_iter().map(wanted).collect();
+        return Ok((pairs, source.notes));
     }
     if !path.is_dir() {
         let message = format!(
@@ -255,7 +278,7 @@ fn with_targets(
                 mass: target
                     .mass
                     .filter(|_| arguments.at.is_none() && arguments.place.is_none()),
-                is_quota: target.is_quota,
+                quotas: target.quotas,
             };
             (name, wanted)
         })
@@ -281,7 +304,7 @@ fn with_targets(
         );
         return Err(Failure::run(message).with_help("the kinds that are there: --of"));
     }
-    Ok(pairs)
+    Ok((pairs, Vec::new()))
 }
 
 /// What a chart calls one of two samples.
@@ -332,6 +355,8 @@ fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
             return Err(Failure::input(message).with_help("choose a kind with --of"));
         };
         let other = others.swap_remove(found);
+        outcome.note(&subject.name, &subject.notes);
+        outcome.note(&other.name, &other.notes);
         let result = TwoSamples::of(&subject.sample, &other.sample, arguments.level);
         outcome.passed &= result.finding(arguments.level) == Finding::Passed;
         outcome.text += &report::two_samples_text(&subject.name, &result, arguments.level);
@@ -350,6 +375,10 @@ fn versus(arguments: &CheckArguments, subjects: Vec<Subject>) -> Outcome {
             outcome.pages.push((subject.name.clone(), page));
             outcome.stem = Some(stem.clone());
         }
+    }
+    for other in others {
+        let note = format!("only in {}, compared with nothing", names[1]);
+        outcome.note(&other.name, &[note]);
     }
     outcome.finish(arguments.common.json)
 }
