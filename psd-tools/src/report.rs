@@ -189,7 +189,7 @@ impl Check<'_> {
         let within = quotas * (1.0 + 1e-6) / number;
         let has_all_sizes = (self.goodness.kolmogorov).is_none_or(|test| test.value <= within);
         let has_all_mass = self.masses.is_none_or(|[mass, wanted]| {
-            // Mean volume over largest; densities are the same.
+            // Mean volume over largest; densities are the same. Of discs less than the mean area over the largest, and the bound wider.
             let relative = self.sample.moment(3) / self.target.largest().powi(3);
             let largest = mass / number / relative;
             (wanted - mass).abs() <= 1.5 * quotas * largest * (1.0 + 1e-6)

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use mercury_common::error::FormatError;
 use mercury_common::frames::{BodyReader, FLAG_FIXED, FLAG_PRESCRIBED, ParticleReader};
-use mercury_common::readable::shortened;
+use mercury_common::readable::{rounded, shortened};
 use mercury_common::scene::{SceneErrors, parse_psd};
 use mercury_common::sizes::{SizeDistribution, SizeError};
 use toml::{Table, Value};
@@ -283,7 +283,8 @@ impl Run {
         };
         if at < 0.0 || at > last * (1.0 + 1e-6) {
             return Err(self.wrong(format!(
-                "no frame at {at} s: the run goes from 0 to {last} s"
+                "no frame at {at} s: the run goes from 0 to {} s",
+                rounded(*last, 6)
             )));
         }
         Ok(vec![nearest])
@@ -361,12 +362,21 @@ impl Run {
                 .find(|material| material.get("name").and_then(Value::as_str) == Some(name))?;
             material.get("density").and_then(Value::as_float)
         };
+        let domain = self.plan.get("domain").and_then(Value::as_table);
+        let dimensions = domain.and_then(|domain| domain.get("dimensions")?.as_integer());
+        let is_flat = dimensions == Some(2);
         let mut volumes = Vec::new();
         let mut masses = Vec::new();
         let mut numbers = Vec::new();
         for (part, (sizes, _)) in parts.iter().zip(sizes) {
             let number = part.get("number_share").and_then(Value::as_float)?;
-            let volume = number * sizes.mean_volume();
+            // Discs are as thick as 1 m, and their volumes are areas.
+            let volume = number
+                * if is_flat {
+                    0.25 * PI * sizes.moment(2)
+                } else {
+                    sizes.mean_volume()
+                };
             numbers.push(number);
             volumes.push(volume);
             masses.push(volume * density(part.get("material")?.as_str()?)?);
@@ -426,6 +436,34 @@ mod tests {
         assert!(!seen.add(1000));
         for id in [u32::MAX, u32::MAX - 64, 1001, 511, 512] {
             assert!(seen.add(id) && !seen.add(id), "{id}");
+        }
+    }
+
+    /// 500 discs, or spheres, uniform between 10 and 20 mm: the means of d^2 and d^3 are (a^2 + a b + b^2) / 3 and (a + b) (a^2 + b^2) / 4.
+    #[test]
+    fn the_mass_that_was_asked_for_is_that_of_discs_in_the_plane() {
+        let run = |dimensions: u8| {
+            Run {
+            folder: PathBuf::new(),
+            prefix: PathBuf::new(),
+            plan: format!(
+                "[domain]\ndimensions = {dimensions}\n[[materials]]\nname = \"m\"\ndensity = 1000.0\n\
+                 [[insertions]]\nname = \"feed\"\ntotal = {{ number = 500 }}\n\
+                 [[insertions.mixture]]\nmaterial = \"m\"\nnumber_share = 1.0\n[insertions.mixture.psd]\n\
+                 kind = \"uniform\"\nmin_diameter = 0.01\nmax_diameter = 0.02\nweighting = \"number\"\n"
+            )
+            .parse()
+            .expect("TOML"),
+        }
+        };
+        for (dimensions, volume) in [
+            (2, PI / 4.0 * 7e-4 / 3.0),
+            (3, PI / 6.0 * 0.03 * 5e-4 / 4.0),
+        ] {
+            let targets = run(dimensions).targets().expect("targets");
+            let mass = targets["m"].mass.expect("a mass");
+            let expected = 500.0 * 1000.0 * volume;
+            assert!((mass / expected - 1.0).abs() < 1e-12, "{mass} {expected}");
         }
     }
 }
