@@ -10,7 +10,7 @@ use crate::state::Particle;
 use crate::walls::Touch;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Names what overlaps too much among the contacts found in a chunk of slots, which may be nobody. `contacts`: slot, distance and sum of the radii
+    /// Names what overlaps too much among the contacts found in a chunk of slots, which may be nobody. `contacts`: slot and overlap
     /// (m) of each.
     #[cold]
     #[inline(never)]
@@ -19,13 +19,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         alarms: &mut Alarms,
         slots: &[Slot<Histories<N, T, R, A>>],
         (first_row, rows): (usize, &Rows<'_>),
-        contacts: impl Iterator<Item = (u32, f64, f64)>,
+        contacts: impl Iterator<Item = (u8, f64)>,
     ) {
-        for (slot, distance, reach) in contacts {
-            let slot = &slots[slot as usize];
+        for (slot, overlap) in contacts {
+            let slot = &slots[usize::from(slot)];
             let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
             let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
-            let (radius, overlap) = (a.radius.min(b.radius), reach - distance);
+            let radius = a.radius.min(b.radius);
             if overlap > self.context.overlap_limit * radius {
                 let offset = self.offset(a, b, slot);
                 let alarm = Alarm {

@@ -7,7 +7,8 @@
 //!     act       the laws, histories one step on
 //!     share     forces and torques to both, in the order of the slots
 //!
-//! The first three work in lanes; nothing is summed up there, so that their number changes no bit.
+//! The first three work in lanes; nothing is summed up there, so that their number changes no bit. Where pairs follow different laws, those of each
+//! law are put side by side between search and prepare.
 
 use glam::DVec3;
 
@@ -29,6 +30,10 @@ const CHUNK: usize = 128;
 const ROOM: usize = 256;
 
 const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
+
+/// Pairs of materials that are told apart when contacts of one law are put side by side: those of eight materials. Where there are more, groups with
+/// several laws are evaluated one by one.
+const PAIRS: usize = 64;
 
 /// All listed pairs of one block.
 pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCHED: bool> {
@@ -63,23 +68,27 @@ where
         let first_row = block.rows.start;
         for slots in block.slots.chunks_mut(CHUNK) {
             let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
-            if found.prepare::<L>(count, pass.context.overlap_limit) {
-                let contacts = (0..count)
-                    .map(|k| (u32::from(found.slot[k]), found.distance[k], found.reach[k]));
+            let end = found.put_in_turn(count, pass.materials, L::LANES);
+            if found.prepare::<L>(end, pass.context.overlap_limit) {
+                let contacts = found.places[..count].iter().map(|&at| {
+                    let at = usize::from(at);
+                    (found.slot[at], found.overlap.0[at])
+                });
                 pass.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
             }
             if let Some(bodies) = pass.bodies {
-                pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, count);
+                pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, end);
             }
             let observation = &mut block.observation;
-            pass.act::<L, WATCHED>(slots, first_row, &mut found, count, observation);
-            for (k, &slot) in found.slot[..count].iter().enumerate() {
-                let slot = &slots[usize::from(slot)];
+            pass.act::<L, WATCHED>(slots, first_row, &mut found, end, observation);
+            for &at in &found.places[..count] {
+                let at = usize::from(at);
+                let slot = &slots[usize::from(found.slot[at])];
                 let owner = &mut loads[slot.owner()];
-                let force = found.force[k];
+                let force = found.force[at];
                 let ahead = slot.partner as usize - first_row;
                 if T::ACTIVE || R::ACTIVE {
-                    let [on_a, on_b] = [found.torques[0][k], found.torques[1][k]];
+                    let [on_a, on_b] = [found.torques[0][at], found.torques[1][at]];
                     let [force_a, torque_a] = owner.quads_mut();
                     *force_a += force;
                     *torque_a += on_a;
@@ -126,89 +135,114 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         rows: &Rows<'a>,
         found: &mut Found<'a>,
     ) -> usize {
-        let (mut count, mut base, last) = (0, 0, slots.len() - 1);
-        while base <= last {
-            let (mut a, mut b) = ([found.a[0]; MOST_LANES], [found.b[0]; MOST_LANES]);
-            let (mut had, mut shifted) = (0, 0);
-            for k in 0..L::LANES {
-                // The last group is filled up with the last slot.
-                let slot = &slots[(base + k).min(last)];
-                a[k] = &rows.own[slot.owner()];
-                b[k] = rows.ahead(slot.partner as usize - first_row);
-                had |= u32::from(slot.state & HELD != 0) << k;
-                if PERIODIC {
-                    shifted |= (slot.state & IMAGE) ^ NO_SHIFT;
-                }
-            }
-            found.a[base..base + L::LANES].copy_from_slice(&a[..L::LANES]);
-            found.b[base..base + L::LANES].copy_from_slice(&b[..L::LANES]);
-            let [x, y, z, reach] = L::differences(|k| &a[k].quads()[0], |k| &b[k].quads()[0]);
-            let mut offset = Vector::new(x, y, z);
-            if PERIODIC && shifted != 0 {
-                let images = self.context.images;
-                let shift = |k: usize| {
-                    let slot = &slots[(base + k).min(last)];
-                    images.shift(slot.state & IMAGE).into()
-                };
-                offset -= Vector::gather(shift);
-            }
-            let squared = offset.length_squared();
-            let mut acts = squared.below(reach * reach).bits();
-            if A::ACTIVE {
-                for k in 0..L::LANES {
-                    let slot = &slots[(base + k).min(last)];
-                    let (squared, reach) = (squared.lane(k), reach.lane(k));
-                    let act = self.acts_apart(a[k], b[k], slot, squared, reach);
-                    acts |= u32::from(act) << k;
-                }
-            }
-            acts &= ((1u64 << (last + 1 - base).min(L::LANES)) - 1) as u32;
-            let mut end = count;
-            for k in 0..L::LANES {
-                // Where it does not act the next one that does takes its place.
-                found.slot[end % ROOM] = (base + k) as u8;
-                end += (acts >> k & 1) as usize;
-            }
-            found.offset[0].put(count, offset.x.packed(acts));
-            found.offset[1].put(count, offset.y.packed(acts));
-            found.offset[2].put(count, offset.z.packed(acts));
-            found.distance.put(count, squared.packed(acts));
-            found.reach.put(count, reach.packed(acts));
-            count = end;
-            let ended = had & !acts;
-            if ended != 0 {
-                forget(slots, base, ended, L::LANES);
+        let (mut count, mut base) = (0, 0);
+        let mut groups = slots.chunks_exact_mut(L::LANES);
+        for group in &mut groups {
+            let change =
+                self.look::<L, PERIODIC>(group, (base, first_row), rows, found, &mut count);
+            if change.any() {
+                change.make(group);
             }
             base += L::LANES;
         }
-        // The last group is filled up with the last contact, so that all lanes hold numbers.
-        if count > 0 {
-            found.fill_up::<L>(count);
+        let rest = groups.into_remainder();
+        if let Some(&last) = rest.last() {
+            // Filled up with the last slot.
+            let mut group = [last; MOST_LANES];
+            group[..rest.len()].copy_from_slice(rest);
+            let group = &group[..L::LANES];
+            let mut all = count;
+            let mut change =
+                self.look::<L, PERIODIC>(group, (base, first_row), rows, found, &mut all);
+            change.keep_first(rest.len());
+            change.make(rest);
+            let is_real = |slot: &&u8| usize::from(**slot) < base + rest.len();
+            count += found.near[count..all].iter().filter(is_real).count();
         }
         count
     }
 
-    /// The laws of the first `count` contacts found: their forces and torques, and their histories one step on.
+    /// Looks at a group of as many slots as there are lanes, which stand in the chunk from `base` on: appends those that act to the `count` contacts
+    /// found, and says whose state changes.
+    #[inline(always)]
+    fn look<'a, L: Real, const PERIODIC: bool>(
+        &self,
+        group: &[Slot<Histories<N, T, R, A>>],
+        (base, first_row): (usize, usize),
+        rows: &Rows<'a>,
+        found: &mut Found<'a>,
+        count: &mut usize,
+    ) -> Change {
+        let (mut a, mut b) = ([found.a[0]; MOST_LANES], [found.b[0]; MOST_LANES]);
+        let (mut touched, mut held, mut shifted) = (0, 0, 0);
+        for (k, slot) in group[..L::LANES].iter().enumerate() {
+            a[k] = &rows.own[slot.owner()];
+            b[k] = rows.ahead(slot.partner as usize - first_row);
+            touched |= (slot.state & TOUCHING) >> TOUCHING.trailing_zeros() << k;
+            if A::ACTIVE {
+                held |= u32::from(slot.state & HELD != 0) << k;
+            }
+            if PERIODIC {
+                shifted |= (slot.state & IMAGE) ^ NO_SHIFT;
+            }
+        }
+        found.a[base % ROOM..][..L::LANES].copy_from_slice(&a[..L::LANES]);
+        found.b[base % ROOM..][..L::LANES].copy_from_slice(&b[..L::LANES]);
+        let [x, y, z, reach] = L::differences(|k| &a[k].quads()[0], |k| &b[k].quads()[0]);
+        let mut offset = Vector::new(x, y, z);
+        if PERIODIC && shifted != 0 {
+            let images = self.context.images;
+            offset -= Vector::gather(|k| images.shift(group[k].state & IMAGE).into());
+        }
+        let squared = offset.length_squared();
+        let mut acts = squared.below(reach * reach).bits();
+        if A::ACTIVE {
+            for (k, slot) in group[..L::LANES].iter().enumerate() {
+                let (squared, reach) = (squared.lane(k), reach.lane(k));
+                acts |= u32::from(self.acts_apart(a[k], b[k], slot, squared, reach)) << k;
+            }
+        }
+        let places = packed_places(acts).wrapping_add(base as u64 * 0x0101_0101_0101_0101);
+        found.near[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
+        found.slot[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
+        found.offset[0].put(*count, offset.x.packed(acts));
+        found.offset[1].put(*count, offset.y.packed(acts));
+        found.offset[2].put(*count, offset.z.packed(acts));
+        found.squared.put(*count, squared.packed(acts));
+        found.reach.put(*count, reach.packed(acts));
+        *count += acts.count_ones() as usize;
+        if A::ACTIVE {
+            // Who begins to touch is seen when the law has been asked.
+            Change {
+                begin: 0,
+                end: held & !acts,
+            }
+        } else {
+            Change {
+                begin: acts & !touched,
+                end: touched & !acts,
+            }
+        }
+    }
+
+    /// The laws of the contacts up to `end`: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
+    /// the same numbers.
     #[inline(always)]
     fn act<L: Real, const WATCHED: bool>(
         &self,
         slots: &mut [Slot<Histories<N, T, R, A>>],
         first_row: usize,
         found: &mut Found<'_>,
-        count: usize,
+        end: usize,
         observation: &mut Observation,
     ) {
         let dt = self.context.spring_time;
         let mut base = 0;
-        while base < count {
+        while base < end {
             let at = found.slots(base);
-            let lanes = (count - base).min(L::LANES);
-            let pair = |k: usize| {
-                let (a, b) = (found.a[at[k] % ROOM], found.b[at[k] % ROOM]);
-                a.material.index() * self.materials + b.material.index()
-            };
+            let pair = |k: usize| found.pair[(base + k) % ROOM] as usize;
             let (contact, levers) = found.meet::<L, T, R>(base, &at);
-            let one_law = self.materials == 1 || (1..L::LANES).all(|k| pair(k) == pair(0));
+            let one_law = (1..L::LANES).all(|k| pair(k) == pair(0));
             let mut before = [Default::default(); MOST_LANES];
             if WATCHED {
                 for k in 0..L::LANES {
@@ -225,25 +259,26 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     debug_assert_eq!(L::LANES, 1, "adhesion is asked one by one");
                     law.act_apart(&contact, dt, &mut history)
                 };
-                for (k, &at) in at[..lanes].iter().enumerate() {
+                for (k, &at) in at[..L::LANES].iter().enumerate() {
                     slots[at].history = history.lane(k);
                 }
                 action
             } else {
-                // Each law to its lane.
+                // Each law to its lane; who is there twice must find its history as it was.
+                let mut own: [_; MOST_LANES] =
+                    std::array::from_fn(|k| slots[at[k % L::LANES]].history);
                 let mut actions = [Action::NONE; MOST_LANES];
-                for (k, &at) in at[..lanes].iter().enumerate() {
+                for k in 0..L::LANES {
                     let law = &self.laws[pair(k)];
-                    actions[k] = law.act(&contact.lane(k), dt, &mut slots[at].history);
+                    actions[k] = law.act(&contact.lane(k), dt, &mut own[k]);
+                    slots[at[k]].history = own[k];
                 }
                 Action::gather(|k| actions[k])
             };
-            for &at in &at[..lanes] {
-                let slot = &mut slots[at];
-                if A::ACTIVE {
+            if A::ACTIVE {
+                for &at in &at[..L::LANES] {
+                    let slot = &mut slots[at];
                     slot.state = slot.state & !HELD | held(touches, &slot.history.3);
-                } else {
-                    slot.state |= TOUCHING;
                 }
             }
             put(action.force, &mut found.force[base..]);
@@ -255,7 +290,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 put(on_b, &mut found.torques[1][base..]);
             }
             if WATCHED {
-                for (k, &at) in at[..lanes].iter().enumerate() {
+                for (k, &at) in at[..L::LANES].iter().enumerate() {
                     let (slot, a, b) = (&slots[at], found.a[at], found.b[at]);
                     let partner = Partner::Particle {
                         row: slot.partner,
@@ -281,7 +316,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Replaces the effective masses of the first `count` contacts found by those at the contact points. Apart from the evaluation,
+    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Apart from the evaluation,
     /// where even a call that is never made costs registers.
     #[inline(never)]
     fn masses_at_contacts(
@@ -291,14 +326,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         first_row: usize,
         rows: &Rows<'_>,
         found: &mut Found<'_>,
-        count: usize,
+        end: usize,
     ) {
-        for k in 0..count {
+        for k in 0..end {
             let slot = &slots[usize::from(found.slot[k])];
             let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
             let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
-            let offset = DVec3::from_array([0, 1, 2].map(|axis| found.offset[axis].0[k]));
-            let normal = offset * found.inverse_distance.0[k];
+            let normal = DVec3::from_array([0, 1, 2].map(|axis| found.normal[axis].0[k]));
             let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
             found.mass.0[k] = 1.0 / inverse;
         }
@@ -328,18 +362,73 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// Forgets the histories of slots behind `base` whose bits are set.
-#[inline(always)]
-fn forget<H: History>(slots: &mut [Slot<H>], base: usize, bits: u32, lanes: usize) {
-    for k in 0..lanes {
-        if bits >> k & 1 == 1
-            && let Some(slot) = slots.get_mut(base + k)
-        {
-            slot.state &= !HELD;
-            slot.history = H::default();
+/// Slots of a group that begin to touch, or whose contact has ended, one bit each.
+#[derive(Clone, Copy)]
+struct Change {
+    begin: u32,
+    end: u32,
+}
+
+impl Change {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.begin | self.end != 0
+    }
+
+    /// Leaves alone all but the first `count`.
+    fn keep_first(&mut self, count: usize) {
+        let first = (1 << count) - 1;
+        self.begin &= first;
+        self.end &= first;
+    }
+
+    /// Makes it; histories of contacts that have ended are forgotten.
+    #[inline(always)]
+    fn make<H: History>(self, group: &mut [Slot<H>]) {
+        for (k, slot) in group.iter_mut().enumerate() {
+            if self.begin >> k & 1 == 1 {
+                slot.state |= TOUCHING;
+            }
+            if self.end >> k & 1 == 1 {
+                slot.state &= !HELD;
+                slot.history = H::default();
+            }
         }
     }
 }
+
+/// The places of the bits that are set, one after the other from the lowest byte on.
+#[inline(always)]
+fn packed_places(bits: u32) -> u64 {
+    const PLACES: [u64; 256] = {
+        let mut places = [0; 256];
+        let mut bits = 0;
+        while bits < 256 {
+            let (mut place, mut count) = (0, 0);
+            while place < 8 {
+                if bits >> place & 1 == 1 {
+                    places[bits] |= place << (8 * count);
+                    count += 1;
+                }
+                place += 1;
+            }
+            bits += 1;
+        }
+        places
+    };
+    PLACES[bits as usize & 255]
+}
+
+/// Each number at its own place.
+const IN_ORDER: [u8; ROOM] = {
+    let mut places = [0; ROOM];
+    let mut k = 0;
+    while k < ROOM {
+        places[k] = k as u8;
+        k += 1;
+    }
+    places
+};
 
 /// A number of each contact found.
 #[repr(align(64))]
@@ -360,29 +449,39 @@ impl Column {
     }
 }
 
-impl std::ops::Index<usize> for Column {
-    type Output = f64;
-
-    fn index(&self, k: usize) -> &f64 {
-        &self.0[k]
-    }
-}
-
 /// The contacts found in a chunk of slots.
 struct Found<'a> {
     /// The two of every slot of the chunk.
     a: [&'a Particle; ROOM],
     b: [&'a Particle; ROOM],
-    /// Of each contact, as all that follows: its slot in the chunk.
-    slot: [u8; ROOM],
+
+    // As they were found, in the order of the slots.
+    /// Slot in the chunk.
+    near: [u8; ROOM],
     /// x_A - x_B, of the image of B that is listed, m.
     offset: [Column; 3],
-    /// First the squared distance, then the distance, m.
-    distance: Column,
-    /// One over the distance, 1/m.
-    inverse_distance: Column,
+    /// Its square, m^2.
+    squared: Column,
     /// R_A + R_B, m.
     reach: Column,
+    /// Where each stands in what follows.
+    places: [u8; ROOM],
+
+    // As they are evaluated: those of one law side by side, groups filled up by repetition.
+    /// Whether that is another order.
+    is_sorted: bool,
+    /// Which of those that were found.
+    turn: [u8; ROOM],
+    /// Slot in the chunk.
+    slot: [u8; ROOM],
+    /// The index of its law.
+    pair: [u32; ROOM],
+    /// From B to A.
+    normal: [Column; 3],
+    /// Of the centres, m.
+    distance: Column,
+    /// m.
+    overlap: Column,
     /// R*, m.
     radius: Column,
     /// m*, kg.
@@ -401,11 +500,18 @@ impl<'a> Found<'a> {
         Self {
             a: [nobody; ROOM],
             b: [nobody; ROOM],
-            slot: [0; ROOM],
+            near: [0; ROOM],
             offset: [Column::ZERO; 3],
-            distance: Column::ZERO,
-            inverse_distance: Column::ZERO,
+            squared: Column::ZERO,
             reach: Column::ZERO,
+            places: IN_ORDER,
+            is_sorted: false,
+            turn: IN_ORDER,
+            slot: [0; ROOM],
+            pair: [0; ROOM],
+            normal: [Column::ZERO; 3],
+            distance: Column::ZERO,
+            overlap: Column::ZERO,
             radius: Column::ZERO,
             mass: Column::ZERO,
             velocity: [Column::ZERO; 3],
@@ -414,34 +520,110 @@ impl<'a> Found<'a> {
         }
     }
 
+    /// Says in which order the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last group.
+    #[inline(always)]
+    fn put_in_turn(&mut self, count: usize, materials: usize, lanes: usize) -> usize {
+        if materials > 1
+            && let Some(end) = self.put_laws_side_by_side(count, materials, lanes)
+        {
+            return end;
+        }
+        let end = count.next_multiple_of(lanes);
+        for k in count..end {
+            let last = count - 1;
+            self.slot[k] = self.slot[last];
+            self.pair[k] = self.pair[last];
+            for axis in &mut self.offset {
+                axis.0[k] = axis.0[last];
+            }
+            self.squared.0[k] = self.squared.0[last];
+            self.reach.0[k] = self.reach.0[last];
+        }
+        end
+    }
+
+    /// The same where they may follow several laws, whose indices are noted; `None` if they are evaluated in the order of their slots.
+    #[inline(never)]
+    fn put_laws_side_by_side(
+        &mut self,
+        count: usize,
+        materials: usize,
+        lanes: usize,
+    ) -> Option<usize> {
+        let (mut least, mut most) = (u32::MAX, 0);
+        for (pair, &at) in self.pair.iter_mut().zip(&self.near[..count]) {
+            let at = usize::from(at);
+            let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
+            // That of two materials is the same both ways.
+            *pair = (a.min(b) * materials + a.max(b)) as u32;
+            (least, most) = (least.min(*pair), most.max(*pair));
+        }
+        (self.places, self.turn, self.is_sorted) = (IN_ORDER, IN_ORDER, false);
+        if lanes == 1 || least >= most || most as usize >= PAIRS {
+            return None;
+        }
+        // A counting sort without branches: which law comes next can hardly be predicted.
+        let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.pair[k] as u8);
+        let pairs = &pairs[..count];
+        let mut counts = [0; PAIRS];
+        for &pair in pairs {
+            counts[usize::from(pair) % PAIRS] += 1;
+        }
+        let mut next = [0; PAIRS];
+        let mut end = 0;
+        for (next, count) in next.iter_mut().zip(counts) {
+            *next = end;
+            end += usize::next_multiple_of(count, lanes);
+        }
+        if end > ROOM {
+            return None;
+        }
+        for (k, &pair) in pairs.iter().enumerate() {
+            let place = &mut next[usize::from(pair) % PAIRS];
+            self.places[k] = *place as u8;
+            self.turn[*place % ROOM] = k as u8;
+            self.pair[*place % ROOM] = u32::from(pair);
+            *place += 1;
+        }
+        // Each run is filled up by its last contact: in the same group, which finds one history and leaves one.
+        for (&filled, count) in next.iter().zip(counts) {
+            for k in filled..filled - count + usize::next_multiple_of(count, lanes) {
+                self.turn[k] = self.turn[filled - 1];
+                self.pair[k] = self.pair[filled - 1];
+            }
+        }
+        for (slot, &from) in self.slot[..end].iter_mut().zip(&self.turn) {
+            *slot = self.near[usize::from(from)];
+        }
+        self.is_sorted = true;
+        Some(end)
+    }
+
     /// The slots of the contacts from `base` on.
     #[inline(always)]
     fn slots(&self, base: usize) -> [usize; MOST_LANES] {
         std::array::from_fn(|k| usize::from(self.slot[(base + k) % ROOM]))
     }
 
-    /// Repeats the last of the first `count` > 0 contacts behind them, as often as the last group has lanes to spare.
+    /// The numbers of a column of contacts as they were found, of those that are evaluated from `base` on.
     #[inline(always)]
-    fn fill_up<L: Real>(&mut self, count: usize) {
-        let last = count - 1;
-        for k in count..count.next_multiple_of(L::LANES) {
-            self.slot[k] = self.slot[last];
-            for axis in &mut self.offset {
-                axis.0[k] = axis.0[last];
-            }
-            self.distance.0[k] = self.distance.0[last];
-            self.reach.0[k] = self.reach.0[last];
+    fn found<L: Real>(&self, column: &Column, base: usize, is_sorted: bool) -> L {
+        if is_sorted {
+            L::from_lanes(|k| column.0[usize::from(self.turn[(base + k) % ROOM])])
+        } else {
+            column.at(base)
         }
     }
 
-    /// Velocities, masses and radii of the first `count` contacts, with the roots and divisions that need nothing else: all of them at once
+    /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else: all of them at once
     /// and ahead of the long chains of each contact. Says whether one of them may overlap by more than `limit` of the smaller radius, which is
     /// at least R*.
     #[inline(always)]
-    fn prepare<L: Real>(&mut self, count: usize, limit: f64) -> bool {
+    fn prepare<L: Real>(&mut self, end: usize, limit: f64) -> bool {
+        let is_sorted = self.is_sorted;
         let mut is_deep = 0;
         let mut base = 0;
-        while base < count {
+        while base < end {
             let at = self.slots(base);
             let (a, b) = (
                 |k: usize| self.a[at[k] % ROOM],
@@ -449,17 +631,31 @@ impl<'a> Found<'a> {
             );
             let [x, y, z, mobility] = L::differences(|k| &a(k).quads()[1], |k| &b(k).quads()[1]);
             let radii = L::from_lanes(|k| a(k).radius) * L::from_lanes(|k| b(k).radius);
-            let (distance, reach): (L, L) =
-                (self.distance.at::<L>(base).sqrt(), self.reach.at(base));
-            let radius = radii / reach;
-            is_deep |= (radius * limit).below(reach - distance).bits();
+            let distance: L = self.found::<L>(&self.squared, base, is_sorted).sqrt();
+            let reach: L = self.found(&self.reach, base, is_sorted);
+            let offset: Vector<L> = Vector::new(
+                self.found(&self.offset[0], base, is_sorted),
+                self.found(&self.offset[1], base, is_sorted),
+                self.found(&self.offset[2], base, is_sorted),
+            );
+            let mut normal = offset * (L::ONE / distance);
+            let apart = L::ZERO.below(distance);
+            if !apart.all() {
+                // Concentric particles have no normal; any will do to push them apart.
+                normal = Vector::select(apart, normal, Vector::X);
+            }
+            let (radius, overlap) = (radii / reach, reach - distance);
+            is_deep |= (radius * limit).below(overlap).bits();
             self.velocity[0].put(base, x);
             self.velocity[1].put(base, y);
             self.velocity[2].put(base, z);
+            self.normal[0].put(base, normal.x);
+            self.normal[1].put(base, normal.y);
+            self.normal[2].put(base, normal.z);
             self.mass.put(base, L::ONE / mobility);
             self.radius.put(base, radius);
             self.distance.put(base, distance);
-            self.inverse_distance.put(base, L::ONE / distance);
+            self.overlap.put(base, overlap);
             base += L::LANES;
         }
         is_deep != 0
@@ -476,15 +672,8 @@ impl<'a> Found<'a> {
             |k: usize| self.a[at[k] % ROOM],
             |k: usize| self.b[at[k] % ROOM],
         );
-        let distance: L = self.distance.at(base);
-        let offset: Vector<L> = columns(&self.offset, base);
-        let mut normal = offset * self.inverse_distance.at(base);
-        let apart = L::ZERO.below(distance);
-        if !apart.all() {
-            // Concentric particles have no normal; any will do to push them apart.
-            normal = Vector::select(apart, normal, Vector::X);
-        }
-        let overlap = self.reach.at::<L>(base) - distance;
+        let (distance, overlap): (L, L) = (self.distance.at(base), self.overlap.at(base));
+        let normal: Vector<L> = columns(&self.normal, base);
         let half = overlap * 0.5;
         let levers = [
             L::from_lanes(|k| a(k).radius) - half,
