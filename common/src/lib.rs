@@ -18,4 +18,5 @@ pub mod run_files;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;
+pub mod units;
 pub mod whole_file;

@@ -15,8 +15,8 @@ use mercury_solver::plan::{Draft, NewParticle};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{
-    Component, Cone, Cylinder, Disc, Mesh, Motion, MotionTable, Revolution, Servo, Shape, Side,
-    SphereShell,
+    Component, Cone, Course, Cylinder, Disc, Mesh, Motion, MotionTable, Revolution, Servo, Shape,
+    Side, SphereShell, Target,
 };
 use mercury_tests::scenes::{
     RECORDS, advance, held, observed_step, particle, plane, sphere, start, wall,
@@ -224,7 +224,7 @@ fn plates_push_a_ball_through_many_periods() {
     let servo = Component::Servo(Servo {
         axis: DVec3::X,
         // Far more than the ball can bear: it goes at its full speed.
-        force: 2.0,
+        target: Target::Force(Course::constant(2.0).unwrap()),
         max_speed: 0.8,
         from: 0.0,
         until: f64::INFINITY,

@@ -54,7 +54,7 @@ const LINES: &[(&str, &str, &str)] = &[
     (
         "walls",
         "force",
-        "force = -10.0   # N of the wall on the particles, along the axis",
+        "force = -10.0   # N of the wall on the particles, along the axis; or pressure in Pa",
     ),
     ("walls", "max_speed", "max_speed = 0.1   # m/s"),
     ("particles", "radius", "radius = 1e-3   # m"),

@@ -25,7 +25,7 @@ impl<'a> Item<'a> {
         self.context.report(self.place.error(message));
     }
 
-    fn located<T>(&self, value: T) -> Located<T> {
+    pub(super) fn located<T>(&self, value: T) -> Located<T> {
         Located {
             value,
             place: self.place.clone(),
@@ -49,6 +49,14 @@ impl<'a> Item<'a> {
             Value::Table(table) => Some(Fields::new(self.context, table, self.place.clone())),
             _ => self.expected("a table"),
         }
+    }
+
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.node.value, Value::Table(_))
+    }
+
+    pub(super) fn is_list(&self) -> bool {
+        matches!(self.node.value, Value::Array(_))
     }
 
     pub(super) fn is_text(&self) -> bool {

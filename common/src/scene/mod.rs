@@ -30,6 +30,7 @@ mod output;
 mod overrides;
 mod particles;
 mod psd;
+mod quantities;
 mod region;
 mod settings;
 mod shapes;
@@ -56,7 +57,7 @@ pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
-pub use motion::{Motion, MotionKind};
+pub use motion::{Load, Motion, MotionKind, ServoTarget};
 pub use output::{ClumpsAs, Output};
 pub use particles::{
     Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
@@ -237,6 +238,8 @@ fn parse(
             wrong_overrides.push(error);
         }
     }
+    let mut wrong_units = Vec::new();
+    quantities::settle(&mut document, laws.as_deref(), &mut wrong_units);
     let context = Context {
         errors: RefCell::new(wrong_overrides),
         directory: path.parent().unwrap_or(Path::new("")).to_owned(),
@@ -252,6 +255,7 @@ fn parse(
         scene.statement = Statement::new(&document, context.named.take());
     }
     let mut errors = context.errors.into_inner();
+    quantities::with_units(&mut errors, wrong_units);
     errors.sort_by_key(|error| error.place.order());
     match scene {
         Some(scene) if errors.is_empty() => Ok(scene),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::cursor::Fields;
 use super::item::Item;
 use super::source::{Located, Place};
 use super::walls::interval;
@@ -56,11 +57,36 @@ pub enum MotionKind {
     Servo {
         /// Direction, length 1.
         axis: Located<DVec3>,
-        /// Force of the wall on the particles along the axis, N.
-        force: Located<f64>,
+        /// What it aims at.
+        target: ServoTarget,
         /// m/s.
         max_speed: Located<f64>,
     },
+}
+
+/// What a servo aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ServoTarget {
+    /// Force of the wall on the particles along the axis, N.
+    Force(Load),
+    /// The same over an area, Pa; positive where the wall presses along the axis.
+    Pressure {
+        /// Pa.
+        load: Load,
+        /// m^2; none: that of the wall.
+        area: Option<Located<f64>>,
+    },
+}
+
+/// A load, perhaps one that changes in time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Load {
+    /// Always the same.
+    Constant(Located<f64>),
+    /// Rows of time (s) and load, linear between them.
+    Rows(Located<Vec<[f64; 2]>>),
+    /// A table of the same, resolved against the folder of the scene.
+    Table(Located<PathBuf>),
 }
 
 #[derive(Clone, Copy)]
@@ -134,13 +160,13 @@ fn read(item: &Item<'_>) -> Option<Motion> {
                 .and_then(|item| item.file())
                 .map(|file| MotionKind::Table { file }),
             Kind::Servo => {
-                let (axis, force) = (direction("axis"), number("force"));
+                let (axis, target) = (direction("axis"), read_target(&fields));
                 let speed = fields.need("max_speed").and_then(|item| item.positive());
-                axis.zip(force)
+                axis.zip(target)
                     .zip(speed)
-                    .map(|((axis, force), max_speed)| MotionKind::Servo {
+                    .map(|((axis, target), max_speed)| MotionKind::Servo {
                         axis,
-                        force,
+                        target,
                         max_speed,
                     })
             }
@@ -152,4 +178,53 @@ fn read(item: &Item<'_>) -> Option<Motion> {
         from: from?,
         until,
     })
+}
+
+fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
+    if fields.has("pressure") {
+        fields.excluded("force", "pressure");
+        let area = fields.get("area").map(|item| item.positive());
+        let load = fields.get("pressure").and_then(|item| read_load(&item));
+        // Known, so that it is told once only.
+        let is_one = fields.get("force").is_none();
+        return match area {
+            Some(None) => None,
+            area => load.filter(|_| is_one).map(|load| ServoTarget::Pressure {
+                load,
+                area: area.flatten(),
+            }),
+        };
+    }
+    fields.excluded("area", "force");
+    fields.get("area");
+    let force = fields.need("force")?;
+    read_load(&force).map(ServoTarget::Force)
+}
+
+fn read_load(item: &Item<'_>) -> Option<Load> {
+    if item.is_table() {
+        let fields = item.table()?;
+        let file = fields.need("table").and_then(|item| item.file());
+        fields.finish();
+        return file.map(Load::Table);
+    }
+    if !item.is_list() {
+        return item.number().map(Load::Constant);
+    }
+    let rows: Option<Vec<[f64; 2]>> = (item.list()?.iter())
+        .map(|row| row.numbers::<2>().map(|row| row.value))
+        .collect();
+    let rows = rows?;
+    if rows.is_empty() {
+        item.report("needs at least one row [t, load]");
+        return None;
+    }
+    if let Some(pair) = rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+        let [before, after] = [pair[0][0], pair[1][0]];
+        item.report(format!(
+            "the times of its rows must increase, got {before} and then {after}"
+        ));
+        return None;
+    }
+    Some(Load::Rows(item.located(rows)))
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::cursor::{Context, Fields, Files};
 use super::error::SceneErrors;
 use super::item::Item;
+use super::quantities;
 use super::source::{Located, Place, Source};
 use super::tree::{self, Value};
 use crate::sizes::ClassModel;
@@ -180,7 +181,9 @@ pub fn parse_psd(
     folder: Option<&Path>,
 ) -> Result<Located<Psd>, SceneErrors> {
     let source = Source::file(name, text);
-    let document = tree::parse_document(&source, text)?;
+    let mut document = tree::parse_document(&source, text)?;
+    let mut wrong_units = Vec::new();
+    quantities::settle(&mut document, None, &mut wrong_units);
     let context = Context {
         errors: RefCell::new(Vec::new()),
         directory: folder.unwrap_or(Path::new("")).to_owned(),
@@ -200,6 +203,7 @@ pub fn parse_psd(
         _ => None,
     };
     let mut errors = context.errors.into_inner();
+    quantities::with_units(&mut errors, wrong_units);
     errors.sort_by_key(|error| error.place.order());
     match psd {
         Some(psd) if errors.is_empty() => Ok(psd),

@@ -52,6 +52,8 @@ pub struct Painter {
     strengths: (f64, f64),
 }
 
+/// Categories that are but numbers have a legend up to so many.
+const MOST_NUMBERS: usize = 10;
 /// The thinnest contact (pixels of a picture of 1200 x 900).
 const THINNEST: f64 = 0.35;
 /// Categories that a legend names; the others are counted.
@@ -206,6 +208,9 @@ impl Painter {
                     });
                 }
             }
+            // Nobody looks up one number among many, the less so where colours come again.
+            ColourBy::Category { names, .. }
+                if names.is_empty() && overview.categories.len() > MOST_NUMBERS => {}
             ColourBy::Category { label, names } => {
                 legend.heading.clone_from(label);
                 let most = MOST_CATEGORIES;

@@ -20,7 +20,9 @@ use super::prospects;
 use super::regions::regions;
 use super::requests;
 use super::sizes::Sizes;
-use super::time_step::{Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, limits, steps};
+use super::time_step::{
+    Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, bearable_step, limits, steps,
+};
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
@@ -412,6 +414,11 @@ fn plan_step(
         unbounded,
     } = limits(pairs, uses, clumps, &densities(scene), dimensions, speed);
     let place = &scene.time.step.place;
+    let would_be = match scene.time.step.value {
+        TimeStep::Auto => None,
+        TimeStep::Seconds(_) => contact.as_ref().zip(critical.as_ref()),
+    };
+    let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
     let (step, reason) = match (
         scene.time.step.value,
         contact.as_ref().zip(critical.as_ref()),
@@ -477,6 +484,7 @@ fn plan_step(
     }
     let step_plan = StepPlan {
         is_automatic: scene.time.step.value == TimeStep::Auto,
+        automatic: would_be,
         reason,
         reference_speed: speed,
         reference_speed_reason: speed_reason,

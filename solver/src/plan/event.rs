@@ -39,7 +39,6 @@ impl Physics {
 
 /// When a wall does something new for the last time, s; 0 if never.
 fn last_event(wall: &Wall) -> f64 {
-    let windows = wall.motion.windows().chain([[wall.from, wall.until]]);
-    let times = windows.flatten().filter(|time| time.is_finite());
-    times.fold(0.0, f64::max)
+    let times = wall.motion.events().chain([wall.from, wall.until]);
+    times.filter(|time| time.is_finite()).fold(0.0, f64::max)
 }

@@ -131,6 +131,7 @@ pub(super) fn remarks(
     warnings: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) {
+    let mut told = 0;
     for wall in walls {
         let Shape::Mesh(mesh) = &wall.shape else {
             continue;
@@ -153,7 +154,10 @@ pub(super) fn remarks(
             (_, true) => "is more than 10 times as large as the domain",
             _ => continue,
         };
-        warnings.push(format!(
+        // In front: what else is wrong may follow from it.
+        let at = told.min(warnings.len());
+        told += 1;
+        warnings.insert(at, format!(
             "walls.{name}: the mesh{} {what}: it reaches from {} to {} m, the domain from {} to {} m; correct its unit by scale (0.001 for a file in millimetres) and its place by offset",
             file_of(scene, name),
             point(low),

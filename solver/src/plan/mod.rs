@@ -18,6 +18,7 @@ mod largest;
 mod magnitudes;
 mod memory;
 mod meshes;
+mod motions;
 mod notes;
 mod outputs;
 mod pair;

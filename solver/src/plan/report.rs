@@ -6,6 +6,7 @@ use mercury_common::machine::MachineMemory;
 use mercury_common::readable::bytes;
 
 use super::meshes::describe;
+use super::motions;
 use super::passes::passes;
 use super::{Disk, FieldPlan, Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
@@ -20,6 +21,9 @@ pub fn report(plan: &Plan, memory: &Memory, machine: Option<MachineMemory>) -> S
     let _ = write_report(&mut text, plan, memory, machine);
     text
 }
+
+/// A step that is given is compared with the automatic one where they differ by this factor.
+const FAR: f64 = 3.0;
 
 /// A line `  name       value`.
 fn line(text: &mut String, name: &str, value: &str) -> std::fmt::Result {
@@ -76,6 +80,13 @@ fn write_report(
     machine: Option<MachineMemory>,
 ) -> std::fmt::Result {
     writeln!(text, "{}", plan.outputs().title())?;
+    // In front, as the rest is long, and may be wrong where they are right.
+    if !plan.notes().warnings().is_empty() {
+        heading(text, "Warnings")?;
+        for warning in plan.notes().warnings() {
+            writeln!(text, "  {warning}")?;
+        }
+    }
     heading(text, "Space")?;
     let corners = format!(
         "{} to {} m",
@@ -133,12 +144,6 @@ fn write_report(
         heading(text, "Notes")?;
         for note in plan.notes().remarks() {
             writeln!(text, "  {note}")?;
-        }
-    }
-    if !plan.notes().warnings().is_empty() {
-        heading(text, "Warnings")?;
-        for warning in plan.notes().warnings() {
-            writeln!(text, "  {warning}")?;
         }
     }
     Ok(())
@@ -392,6 +397,9 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
             let _ = write!(words, ", until {} s", short(wall.until));
         }
         line(text, &wall.name, &words)?;
+        for motion in motions::lines(&wall.motion) {
+            line(text, "", &motion)?;
+        }
         if let Shape::Mesh(mesh) = &wall.shape {
             line(text, "", &describe(mesh))?;
         }
@@ -439,6 +447,24 @@ fn time(text: &mut String, plan: &Plan) -> std::fmt::Result {
     let step = plan.notes().step();
     let steps = format!("{:e} s: {}", plan.physics().time_step(), step.reason);
     line(text, "step", &steps)?;
+    if let Some(automatic) = step.automatic {
+        let times = plan.physics().time_step() / automatic;
+        if !(1.0 / FAR..FAR).contains(&times) {
+            let far = if times < 1.0 {
+                format!(
+                    "{} times as long, for a run so much shorter",
+                    short(1.0 / times)
+                )
+            } else {
+                format!("{} of this one", short(1.0 / times))
+            };
+            line(
+                text,
+                "",
+                &format!("\"auto\" would take {} s, {far}", short(automatic)),
+            )?;
+        }
+    }
     let end = short(plan.physics().steps() as f64 * plan.physics().time_step());
     line(
         text,

@@ -22,6 +22,8 @@ pub(super) const REFUSED_PART: f64 = 0.9;
 pub struct StepPlan {
     /// Whether the plan chose it.
     pub is_automatic: bool,
+    /// What the automatic step would be where another one was given and something can meet, s.
+    pub automatic: Option<f64>,
     /// Why it is what it is, in a sentence.
     pub reason: String,
     /// Reference speed, m/s.
@@ -249,6 +251,12 @@ fn meetings(
 
 /// An interval below this part of the step that the contacts allow draws a warning.
 const SHORT_INTERVAL: f64 = 0.5;
+
+/// The automatic step where no output asks for a shorter one, s.
+pub(super) fn bearable_step(contact: &Limit, critical: &Limit) -> f64 {
+    let by_stability = critical.time / STEPS_PER_CRITICAL;
+    (contact.time / STEPS_PER_CONTACT).min(by_stability)
+}
 
 /// The automatic step (s): 1/50 of the shortest contact, rounded down so that it divides `interval` (s); and why. A warning if that makes it much shorter.
 ///

@@ -2,16 +2,16 @@
 
 use glam::DVec3;
 use mercury_common::scene::{
-    Domain, Face, Motion as SceneMotion, MotionKind, Scene, SceneError, Shape as SceneShape,
-    Side as SceneSide, Wall as SceneWall,
+    Domain, Face, Load, Motion as SceneMotion, MotionKind, Scene, SceneError, ServoTarget,
+    Shape as SceneShape, Side as SceneSide, Wall as SceneWall,
 };
 
 use super::meshes;
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 use crate::walls::{
-    Component, Cone, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo, Shape, Side,
-    SphereShell, Wall, WallError,
+    Area, Component, Cone, Course, Cylinder, Disc, Motion, MotionTable, Plane, Revolution, Servo,
+    Shape, Side, SphereShell, Target, Wall, WallError,
 };
 
 /// Most walls: the contact loop numbers them with 16 bits.
@@ -238,14 +238,60 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
         },
         MotionKind::Servo {
             axis,
-            force,
+            target: aim,
             max_speed,
         } => Component::Servo(Servo {
             axis: **axis,
-            force: **force,
+            target: target(wall, aim)?,
             max_speed: **max_speed,
             from,
             until,
         }),
     })
+}
+
+/// What a servo aims at.
+fn target(wall: &SceneWall, aim: &ServoTarget) -> Result<Target, SceneError> {
+    Ok(match aim {
+        ServoTarget::Force(load) => Target::Force(course(load, "force")?),
+        ServoTarget::Pressure {
+            load,
+            area: Some(area),
+        } => Target::Pressure(course(load, "pressure")?, Area::Given(**area)),
+        ServoTarget::Pressure { load, area: None } => {
+            let has_one = matches!(
+                wall.shape,
+                SceneShape::Box { .. } | SceneShape::Plane { .. } | SceneShape::Disc { .. }
+            );
+            if !has_one {
+                let place = match load {
+                    Load::Constant(number) => &number.place,
+                    Load::Rows(rows) => &rows.place,
+                    Load::Table(file) => &file.place,
+                };
+                let error = place.error(
+                    "needs an `area`: of planes, boxes and discs it follows from the shape, of this wall it does not",
+                );
+                return Err(
+                    error.with_help("for example: area = 9e-4   # m2, as seen along the axis")
+                );
+            }
+            Target::Pressure(course(load, "pressure")?, Area::OfWall)
+        }
+    })
+}
+
+/// A load in time; `column` names it in a table.
+fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
+    match load {
+        Load::Constant(value) => {
+            Course::constant(**value).map_err(|error| value.error(error.to_string()))
+        }
+        Load::Rows(rows) => {
+            Course::new(rows.value.clone()).map_err(|error| rows.error(error.to_string()))
+        }
+        Load::Table(file) => {
+            Course::read(file, column).map_err(|error| file.error(error.to_string()))
+        }
+    }
 }

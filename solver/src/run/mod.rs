@@ -7,6 +7,7 @@ mod memory;
 mod pace;
 mod report;
 mod rest;
+mod servos;
 mod shortfall;
 mod showing;
 #[cfg(test)]
@@ -620,6 +621,7 @@ fn report(
     let boundaries = engine.boundaries().state();
     warnings.extend(engine.guard_warnings());
     warnings.extend(shortfalls(plan, &boundaries, engine.time()));
+    warnings.extend(servos::missed(engine));
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
@@ -663,6 +665,7 @@ fn report(
         files: Vec::new(),
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries()),
+        servos: servos::told(engine),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,

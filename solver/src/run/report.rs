@@ -25,6 +25,8 @@ pub struct Report {
     pub folder: String,
     /// What insertions brought, and whether their sizes are right, a line each.
     pub insertions: Vec<String>,
+    /// What servos were to hold and held, a line each.
+    pub servos: Vec<String>,
     /// Why a run that would have ended at rest came to its end before.
     pub not_at_rest: Option<String>,
     /// Times the candidate list was built.
@@ -111,6 +113,9 @@ impl fmt::Display for Report {
         )?;
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
+        }
+        for line in &self.servos {
+            writeln!(f, "  servo      {line}")?;
         }
         if let Some(why) = &self.not_at_rest {
             writeln!(f, "  rest       not before the end: {why}")?;

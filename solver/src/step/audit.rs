@@ -139,14 +139,18 @@ impl Engine {
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
         let planned = &self.plan.physics().walls()[wall];
-        let WallNow { state, servo, .. } = &self.walls[wall];
+        let WallNow { state, servos, .. } = &self.walls[wall];
         if !state.moves || dt == 0.0 {
             return [state.velocity; 2];
         }
-        let next = ServoState {
-            velocity: servo.next_velocity,
-            ..*servo
-        };
+        // Of servos whose time has not come or is over, nothing comes of what they would do next.
+        let motors = planned.motion.all_servos().zip(servos);
+        let next: Vec<ServoState> = motors
+            .map(|(motor, state)| ServoState {
+                velocity: motor.advance(*state, self.time() + dt, dt).velocity,
+                ..*state
+            })
+            .collect();
         let after = planned
             .motion
             .driven_velocity(self.time() + 0.5 * dt, &next);

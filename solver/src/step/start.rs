@@ -153,7 +153,7 @@ impl Engine {
             .physics()
             .walls()
             .iter()
-            .any(|wall| wall.motion.servo(0.0).is_some());
+            .any(|wall| wall.motion.all_servos().next().is_some());
         let skin = Skin::first(plan.physics().radii(), needs.range, &images);
         Ok(Self {
             boundaries: Boundaries::new(

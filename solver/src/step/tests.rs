@@ -281,6 +281,55 @@ fn a_servo_that_was_turned_holds_its_force_along_its_own_axis() {
     assert!((way - expected).length() < 2e-6, "{way} and {expected}");
 }
 
+/// Two servos of one wall, one after the other, the second by a table: load, hold, unload. The springs say how far the lid must have gone.
+#[test]
+fn stages_load_and_unload() {
+    let stages = r#"{ kind = "servo", axis = [0, 0, 1], force = -0.9, max_speed = 0.05, until = 0.2 },
+        { kind = "servo", axis = [0, 0, 2], force = [[0.2, -0.9], [0.3, -0.3]], max_speed = 0.05, from = 0.2 }"#;
+    let plan = pressed(stages);
+    let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
+    let depth = |engine: &Engine| -engine.walls()[1].state.pose.translation.z - 5e-4;
+    // As above: nine spheres, each between two springs.
+    let expected = |force: f64| 2.0 * force / 9.0 / 1000.0;
+    engine.steps_at_once(10_000, None).unwrap();
+    assert!((depth(&engine) / expected(0.9) - 1.0).abs() < 1e-2);
+    let saved = engine.snapshot();
+    engine
+        .steps_at_once(10_000, Some(Watch::default()))
+        .unwrap();
+    assert!((depth(&engine) / expected(0.3) - 1.0).abs() < 1e-2);
+    let servos = &engine.walls()[1].servos;
+    for (servo, force) in servos.iter().zip([-0.9, -0.3]) {
+        assert!(servo.followed.is_near());
+        let [actual, asked] = servo.followed.means().unwrap();
+        assert!((actual - force).abs() < 0.01 * 0.9, "{actual}");
+        // Of the ramp, which ended 5000 steps ago, exp(-5) of 0.6 N at most is left.
+        assert!((asked - force).abs() < 0.6 * libm::exp(-5.0), "{asked}");
+    }
+    // To the same bits from between the stages.
+    let mut back = Engine::restore(plan, saved, 2).unwrap();
+    back.steps_at_once(10_000, Some(Watch::default())).unwrap();
+    assert_eq!(back.snapshot(), engine.snapshot());
+}
+
+/// A pressure on the wall's own area is the force on it: the lid is a plane over a domain of 0.1 m x 0.1 m.
+#[test]
+fn a_pressure_acts_on_the_area() {
+    let depth = |target: &str| {
+        let motion =
+            format!("{{ kind = \"servo\", axis = [0, 0, -1], {target}, max_speed = 0.05 }}");
+        let mut engine = Engine::new(pressed(&motion), 1).unwrap();
+        engine.steps_at_once(3_000, None).unwrap();
+        engine.walls()[1].state.pose.translation.z
+    };
+    let by_force = depth("force = 0.9");
+    assert!(by_force < -5e-4);
+    for target in ["pressure = 90.0, area = 0.01", "pressure = \"90 Pa\""] {
+        // The same but for the round-off of the area.
+        assert!((depth(target) - by_force).abs() < 1e-12, "{target}");
+    }
+}
+
 #[test]
 fn a_servo_is_part_of_the_state() {
     let swing = r#", { kind = "oscillation", amplitude = [1e-3, 0, 1e-4], frequency = 30.0 }, { kind = "rotation", axis = [0, 0, 1], origin = [0.04, 0.04, 0], angular_velocity = 3.0 }"#;
@@ -306,7 +355,7 @@ fn a_servo_is_part_of_the_state() {
         other.steps_at_once(1500, None).unwrap();
         assert_eq!(one.snapshot(), other.snapshot());
     }
-    assert!(one.snapshot().walls[1].servo.displacement < -4e-4);
+    assert!(one.snapshot().walls[1].servos[0].displacement < -4e-4);
 }
 
 /// A sheet of triangles under five spheres that bounce without loss, and the numbers of its corners' places.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{Engine, RunError};
 use crate::forces::Observation;
 use crate::state::WallIndex;
-use crate::walls::{Shape, WallError};
+use crate::walls::{Room, Shape, WallError, area};
 
 impl Engine {
     /// Moves the walls to the present time.
@@ -55,19 +55,24 @@ impl Engine {
 
     /// Tells the servos what their walls felt in the force evaluation just made.
     pub(super) fn answer_loads(&mut self, observation: &Observation) {
-        let (time, dt) = (self.time(), self.plan.physics().time_step());
+        let physics = self.plan.physics();
+        let (time, dt) = (self.time(), physics.time_step());
+        let (min, max) = (physics.domain_min(), physics.domain_max());
+        let room = Room::new(min, max, physics.dimensions());
         for (index, wall) in self.plan.physics().walls().iter().enumerate() {
-            let Some((motor, axis)) = wall.motion.servo(time) else {
-                continue;
-            };
-            let now = &mut self.walls[index];
-            now.servo.next_velocity = if now.state.present {
-                // The load is that of the particles on the wall.
-                let force = -observation.walls[index].0.force.dot(axis);
-                motor.answer(force, &observation.wall_stiffness[index], dt)
-            } else {
-                0.0
-            };
+            for (number, (motor, axis)) in wall.motion.servos(time).enumerate() {
+                let mut state = self.walls[index].servos[number];
+                if self.walls[index].state.present {
+                    // The load is that of the particles on the wall.
+                    let force = -observation.walls[index].0.force.dot(axis);
+                    let area = motor.area(|| area(&self.walls, index, axis, &room));
+                    let stiffness = &observation.wall_stiffness[index];
+                    motor.follow(&mut state, (force, area), stiffness, (time, dt));
+                } else {
+                    state.next_velocity = 0.0;
+                }
+                self.walls[index].servos[number] = state;
+            }
         }
     }
 

@@ -20,4 +20,16 @@ impl Disc {
         let profile = [[0.0, 0.0], [radius, 0.0]];
         Ok(Self(Revolved::new(axis, origin, &profile, Side::Both)?))
     }
+
+    /// m.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.0.widest()
+    }
+
+    /// The direction that it is normal to, of length 1.
+    #[must_use]
+    pub fn axis(&self) -> DVec3 {
+        self.0.direction()
+    }
 }

@@ -47,11 +47,23 @@ pub enum WallError {
         /// End of the interval.
         to: f64,
     },
-    /// More than one motion that follows a force.
+    /// Two motions that follow a force at the same time.
     #[error(
-        "motion: a wall can have one servo; drive it by the sum of the forces, or split the wall"
+        "motion: of the servos of a wall one acts at a time, yet the one from {} s ends at {} s, after another has begun at {} s; end it there with `until`, drive the wall by the sum of the forces, or split it",
+        .first[0], .first[1], .begins
     )]
-    ManyServos,
+    ServosAtOnce {
+        /// When the one that begins first begins and ends, s.
+        first: [f64; 2],
+        /// When the other one begins, s.
+        begins: f64,
+    },
+    /// A saved wall with another number of servos.
+    #[error("motion: the saved state is of another number of servos")]
+    OtherServos,
+    /// A table of what a servo aims at without rows.
+    #[error("needs at least one row")]
+    NoRows,
     /// A profile that is no line.
     #[error("profile: must have at least 2 points, got {count}")]
     TooFewPoints {

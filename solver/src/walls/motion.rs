@@ -101,7 +101,6 @@ impl Component {
             }
             Self::Servo(servo) => {
                 servo.axis = direction("axis", servo.axis)?;
-                finite("force", servo.force)?;
                 not_negative("max_speed", servo.max_speed)?;
                 period = Some((servo.from, servo.until));
             }
@@ -154,7 +153,7 @@ impl Component {
                 let times = [table.rows().first(), table.rows().last()];
                 times.map(|row| row.map_or(0.0, |row| row.time))
             }
-            Self::Servo(servo) => [servo.from, servo.until],
+            Self::Servo(servo) => servo.window(),
         }
     }
 
@@ -364,17 +363,22 @@ impl Motion {
     ///
     /// # Errors
     /// If a number is not finite (only `until` may be infinite), an axis is no direction, a frequency
-    /// is negative, `until` lies before `from`, or there is more than one servo.
+    /// is negative, `until` lies before `from`, or two servos act at the same time.
     pub fn new(components: Vec<Component>) -> Result<Self, WallError> {
-        let is_servo = |component: &&Component| matches!(component, Component::Servo(_));
-        if components.iter().filter(is_servo).count() > 1 {
-            return Err(WallError::ManyServos);
-        }
-        let components = components
+        let components: Vec<Component> = components
             .into_iter()
             .map(Component::checked)
             .collect::<Result<_, _>>()?;
-        Ok(Self { components })
+        let motion = Self { components };
+        let mut windows: Vec<[f64; 2]> = motion.all_servos().map(Servo::window).collect();
+        windows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        match windows.windows(2).find(|pair| pair[0][1] > pair[1][0]) {
+            Some(pair) => Err(WallError::ServosAtOnce {
+                first: pair[0],
+                begins: pair[1][0],
+            }),
+            None => Ok(motion),
+        }
     }
 
     /// Whether the wall stays where the scene puts it, for ever.
@@ -401,17 +405,33 @@ impl Motion {
         })
     }
 
-    /// Where the wall is at `time` (s), its servo where it stands at the start: a function of time alone.
-    #[must_use]
-    pub fn pose(&self, time: f64) -> Pose {
-        self.driven_pose(time, &ServoState::default())
+    /// Its components, each with the state of its own servo. Servos beyond the end of `driven` stand where they do at the start.
+    fn with_states<'a>(
+        &'a self,
+        driven: &'a [ServoState],
+    ) -> impl Iterator<Item = (&'a Component, ServoState)> {
+        let mut states = driven.iter();
+        self.components.iter().map(move |component| {
+            let own = match component {
+                Component::Servo(_) => states.next().copied(),
+                _ => None,
+            };
+            (component, own.unwrap_or_default())
+        })
     }
 
-    /// Where the wall is at `time` (s), its servo as `driven` says.
+    /// Where the wall is at `time` (s), its servos where they stand at the start: a function of time alone.
     #[must_use]
-    pub fn driven_pose(&self, time: f64, driven: &ServoState) -> Pose {
-        self.components.iter().fold(Pose::IDENTITY, |pose, next| {
-            pose.then(&next.pose(time, driven))
+    pub fn pose(&self, time: f64) -> Pose {
+        self.driven_pose(time, &[])
+    }
+
+    /// Where the wall is at `time` (s), its servos, in the order of the list, as `driven` says.
+    #[must_use]
+    pub fn driven_pose(&self, time: f64, driven: &[ServoState]) -> Pose {
+        let components = self.with_states(driven);
+        components.fold(Pose::IDENTITY, |pose, (next, own)| {
+            pose.then(&next.pose(time, &own))
         })
     }
 
@@ -419,42 +439,67 @@ impl Motion {
     /// the derivative of what follows.
     #[must_use]
     pub fn velocity(&self, time: f64) -> RigidVelocity {
-        self.driven_velocity(time, &ServoState::default())
+        self.driven_velocity(time, &[])
     }
 
     /// The time derivative of [`Motion::driven_pose`] at `time` (s).
     #[must_use]
-    pub fn driven_velocity(&self, time: f64, driven: &ServoState) -> RigidVelocity {
+    pub fn driven_velocity(&self, time: f64, driven: &[ServoState]) -> RigidVelocity {
+        let components = self.with_states(driven);
+        components.fold(RigidVelocity::REST, |inner, (next, own)| {
+            let pose = next.pose(time, &own);
+            let outer = next.velocity(time, &own);
+            let origin = pose.to_global(inner.origin);
+            RigidVelocity {
+                velocity: pose.rotation * inner.velocity + outer.at(origin),
+                angular_velocity: pose.rotation * inner.angular_velocity + outer.angular_velocity,
+                origin,
+            }
+        })
+    }
+
+    /// Its parts, in the order of the list.
+    #[must_use]
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// Its servos, in the order of the list; of those one acts at a time.
+    pub fn all_servos(&self) -> impl Iterator<Item = &Servo> {
         self.components
             .iter()
-            .fold(RigidVelocity::REST, |inner, next| {
-                let pose = next.pose(time, driven);
-                let outer = next.velocity(time, driven);
-                let origin = pose.to_global(inner.origin);
-                RigidVelocity {
-                    velocity: pose.rotation * inner.velocity + outer.at(origin),
-                    angular_velocity: pose.rotation * inner.angular_velocity
-                        + outer.angular_velocity,
-                    origin,
-                }
+            .filter_map(|component| match component {
+                Component::Servo(servo) => Some(servo),
+                _ => None,
             })
     }
 
-    /// The servo, if it has one, and its axis as the later motions have turned it at `time` (s).
-    #[must_use]
-    pub fn servo(&self, time: f64) -> Option<(&Servo, DVec3)> {
-        let mut found = None;
-        for component in &self.components {
-            found = match (component, found) {
-                (Component::Servo(servo), _) => Some((servo, servo.axis)),
-                (turning, Some((servo, axis))) => {
-                    let pose = turning.pose(time, &ServoState::default());
-                    Some((servo, pose.rotation * axis))
-                }
-                (_, None) => None,
+    /// Its servos, in the order of the list, and their axes as the later motions have turned them at `time` (s).
+    pub fn servos(&self, time: f64) -> impl Iterator<Item = (&Servo, DVec3)> {
+        let components = self.components.iter().enumerate();
+        components.filter_map(move |(index, component)| {
+            let Component::Servo(servo) = component else {
+                return None;
             };
-        }
-        found
+            let later = self.components[index + 1..].iter();
+            let axis = later.fold(servo.axis, |axis, next| match next {
+                // Servos shift only.
+                Component::Servo(_) => axis,
+                turning => turning.pose(time, &ServoState::default()).rotation * axis,
+            });
+            Some((servo, axis))
+        })
+    }
+
+    /// Finite times at which something about it begins, ends, or has a kink that is told in a table of a servo, s.
+    pub fn events(&self) -> impl Iterator<Item = f64> + '_ {
+        let kinks = self.all_servos().filter(|servo| servo.max_speed > 0.0);
+        let kinks = kinks.filter_map(|servo| {
+            let [time, _] = servo.target.course().rows().last()?;
+            (*time < servo.until).then_some(*time)
+        });
+        let times = self.windows().flatten().chain(kinks);
+        times.filter(|time| time.is_finite())
     }
 
     /// Upper bound, over all times before `end` (s), of the speed in m/s of the material points of the

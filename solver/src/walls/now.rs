@@ -10,7 +10,7 @@ use super::{Pose, ServoState, Shape, Wall, WallError, WallState};
 use crate::neighbours::Images;
 use crate::state::MaterialIndex;
 
-/// A wall as it is now: its surface, where it stands, how far its servo has come.
+/// A wall as it is now: its surface, where it stands, how far its servos have come.
 ///
 /// The engine owns one for each wall of the plan, in its order. The surface is the plan's until something changes it; meshes are
 /// shared with the plan until then.
@@ -20,8 +20,8 @@ pub struct WallNow {
     pub material: MaterialIndex,
     /// Where it stands in this step, and how it moves.
     pub state: WallState,
-    /// How far its servo has come; at rest if it has none.
-    pub servo: ServoState,
+    /// How far each of its servos has come, in the order of the motions.
+    pub servos: Vec<ServoState>,
     shape: Shape,
     /// By which images it is met.
     met_by: MetBy,
@@ -36,8 +36,8 @@ pub struct WallNow {
 /// What must be kept of a [`WallNow`] to go on later, beside the time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedWall {
-    /// How far its servo has come.
-    pub servo: ServoState,
+    /// How far each of its servos has come.
+    pub servos: Vec<ServoState>,
     /// Where it stood when the candidate list was built.
     pub listed_pose: Pose,
     /// How far points of the surface have moved in the wall's frame since then, at most, m.
@@ -47,7 +47,7 @@ pub struct SavedWall {
 }
 
 crate::state::plain!(SavedWall {
-    servo,
+    servos,
     listed_pose,
     reshaped_by,
     shape
@@ -60,7 +60,7 @@ impl WallNow {
         let mut now = Self {
             material: wall.material,
             state: wall.state(0.0, dt),
-            servo: ServoState::default(),
+            servos: vec![ServoState::default(); wall.motion.all_servos().count()],
             shape: wall.shape.clone(),
             met_by: MetBy::new(&wall.shape, images),
             listed_pose: Pose::IDENTITY,
@@ -122,14 +122,14 @@ impl WallNow {
 
     /// Moves on by a step of `dt` (s) that ends at `time` (s), as the plan says, in a domain with these images.
     pub fn advance(&mut self, wall: &Wall, time: f64, dt: f64, images: &Images) {
-        if let Some((motor, _)) = wall.motion.servo(time) {
-            self.servo = motor.advance(self.servo, time, dt);
+        for (motor, state) in wall.motion.all_servos().zip(&mut self.servos) {
+            *state = motor.advance(*state, time, dt);
         }
         if wall.motion.is_static() {
             self.state.present = wall.is_present(time, dt);
         } else {
             let before = self.state.pose.translation;
-            self.state = wall.driven_state(time, dt, &self.servo);
+            self.state = wall.driven_state(time, dt, &self.servos);
             self.set_back(images);
             // Set back by a period it is somewhere else at once, and found by other images before the next list.
             let gone = (self.state.pose.translation - before).abs();
@@ -144,9 +144,9 @@ impl WallNow {
     pub fn state_at(&self, wall: &Wall, time: f64) -> WallState {
         let mut state = self.state;
         if state.moves {
-            let pose = wall.motion.driven_pose(time, &self.servo);
+            let pose = wall.motion.driven_pose(time, &self.servos);
             let set_back = state.pose.translation - pose.translation;
-            state.velocity = wall.motion.driven_velocity(time, &self.servo);
+            state.velocity = wall.motion.driven_velocity(time, &self.servos);
             state.velocity.origin += set_back;
         }
         state
@@ -215,7 +215,7 @@ impl WallNow {
     #[must_use]
     pub fn save(&self) -> SavedWall {
         SavedWall {
-            servo: self.servo,
+            servos: self.servos.clone(),
             listed_pose: self.listed_pose,
             reshaped_by: self.reshaped_by,
             shape: if self.is_reshaped {
@@ -229,7 +229,7 @@ impl WallNow {
     /// Goes on from `saved` at `time` (s) with steps of `dt` (s).
     ///
     /// # Errors
-    /// If the saved surface cannot have come from the wall's.
+    /// If the saved surface cannot have come from the wall's, or it has another number of servos.
     pub fn restore(
         &mut self,
         wall: &Wall,
@@ -245,9 +245,12 @@ impl WallNow {
         };
         self.met_by = MetBy::new(&self.shape, images);
         self.reshaped_by = saved.reshaped_by;
-        self.servo = saved.servo;
+        if saved.servos.len() != self.servos.len() {
+            return Err(WallError::OtherServos);
+        }
+        self.servos.clone_from(&saved.servos);
         self.listed_pose = saved.listed_pose;
-        self.state = wall.driven_state(time, dt, &self.servo);
+        self.state = wall.driven_state(time, dt, &self.servos);
         self.set_back(images);
         self.note_images(images);
         Ok(())

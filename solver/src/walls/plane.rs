@@ -27,6 +27,18 @@ impl Plane {
         })
     }
 
+    /// A point of it, m.
+    #[must_use]
+    pub fn point(&self) -> DVec3 {
+        self.point
+    }
+
+    /// Of length 1, into the space of the particles.
+    #[must_use]
+    pub fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
     /// The place where a sphere's centre (in the wall's own frame) is within `reach` (m) of the plane.
     #[inline]
     #[must_use]

@@ -94,6 +94,11 @@ pub(super) struct Profile {
 }
 
 impl Profile {
+    /// Largest distance of its points from the axis, m.
+    pub(super) fn widest(&self) -> f64 {
+        self.max.x
+    }
+
     /// The polygon through `points` `(r, z)`; closed if it ends where it began.
     ///
     /// The inside is the region between the polygon and the axis (within a closed polygon), in

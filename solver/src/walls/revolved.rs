@@ -29,6 +29,16 @@ impl Revolved {
         })
     }
 
+    /// Largest distance of the profile's corners from the axis, m.
+    pub(super) fn widest(&self) -> f64 {
+        self.profile.widest()
+    }
+
+    /// Of length 1, along the axis.
+    pub(super) fn direction(&self) -> DVec3 {
+        self.axis.direction
+    }
+
     #[inline]
     pub(super) fn touches(&self, centre: DVec3, reach: f64, out: &mut Touches) {
         let (point, outward) = self.axis.half_plane(centre);

@@ -21,15 +21,16 @@
 
 use glam::DVec3;
 
+use super::course::{Area, Target};
 use super::pose::{Pose, RigidVelocity};
 
 /// What a servo is to do.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Servo {
     /// Direction; later motions of the wall turn it along.
     pub axis: DVec3,
-    /// Force of the wall on the particles along the axis, N.
-    pub force: f64,
+    /// Force of the wall on the particles along the axis, or pressure.
+    pub target: Target,
     /// Never faster than this, m/s.
     pub max_speed: f64,
     /// Begins, in s.
@@ -47,6 +48,77 @@ pub struct ServoState {
     pub velocity: f64,
     /// Velocity along the axis for the next step, m/s.
     pub next_velocity: f64,
+    /// How well it has followed its target so far.
+    pub followed: Followed,
+}
+
+/// How well a servo has followed its target: means over the last [`Followed::STEPS`] steps or so, in which older steps count
+/// less and less.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Followed {
+    /// Sums of what was there and of what was asked for, N or Pa, with the weights of their steps.
+    sums: [f64; 2],
+    /// Sum of the weights: 1 after many steps.
+    weight: f64,
+    /// Largest magnitude that was asked for so far, N or Pa.
+    largest: f64,
+    /// When the mean came near the target first, s; none: never.
+    reached_at: Option<f64>,
+    /// The area at the end, m^2.
+    area: f64,
+}
+
+impl Followed {
+    /// Steps over which means are taken.
+    pub const STEPS: f64 = 1000.0;
+    /// What the mean may miss, over the largest target so far, to count as there.
+    pub const NEAR: f64 = 0.05;
+
+    /// Takes in what was there and what was asked for (N or Pa) in a step that ends at `time` (s).
+    fn take_in(&mut self, actual: f64, asked: f64, area: f64, time: f64) {
+        for (sum, value) in self.sums.iter_mut().zip([actual, asked]) {
+            *sum += (value - *sum) / Self::STEPS;
+        }
+        self.weight += (1.0 - self.weight) / Self::STEPS;
+        self.largest = self.largest.max(asked.abs());
+        self.area = area;
+        if self.reached_at.is_none() && self.is_near() {
+            self.reached_at = Some(time);
+        }
+    }
+
+    /// What was there and what was asked for in the mean, N or Pa; `None` before its first step.
+    #[must_use]
+    pub fn means(&self) -> Option<[f64; 2]> {
+        (self.weight > 0.0).then(|| self.sums.map(|sum| sum / self.weight))
+    }
+
+    /// Whether the mean is near its target now. Where nothing but 0 was ever asked for there is no measure of near: then it is.
+    #[must_use]
+    pub fn is_near(&self) -> bool {
+        let Some([actual, asked]) = self.means() else {
+            return false;
+        };
+        self.largest == 0.0 || (actual - asked).abs() <= Self::NEAR * self.largest
+    }
+
+    /// When the mean came near the target first, s.
+    #[must_use]
+    pub fn reached_at(&self) -> Option<f64> {
+        self.reached_at
+    }
+
+    /// The area over which a pressure acted at the end, m^2.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Largest magnitude that was asked for, N or Pa.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.largest
+    }
 }
 
 /// What the contacts of a wall answer to its motion: the sums from which a servo takes its coefficient.
@@ -93,8 +165,7 @@ impl Servo {
     /// Moves on by a step of `dt` (s) that ends at `time` (s).
     #[must_use]
     pub fn advance(&self, state: ServoState, time: f64, dt: f64) -> ServoState {
-        let middle = time - 0.5 * dt;
-        let velocity = if middle >= self.from && middle < self.until {
+        let velocity = if self.is_acting(time, dt) {
             state.next_velocity
         } else {
             0.0
@@ -106,10 +177,48 @@ impl Servo {
         }
     }
 
-    /// The velocity for the next step, m/s, after `force` (N) of the wall on the particles along the axis.
+    /// When it begins and ends, s.
     #[must_use]
-    pub fn answer(&self, force: f64, wall: &WallStiffness, dt: f64) -> f64 {
-        let missing = self.force - force;
+    pub fn window(&self) -> [f64; 2] {
+        [self.from, self.until]
+    }
+
+    /// Whether it moves the wall in the step of `dt` (s) that ends at `time` (s).
+    fn is_acting(&self, time: f64, dt: f64) -> bool {
+        let middle = time - 0.5 * dt;
+        middle >= self.from && middle < self.until
+    }
+
+    /// The area that a pressure acts over, m^2: a given one, or what `own` says of the wall. 1 of a force.
+    #[must_use]
+    pub fn area(&self, own: impl FnOnce() -> f64) -> f64 {
+        match self.target {
+            Target::Force(_) => 1.0,
+            Target::Pressure(_, Area::Given(area)) => area,
+            Target::Pressure(_, Area::OfWall) => own(),
+        }
+    }
+
+    /// Answers to `force` (N) of the wall on the particles along the axis, over `area` ([`Servo::area`]), in the step of `dt` (s) that ends at `time`
+    /// (s): with the velocity for the next step.
+    pub fn follow(
+        &self,
+        state: &mut ServoState,
+        (force, area): (f64, f64),
+        wall: &WallStiffness,
+        (time, dt): (f64, f64),
+    ) {
+        let asked = self.target.course().at(time);
+        state.next_velocity = self.answer(asked * area - force, wall, dt);
+        if self.is_acting(time, dt) {
+            let actual = if area > 0.0 { force / area } else { 0.0 };
+            state.followed.take_in(actual, asked, area, time);
+        }
+    }
+
+    /// The velocity for the next step, m/s, where `missing` (N) is what the force of the wall on the particles along the axis lacks.
+    #[must_use]
+    pub fn answer(&self, missing: f64, wall: &WallStiffness, dt: f64) -> f64 {
         let coefficient = wall.damping + 4.0 * wall.stiffness * dt;
         // Nothing touches: as fast as it may.
         if coefficient == 0.0 {
@@ -140,26 +249,41 @@ impl Servo {
 crate::state::plain!(ServoState {
     displacement,
     velocity,
-    next_velocity
+    next_velocity,
+    followed
+});
+
+crate::state::plain!(Followed {
+    sums,
+    weight,
+    largest,
+    reached_at,
+    area
 });
 
 #[cfg(test)]
 mod tests {
+    use super::super::Course;
     use super::*;
 
-    const SERVO: Servo = Servo {
-        axis: DVec3::Z,
-        force: -3.0,
-        max_speed: 0.5,
-        from: 0.0,
-        until: f64::INFINITY,
-    };
+    const MAX_SPEED: f64 = 0.5;
+
+    fn servo() -> Servo {
+        Servo {
+            axis: DVec3::Z,
+            target: Target::Force(Course::constant(-3.0).unwrap()),
+            max_speed: MAX_SPEED,
+            from: 0.0,
+            until: f64::INFINITY,
+        }
+    }
 
     /// Pushes `springs` fixed springs with dashpots to the target; returns the forces (N).
     fn press(springs: u32, stiffness: f64, damping: f64, dt: f64) -> Vec<f64> {
-        let (mut state, mut forces) = (ServoState::default(), Vec::new());
+        let (servo, mut state, mut forces) = (servo(), ServoState::default(), Vec::new());
         for step in 1..=40_000 {
-            state = SERVO.advance(state, f64::from(step) * dt, dt);
+            let time = f64::from(step) * dt;
+            state = servo.advance(state, time, dt);
             // The springs begin 1e-3 m below the wall.
             let overlap = -state.displacement - 1e-3;
             let (mut wall, mut force) = (WallStiffness::default(), 0.0);
@@ -172,8 +296,8 @@ mod tests {
                     force -= elastic + viscous;
                 }
             }
-            state.next_velocity = SERVO.answer(force, &wall, dt);
-            assert!(state.next_velocity.abs() <= SERVO.max_speed);
+            servo.follow(&mut state, (force, 1.0), &wall, (time, dt));
+            assert!(state.next_velocity.abs() <= MAX_SPEED);
             forces.push(force);
         }
         forces
@@ -206,7 +330,7 @@ mod tests {
         wall.add_contact(f64::INFINITY, (6.0, 1e-3), (-3.0, 0.5));
         let dt = 1e-4;
         let coefficient = 4.0 * 18_000.0_f64.sqrt() + 2.0 * (2.0 * 6.0) + 4.0 * 18_000.0 * dt;
-        let answer = SERVO.answer(4.0, &wall, dt);
+        let answer = servo().answer(-3.0 - 4.0, &wall, dt);
         assert!((answer * coefficient + 7.0).abs() < 7e-15, "{answer}");
     }
 
@@ -215,7 +339,7 @@ mod tests {
         let servo = Servo {
             from: 1.0,
             until: 2.0,
-            ..SERVO
+            ..servo()
         };
         let state = ServoState {
             next_velocity: 0.5,
@@ -226,5 +350,51 @@ mod tests {
         // The step that ends with its time is its last.
         assert_eq!(servo.advance(state, 2.0, 0.1).velocity, 0.5);
         assert_eq!(servo.advance(state, 2.1, 0.1).velocity, 0.0);
+    }
+
+    #[test]
+    fn a_mean_over_a_thousand_steps_says_whether_it_is_there() {
+        let mut followed = Followed::default();
+        assert_eq!(followed.means(), None);
+        assert!(!followed.is_near());
+        // One blow is no arrival: after n steps at 10 % and one at 200 % the mean of few is far from the target.
+        for step in 0..3000 {
+            followed.take_in(if step == 50 { 6.0 } else { 0.3 }, 3.0, 1.0, 0.1);
+        }
+        assert!(!followed.is_near() && followed.reached_at().is_none());
+        // It forgets by exp(-n/1000): 0.9 of the target is missing, 0.05 are allowed, after 1000 ln(18) = 2890 steps.
+        for step in 0..4000 {
+            followed.take_in(3.0, 3.0, 1.0, f64::from(step));
+        }
+        assert!(followed.is_near());
+        let reached = followed.reached_at().unwrap();
+        assert!((reached - 2890.0).abs() < 100.0, "{reached}");
+        let mut idle = Followed::default();
+        idle.take_in(0.2, 0.0, 1.0, 0.0);
+        assert!(idle.is_near());
+    }
+
+    #[test]
+    fn a_pressure_is_a_force_over_the_area() {
+        let target = |area| Target::Pressure(Course::constant(100.0).unwrap(), area);
+        let over = |area| Servo {
+            target: target(area),
+            ..servo()
+        };
+        assert_eq!(over(Area::Given(0.25)).area(|| 7.0), 0.25);
+        assert_eq!(over(Area::OfWall).area(|| 7.0), 7.0);
+        assert_eq!(servo().area(|| 7.0), 1.0);
+        let wall = WallStiffness {
+            stiffness: 0.0,
+            damping: 100.0,
+        };
+        let mut state = ServoState::default();
+        over(Area::OfWall).follow(&mut state, (5.0, 0.25), &wall, (1.0, 0.1));
+        // 25 N are asked for, 20 N are missing.
+        assert_eq!(state.next_velocity, 0.2);
+        assert_eq!(
+            state.followed.means().map(|m| m.map(f64::round)),
+            Some([20.0, 100.0])
+        );
     }
 }

@@ -49,15 +49,15 @@ impl Wall {
         time >= self.from - slack && time < self.until - slack
     }
 
-    /// The state at `time` (s) for steps of `dt` (s), its servo where it stands at the start.
+    /// The state at `time` (s) for steps of `dt` (s), its servos where they stand at the start.
     #[must_use]
     pub fn state(&self, time: f64, dt: f64) -> WallState {
-        self.driven_state(time, dt, &ServoState::default())
+        self.driven_state(time, dt, &[])
     }
 
-    /// The same with its servo as `driven` says.
+    /// The same with its servos as `driven` says.
     #[must_use]
-    pub fn driven_state(&self, time: f64, dt: f64, driven: &ServoState) -> WallState {
+    pub fn driven_state(&self, time: f64, dt: f64, driven: &[ServoState]) -> WallState {
         let moves = !self.motion.is_static();
         let pose = if moves {
             self.shape.reduced(self.motion.driven_pose(time, driven))

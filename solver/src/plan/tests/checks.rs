@@ -416,7 +416,7 @@ fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
 }
 
 #[test]
-fn a_wall_has_one_servo() {
+fn of_the_servos_of_a_wall_one_acts_at_a_time() {
     let servo = "{ kind = \"servo\", axis = [0, 0, 1], force = 1.0, max_speed = 0.1 }";
     let body = format!(
         "{BALL}[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]\nmaterial = \"ball\"\nmotion = [{servo}, {servo}]\n"
@@ -424,9 +424,86 @@ fn a_wall_has_one_servo() {
     assert_eq!(
         complaints(&body),
         [
-            "walls.lid: motion: a wall can have one servo; drive it by the sum of the forces, or split the wall"
+            "walls.lid: motion: of the servos of a wall one acts at a time, yet the one from 0 s ends at inf s, after another has begun at 0 s; end it there with `until`, drive the wall by the sum of the forces, or split it"
         ]
     );
+    let stages = body.replacen("max_speed = 0.1 }", "max_speed = 0.1, until = 0.5 }", 1);
+    let last = stages.rfind("max_speed = 0.1 }").unwrap();
+    let (first, second) = stages.split_at(last);
+    let second = second.replacen("max_speed = 0.1 }", "max_speed = 0.1, from = 0.5 }", 1);
+    assert_eq!(complaints(&format!("{first}{second}")), [""; 0]);
+}
+
+/// What a servo aims at is said in one way, and a pressure needs an area.
+#[test]
+fn targets_of_servos_are_judged() {
+    let told = |shape: &str, target: &str| {
+        let body = format!(
+            "{BALL}[[walls]]\nname = \"lid\"\n{shape}\nmaterial = \"ball\"\nmotion = [{{ kind = \"servo\", axis = [0, 0, -1], {target}, max_speed = 0.1 }}]\n"
+        ) + &two("ball", 0.5);
+        complaints(&body)
+    };
+    let plane = "shape = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]";
+    for target in [
+        "pressure = 1e3",
+        "pressure = 1e3, area = 0.5",
+        "pressure = [[0, 1e3], [1, 2e3]]",
+        "force = [[0.0, 5.0]]",
+    ] {
+        assert_eq!(told(plane, target), [""; 0], "{target}");
+    }
+    let sphere = "shape = \"sphere\"\norigin = [0, 0, 3]\nradius = 1\nside = \"outside\"";
+    let key = "walls.lid.motion[0]";
+    for (shape, target, expected) in [
+        (
+            sphere,
+            "pressure = 1e3",
+            format!(
+                "{key}.pressure: needs an `area`: of planes, boxes and discs it follows from the shape, of this wall it does not"
+            ),
+        ),
+        (
+            plane,
+            "force = 1.0, pressure = 1e3",
+            format!("{key}.force: cannot be given together with `pressure`: choose one"),
+        ),
+        (
+            plane,
+            "force = 1.0, area = 0.5",
+            format!("{key}.area: cannot be given together with `force`: choose one"),
+        ),
+        (
+            plane,
+            "pressure = 1e3, area = 0.0",
+            format!("{key}.area: must be > 0, got 0.0"),
+        ),
+        (
+            plane,
+            "force = []",
+            format!("{key}.force: needs at least one row [t, load]"),
+        ),
+        (
+            plane,
+            "force = [[0, 1], [0, 2]]",
+            format!("{key}.force: the times of its rows must increase, got 0 and then 0"),
+        ),
+        (
+            plane,
+            "force = [[0, 1, 2]]",
+            format!("{key}.force[0]: expected 2 numbers, got 3"),
+        ),
+        (
+            plane,
+            "force = { table = \"no-such.csv\" }",
+            format!("{key}.force.table: the file cannot be read: "),
+        ),
+    ] {
+        let told = told(shape, target);
+        assert_eq!(told.len(), 1, "{target}: {told:?}");
+        if !target.contains("no-such") {
+            assert_eq!(told[0], expected, "{target}");
+        }
+    }
 }
 
 /// Spheres at one point, which are pairs without end: refused before they are listed, also where any overlap is allowed and where

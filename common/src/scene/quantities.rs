@@ -1,0 +1,351 @@
+//! Numbers with units in a scene: which key is of which dimension, and `"5 mm"` becomes 0.005 before anything is read.
+//!
+//! Everything behind this sees SI only: the reader, the plan, what checkpoints keep of the scene.
+
+use super::error::SceneError;
+use super::key_path;
+use super::laws::LawKeys;
+use super::source::Place;
+use super::tree::{Node, Value};
+use crate::units::{Dimension, Quantity};
+
+/// What the numbers at a key are of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    /// Of this.
+    Of(Dimension),
+    /// Of either.
+    Either(Dimension, Dimension),
+    /// Rows of numbers of these.
+    Rows(Dimension, Dimension),
+    /// Of anything: there is nobody who knows.
+    Any,
+}
+
+/// Puts SI numbers in the places of texts with units; what is wrong with them goes to `errors`. `laws`: as for the reader.
+pub(super) fn settle(
+    document: &mut Node,
+    laws: Option<&[&'static LawKeys]>,
+    errors: &mut Vec<SceneError>,
+) {
+    let mut walk = Walk {
+        laws,
+        errors,
+        keys: Vec::new(),
+    };
+    walk.node(document, "", None);
+}
+
+/// What the reader found wrong (`read`), and first what is wrong with units (`wrong`): what the reader says of the same values is nothing new.
+pub(super) fn with_units(read: &mut Vec<SceneError>, wrong: Vec<SceneError>) {
+    read.retain(|error| {
+        !wrong
+            .iter()
+            .any(|unit| unit.place.key() == error.place.key())
+    });
+    read.extend(wrong);
+}
+
+struct Walk<'a> {
+    laws: Option<&'a [&'static LawKeys]>,
+    errors: &'a mut Vec<SceneError>,
+    /// Without the numbers of entries.
+    keys: Vec<String>,
+}
+
+impl Walk<'_> {
+    fn node(&mut self, node: &mut Node, path: &str, kind: Option<Kind>) {
+        let name = |node: &Node| node.name().map(str::to_owned);
+        match &mut node.value {
+            Value::Table(table) => {
+                for entry in &mut table.entries {
+                    self.keys.push(entry.key.clone());
+                    let kind = self.kind();
+                    self.node(&mut entry.node, &key_path::child(path, &entry.key), kind);
+                    self.keys.pop();
+                }
+            }
+            Value::Array(items) => {
+                for (index, item) in items.iter_mut().enumerate() {
+                    let kind = match (kind, &item.value) {
+                        // The items of a row.
+                        (Some(Kind::Rows(first, second)), value) => match value {
+                            Value::Array(_) => kind,
+                            _ => Some(Kind::Of(if index == 0 { first } else { second })),
+                        },
+                        _ => kind,
+                    };
+                    let path = key_path::item(path, index, name(item).as_deref());
+                    self.node(item, &path, kind);
+                }
+            }
+            Value::String(text) => {
+                let Some(kind) = kind.filter(|_| is_quantity(text)) else {
+                    return;
+                };
+                match si(text, kind) {
+                    Ok(number) => node.value = Value::Float(number),
+                    Err((message, help)) => {
+                        let place = Place::new(&node.source, node.span.clone(), path);
+                        let error = place.error(message);
+                        self.errors.push(match help {
+                            Some(help) => error.with_help(help),
+                            None => error,
+                        });
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// What the value at the present key is of; `None` if it is no number with a unit.
+    fn kind(&self) -> Option<Kind> {
+        let keys: Vec<&str> = self.keys.iter().map(String::as_str).collect();
+        match keys[..] {
+            ["materials", _, "density"] => Some(Kind::Of(Dimension::DENSITY)),
+            ["materials", _, part, key] | ["contacts", part, key] => self.of_law(part, key),
+            ["materials" | "contacts", ..] => None,
+            _ => of_key(&keys).or_else(|| column(&keys)),
+        }
+    }
+
+    fn of_law(&self, part: &str, key: &str) -> Option<Kind> {
+        let Some(laws) = self.laws else {
+            return Some(Kind::Any);
+        };
+        let of_part = laws
+            .iter()
+            .filter(|law| law.parts.iter().any(|of| of.word() == part));
+        let unit = of_part
+            .filter_map(|law| law.key(key))
+            .map(|key| key.unit)
+            .next()?;
+        Dimension::of_unit(unit).map(Kind::Of)
+    }
+}
+
+/// The loads of servos: a number, or rows with the time in front.
+fn column(keys: &[&str]) -> Option<Kind> {
+    let load = match keys.last() {
+        Some(&"force") => Dimension::FORCE,
+        Some(&"pressure") => Dimension::PRESSURE,
+        _ => return None,
+    };
+    Some(Kind::Rows(Dimension::TIME, load))
+}
+
+/// What the numbers at a key outside of laws are of.
+fn of_key(keys: &[&str]) -> Option<Kind> {
+    use Dimension as D;
+    let of = match *keys {
+        ["gravity"] => D::ACCELERATION,
+        ["time", "end" | "step"] => D::TIME,
+        ["time", "v_ref"] => D::SPEED,
+        [
+            "output",
+            "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",
+        ] => D::TIME,
+        ["fields", "interval"] => D::TIME,
+        ["fields", "spacing"] => return Some(Kind::Either(D::LENGTH, D::ANGLE)),
+        ["fields", "limits", "phi"] => D::ANGLE,
+        ["fields", "limits", _] | ["fields", "width" | "through"] => D::LENGTH,
+        [.., "total", "mass"] => D::MASS,
+        [.., "total", "volume"] => D::VOLUME,
+        [.., "rate", "mass"] => D::MASS_RATE,
+        [.., "rate", "volume"] => D::VOLUME_RATE,
+        [.., "rate", "number"] => D::FREQUENCY,
+        [.., "bending", "stiffness"] => D::TORQUE,
+        [.., last] => match last {
+            "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"
+            | "offset" | "position" | "spacing" | "jitter" | "amplitude" | "thickness"
+            | "diameter" | "diameters" | "min_diameter" | "max_diameter" | "mean_diameter"
+            | "median_diameter" | "standard_deviation" | "d63" => D::LENGTH,
+            "from" | "until" => D::TIME,
+            "velocity" | "mean" | "spread" | "max_speed" | "speed" => D::SPEED,
+            "angular_velocity" => D::ANGULAR_VELOCITY,
+            "frequency" => D::FREQUENCY,
+            "degrees" | "phase_degrees" | "half_angles_degrees" => D::DEGREES,
+            "area" => D::AREA,
+            "hardness" | "youngs_modulus" => D::PRESSURE,
+            "film_volume" => D::VOLUME,
+            "flow_rate" => D::VOLUME_RATE,
+            "liquid_density" => D::DENSITY,
+            _ => return None,
+        },
+        [] => return None,
+    };
+    Some(Kind::Of(of))
+}
+
+/// Whether a text is to be a number with a unit: `"auto"` is none, nor is `"1.5d"`, a width in diameters.
+fn is_quantity(text: &str) -> bool {
+    let text = text.trim();
+    let number = text.trim_end_matches('d').trim_end();
+    let is_in_diameters = number.len() < text.len() && number.parse::<f64>().is_ok();
+    Quantity::is_begun_by(text) && text.parse::<f64>().is_err() && !is_in_diameters
+}
+
+/// The number in SI, or a message with its help.
+fn si(text: &str, kind: Kind) -> Result<f64, (String, Option<String>)> {
+    let first = match kind {
+        Kind::Of(dimension) | Kind::Either(dimension, _) | Kind::Rows(_, dimension) => {
+            Some(dimension)
+        }
+        Kind::Any => None,
+    };
+    let help = first.map(|dimension| {
+        format!(
+            "units of {} are {}, and whatever they are made of",
+            dimension.words(),
+            dimension.units()
+        )
+    });
+    let quantity = Quantity::parse(text).map_err(|why| {
+        let message = if why.starts_with("there is")
+            || why.starts_with("nothing")
+            || why.starts_with("the unit")
+            || why.starts_with('"')
+        {
+            format!("{text:?}: {why}")
+        } else {
+            format!("{text:?} {why}")
+        };
+        (message, help.clone())
+    })?;
+    let value = |dimension| quantity.value(dimension);
+    let read = match kind {
+        Kind::Any => Ok(quantity.si()),
+        Kind::Of(dimension) | Kind::Rows(_, dimension) => value(dimension),
+        Kind::Either(one, other) => value(one).or_else(|_| value(other)),
+    };
+    read.map_err(|found| {
+        let wanted = first.map_or("a number", Dimension::words);
+        (format!("expected {wanted}, got {text:?}, {found}"), help)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{Files, MotionKind, Scene, SceneErrors, Shape, parse_scene};
+
+    const SCENE: &str = r#"
+gravity = [0, 0, "-981 cm/s2"]
+time = { end = "1500 ms", step = "10 us" }
+domain = { min = [0, 0, 0], max = ["10 cm", "100 mm", 0.2] }
+output = { interval = "1 min" }
+[materials.glass]
+density = "2.5 g/cm3"
+[materials.glass.normal]
+law = "linear"
+stiffness = "2 N/mm"
+[[walls]]
+shape = "cylinder"
+axis = [0, 0, 1]
+origin = ["5 cm", 0.05, 0]
+radius = "4 cm"
+material = "glass"
+motion = [
+    { kind = "rotation", axis = [0, 0, 1], origin = [0, 0, 0], angular_velocity = "20 rpm", from = "1 ms" },
+    { kind = "oscillation", amplitude = [0, 0, "1 mm"], frequency = "3 kHz", phase_degrees = "90 deg" },
+    { kind = "servo", axis = [0, 0, 1], force = [["10 ms", "2 kN"], [2, 5]], max_speed = "1 mm/s" },
+]
+"#;
+
+    fn read(text: &str, overrides: &[&str]) -> Result<Scene, SceneErrors> {
+        let overrides: Vec<String> = overrides.iter().map(|&o| o.to_owned()).collect();
+        parse_scene(Path::new("a.toml"), text, &overrides, Files::Unchecked)
+    }
+
+    #[test]
+    fn what_is_read_is_si() {
+        let scene = read(SCENE, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!(scene.gravity.z, -9.81);
+        assert_eq!(*scene.time.end, 1.5);
+        assert_eq!(*scene.domain.max, glam::dvec3(0.1, 0.1, 0.2));
+        assert_eq!(*scene.output.interval, 60.0);
+        assert_eq!(*scene.materials[0].density, 2500.0);
+        let Shape::Cylinder { radius, origin, .. } = &scene.walls[0].shape else {
+            panic!("a cylinder");
+        };
+        assert_eq!((**radius, origin.x), (0.04, 0.05));
+        let MotionKind::Rotation {
+            angular_velocity, ..
+        } = &scene.walls[0].motion[0].kind
+        else {
+            panic!("a rotation");
+        };
+        assert_eq!(**angular_velocity, 20.0 * 2.0 / 60.0 * std::f64::consts::PI);
+        let kinds = format!("{:?}", scene.walls[0].motion);
+        assert!(kinds.contains("[[0.01, 2000.0], [2.0, 5.0]]"), "{kinds}");
+        // What checkpoints keep of the scene, and what a law's keys say, is SI as well.
+        let entries = scene.statement.entries().unwrap();
+        assert_eq!(entries["materials.glass.normal.stiffness"], "2000");
+        assert_eq!(entries["time.end"], "1.5");
+    }
+
+    #[test]
+    fn the_command_line_takes_units_too() {
+        let scene = read(SCENE, &["time.end=3 min", "walls[0].radius=\"2 cm\""]).unwrap();
+        assert_eq!(*scene.time.end, 180.0);
+    }
+
+    /// Units and numbers state the same scene.
+    #[test]
+    fn a_scene_in_other_units_is_the_same_scene() {
+        let si = SCENE
+            .replace("\"10 cm\", \"100 mm\"", "0.1, 0.1")
+            .replace("\"1500 ms\"", "1.5")
+            .replace("\"2.5 g/cm3\"", "2500");
+        let entries = |text: &str| read(text, &[]).unwrap().statement.entries().unwrap();
+        assert_eq!(entries(SCENE), entries(&si));
+    }
+
+    #[test]
+    fn what_is_of_something_else_is_refused_by_name() {
+        for (from, to, message) in [
+            (
+                "\"4 cm\"",
+                "\"5 kg\"",
+                "a.toml:15:10: walls.wall-1.radius: expected a length, got \"5 kg\", a mass\n",
+            ),
+            (
+                "\"4 cm\"",
+                "\"5 parsec\"",
+                "walls[0].radius: \"5 parsec\": there is no unit \"parsec\"\n",
+            ),
+            (
+                "\"20 rpm\"",
+                "\"20 Hz\"",
+                "motion[0].angular_velocity: expected an angular velocity, got \"20 Hz\", a frequency\n",
+            ),
+            (
+                "\"2 kN\"",
+                "\"2 kPa\"",
+                "force[0][1]: expected a force, got \"2 kPa\", a pressure\n",
+            ),
+            (
+                "\"10 ms\"",
+                "\"10 mm\"",
+                "force[0][0]: expected a time, got \"10 mm\", a length\n",
+            ),
+            (
+                "\"1500 ms\"",
+                "\"1500\"",
+                "time.end: expected a number, got a string",
+            ),
+        ] {
+            let errors = read(&SCENE.replacen(from, to, 1), &[])
+                .unwrap_err()
+                .to_string();
+            let message = message.replace("a.toml:15:10: walls.wall-1", "walls[0]");
+            assert!(errors.contains(&message), "{errors}\nlacks {message}");
+            assert_eq!(errors.matches("a.toml:").count(), 1, "{errors}");
+        }
+        let errors = read(&SCENE.replacen("\"4 cm\"", "\"5 kg\"", 1), &[]).unwrap_err();
+        let help = "units of a length are m, cm, mm, um, nm, km, and whatever they are made of";
+        assert!(errors.to_string().contains(help), "{errors}");
+    }
+}

@@ -1,0 +1,91 @@
+//! What servos were to hold, and whether they did.
+
+use mercury_common::readable::rounded;
+
+use crate::step::Engine;
+use crate::walls::{Followed, Servo, Target, Wall};
+
+/// A line for each servo: what it was to hold at the end of its time, and what it held.
+pub(super) fn told(engine: &Engine) -> Vec<String> {
+    all(engine)
+        .map(|(name, servo, met)| line(&name, servo, &met))
+        .collect()
+}
+
+/// A warning for each servo whose load was not there when its time or that of the run was over; a run that was stopped before may go on.
+pub(super) fn missed(engine: &Engine) -> Vec<String> {
+    let physics = engine.plan().physics();
+    let is_whole = engine.steps() >= physics.steps();
+    let missed = all(engine).filter(|(_, servo, met)| {
+        let is_over = is_whole || engine.time() >= servo.until;
+        is_over && met.means().is_some() && !met.is_near()
+    });
+    missed
+        .map(|(name, servo, met)| warning(&name, servo, &met))
+        .collect()
+}
+
+/// Each servo that ever moves something, with the name of its wall and how well it followed.
+fn all(engine: &Engine) -> impl Iterator<Item = (String, &Servo, Followed)> {
+    let walls = engine.plan().physics().walls().iter().zip(engine.walls());
+    walls.flat_map(|(wall, now)| {
+        let servos = wall.motion.all_servos().zip(&now.servos).enumerate();
+        servos.map(|(number, (servo, state))| (name(wall, number), servo, state.followed))
+    })
+}
+
+/// The name of the wall, with the number of the servo where there are several.
+fn name(wall: &Wall, number: usize) -> String {
+    match wall.motion.all_servos().count() {
+        1 => format!("`{}`", wall.name),
+        _ => format!("`{}`, the {} of its servos", wall.name, ordinal(number)),
+    }
+}
+
+fn ordinal(number: usize) -> String {
+    const WORDS: [&str; 5] = ["first", "second", "third", "fourth", "fifth"];
+    (WORDS.get(number)).map_or_else(|| format!("{}th", number + 1), |word| (*word).to_owned())
+}
+
+fn line(name: &str, servo: &Servo, met: &Followed) -> String {
+    let Some([actual, asked]) = met.means() else {
+        return format!("{name}: its time has not come");
+    };
+    let unit = servo.target.unit();
+    let mut told = format!(
+        "{name}: {} {unit} of {} {unit} in the mean of the last {} steps",
+        rounded(actual, 4),
+        rounded(asked, 4),
+        Followed::STEPS
+    );
+    if let Target::Pressure(..) = servo.target {
+        told += &format!(", over {} m^2", rounded(met.area(), 4));
+    }
+    match met.reached_at() {
+        _ if met.largest() == 0.0 => {}
+        Some(time) => told += &format!("; first there at t = {} s", rounded(time, 6)),
+        None => told += "; never there",
+    }
+    told
+}
+
+fn warning(name: &str, servo: &Servo, met: &Followed) -> String {
+    let ([actual, asked], unit) = (met.means().unwrap_or_default(), servo.target.unit());
+    let over = if servo.until.is_finite() {
+        format!(" when its time was over at {} s", rounded(servo.until, 6))
+    } else {
+        " at the end".to_owned()
+    };
+    let why = if actual == 0.0 {
+        "its wall touched nothing: begin earlier, raise `max_speed`, or let it move towards the particles (the sign of the load and the axis)"
+    } else if met.reached_at().is_some() {
+        "it had been there before: what is pressed gave way, or the load changes faster than the particles can follow"
+    } else {
+        "give it more time or a higher `max_speed`; particles that yield, or a wall in the way, can make a load impossible"
+    };
+    format!(
+        "servo of {name}: {} {unit} of {} {unit}{over}; {why}",
+        rounded(actual, 4),
+        rounded(asked, 4)
+    )
+}

@@ -1,0 +1,230 @@
+//! What a servo aims at: a force or a pressure, constant or by a table of time.
+
+use std::path::Path;
+
+use mercury_common::error::FormatError;
+
+use super::error::{WallError, finite};
+
+/// A number that is constant, or changes linearly between the rows of a table and keeps the values of the first and the last row outside them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Course {
+    /// Times (s), strictly increasing, and values; never empty, all finite.
+    rows: Vec<[f64; 2]>,
+}
+
+impl Course {
+    /// Always `value`.
+    ///
+    /// # Errors
+    /// If it is not finite.
+    pub fn constant(value: f64) -> Result<Self, WallError> {
+        Self::new(vec![[0.0, value]])
+    }
+
+    /// Through rows of time (s) and value.
+    ///
+    /// # Errors
+    /// If there is none, a number is not finite, or the times do not increase.
+    pub fn new(rows: Vec<[f64; 2]>) -> Result<Self, WallError> {
+        for row in &rows {
+            finite("t", row[0])?;
+            finite("value", row[1])?;
+        }
+        if rows.is_empty() {
+            return Err(WallError::NoRows);
+        }
+        match rows.windows(2).find(|pair| pair[1][0] <= pair[0][0]) {
+            Some(pair) => Err(WallError::NotIncreasing {
+                key: "t",
+                from: pair[0][0],
+                to: pair[1][0],
+            }),
+            None => Ok(Self { rows }),
+        }
+    }
+
+    /// Reads a CSV file with the columns `t` (s) and `value`, under a header with these names in any order. Empty lines and lines that begin with
+    /// `#` are skipped.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no such table.
+    #[allow(
+        clippy::result_large_err,
+        reason = "a file is read once; the error type is shared by all readers"
+    )]
+    pub fn read(path: &Path, value: &str) -> Result<Self, FormatError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| FormatError::of_file(path, format!("the file cannot be read: {e}")))?;
+        Self::parse(path, &text, value)
+    }
+
+    /// As [`Course::read`], from the content of a file.
+    ///
+    /// # Errors
+    /// As [`Course::read`].
+    #[allow(
+        clippy::result_large_err,
+        reason = "a file is read once; the error type is shared by all readers"
+    )]
+    pub fn parse(path: &Path, text: &str, value: &str) -> Result<Self, FormatError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let expected = format!("two columns, t,{value}");
+        let mut order: Option<[usize; 2]> = None;
+        let mut rows: Vec<[f64; 2]> = Vec::new();
+        for (index, line) in text.lines().enumerate() {
+            if line.trim().is_empty() || line.trim_start().starts_with('#') {
+                continue;
+            }
+            let wrong = |found: String, expected: &str| {
+                FormatError::at(path, index + 1, None, found, expected)
+            };
+            let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+            let Some([t, v]) = order else {
+                let of = |name: &str| fields.iter().position(|field| *field == name);
+                match (of("t"), of(value)) {
+                    (Some(t), Some(v)) if fields.len() == 2 => order = Some([t, v]),
+                    _ => return Err(wrong(format!("the header {line:?}"), &expected)),
+                }
+                continue;
+            };
+            if fields.len() != 2 {
+                return Err(wrong(format!("{} fields", fields.len()), "two"));
+            }
+            let mut row = [0.0; 2];
+            for (number, field) in row.iter_mut().zip([fields[t], fields[v]]) {
+                *number = match field.parse() {
+                    Ok(number) if f64::is_finite(number) => number,
+                    _ => return Err(wrong(format!("{field:?}"), "a finite number")),
+                };
+            }
+            if let Some(before) = rows.last()
+                && row[0] <= before[0]
+            {
+                let after = format!("a time after that of the row before, {}", before[0]);
+                return Err(wrong(format!("t = {}", row[0]), &after));
+            }
+            rows.push(row);
+        }
+        if rows.is_empty() {
+            return Err(FormatError {
+                expected,
+                ..FormatError::of_file(path, "no rows")
+            });
+        }
+        Ok(Self { rows })
+    }
+
+    /// The value at `time` (s).
+    #[must_use]
+    pub fn at(&self, time: f64) -> f64 {
+        let after = self.rows.partition_point(|row| row[0] <= time);
+        match (after.checked_sub(1), self.rows.get(after)) {
+            (None, Some(row)) => row[1],
+            (Some(before), None) => self.rows[before][1],
+            (Some(before), Some([t, value])) => {
+                let [from, start] = self.rows[before];
+                start + (value - start) * ((time - from) / (t - from))
+            }
+            // There is always a row.
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Times (s) and values.
+    #[must_use]
+    pub fn rows(&self) -> &[[f64; 2]] {
+        &self.rows
+    }
+}
+
+/// Over which area a pressure acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Area {
+    /// This one, m^2.
+    Given(f64),
+    /// That of the wall, of planes the part within the domain that no other plane cuts off: [`super::section`].
+    OfWall,
+}
+
+/// What a servo aims at.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Target {
+    /// Force of the wall on the particles along the axis, N.
+    Force(Course),
+    /// The same over an area, Pa: positive where the wall presses along the axis.
+    Pressure(Course, Area),
+}
+
+impl Target {
+    /// How force or pressure change in time.
+    #[must_use]
+    pub fn course(&self) -> &Course {
+        match self {
+            Self::Force(course) | Self::Pressure(course, _) => course,
+        }
+    }
+
+    /// The unit of the course.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Force(_) => "N",
+            Self::Pressure(..) => "Pa",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_linear_between_its_rows_and_held_outside() {
+        let course = Course::new(vec![[1.0, 10.0], [2.0, 30.0], [4.0, 0.0]]).unwrap();
+        for (time, value) in [
+            (0.0, 10.0),
+            (1.0, 10.0),
+            (1.5, 20.0),
+            (2.0, 30.0),
+            (3.0, 15.0),
+            (9.0, 0.0),
+        ] {
+            assert_eq!(course.at(time), value, "{time}");
+        }
+        assert_eq!(Course::constant(-3.0).unwrap().at(7.0), -3.0);
+    }
+
+    #[test]
+    fn what_is_no_course_is_refused() {
+        assert_eq!(Course::new(Vec::new()), Err(WallError::NoRows));
+        assert!(Course::new(vec![[0.0, f64::NAN]]).is_err());
+        assert!(Course::new(vec![[1.0, 0.0], [1.0, 2.0]]).is_err());
+        let path = Path::new("load.csv");
+        let good = Course::parse(path, "# N\nforce, t\n-1, 0\n-2, 0.5\n", "force").unwrap();
+        assert_eq!(good.rows(), [[0.0, -1.0], [0.5, -2.0]]);
+        for (text, message) in [
+            ("", "load.csv: no rows, expected two columns, t,force"),
+            (
+                "t,force\n",
+                "load.csv: no rows, expected two columns, t,force",
+            ),
+            (
+                "t,pressure\n0,1\n",
+                "load.csv:1: the header \"t,pressure\", expected two columns, t,force",
+            ),
+            ("t,force\n0,1,2\n", "load.csv:2: 3 fields, expected two"),
+            (
+                "t,force\n0,x\n",
+                "load.csv:2: \"x\", expected a finite number",
+            ),
+            (
+                "t,force\n0,1\n0,2\n",
+                "load.csv:3: t = 0, expected a time after that of the row before, 0",
+            ),
+        ] {
+            let error = Course::parse(path, text, "force").unwrap_err().to_string();
+            assert_eq!(error, message);
+        }
+    }
+}
