@@ -112,7 +112,8 @@ fn window(from: f64, until: f64) -> String {
 }
 
 fn vector(v: DVec3) -> String {
-    let [x, y, z] = v.to_array().map(short);
+    // Without the sign of zeros.
+    let [x, y, z] = (v + DVec3::ZERO).to_array().map(short);
     format!("[{x}, {y}, {z}]")
 }
 

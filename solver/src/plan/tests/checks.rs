@@ -415,6 +415,19 @@ fn the_volume_of_a_region_in_two_dimensions_is_an_area() {
     );
 }
 
+/// What reader and plan say of a scene, without advice; nothing of one that is right.
+fn said_of(body: &str) -> Vec<String> {
+    let text = format!("{HEAD}{body}");
+    let read = parse_scene(Path::new("test.toml"), &text, &[], Files::MustExist);
+    let errors = match read.map(|scene| plan(&scene)) {
+        Ok(Ok(_)) => return Vec::new(),
+        Ok(Err(errors)) | Err(errors) => errors.0,
+    };
+    let words =
+        |error: &mercury_common::scene::SceneError| format!("{}: {}", error.path(), error.message);
+    errors.iter().map(words).collect()
+}
+
 #[test]
 fn of_the_servos_of_a_wall_one_acts_at_a_time() {
     let servo = "{ kind = \"servo\", axis = [0, 0, 1], force = 1.0, max_speed = 0.1 }";
@@ -422,7 +435,7 @@ fn of_the_servos_of_a_wall_one_acts_at_a_time() {
         "{BALL}[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]\nmaterial = \"ball\"\nmotion = [{servo}, {servo}]\n"
     ) + &two("ball", 0.5);
     assert_eq!(
-        complaints(&body),
+        said_of(&body),
         [
             "walls.lid: motion: of the servos of a wall one acts at a time, yet the one from 0 s ends at inf s, after another has begun at 0 s; end it there with `until`, drive the wall by the sum of the forces, or split it"
         ]
@@ -431,7 +444,7 @@ fn of_the_servos_of_a_wall_one_acts_at_a_time() {
     let last = stages.rfind("max_speed = 0.1 }").unwrap();
     let (first, second) = stages.split_at(last);
     let second = second.replacen("max_speed = 0.1 }", "max_speed = 0.1, from = 0.5 }", 1);
-    assert_eq!(complaints(&format!("{first}{second}")), [""; 0]);
+    assert_eq!(said_of(&format!("{first}{second}")), [""; 0]);
 }
 
 /// What a servo aims at is said in one way, and a pressure needs an area.
@@ -441,7 +454,7 @@ fn targets_of_servos_are_judged() {
         let body = format!(
             "{BALL}[[walls]]\nname = \"lid\"\n{shape}\nmaterial = \"ball\"\nmotion = [{{ kind = \"servo\", axis = [0, 0, -1], {target}, max_speed = 0.1 }}]\n"
         ) + &two("ball", 0.5);
-        complaints(&body)
+        said_of(&body)
     };
     let plane = "shape = \"plane\"\npoint = [0, 0, 1]\nnormal = [0, 0, -1]";
     for target in [
@@ -495,14 +508,12 @@ fn targets_of_servos_are_judged() {
         (
             plane,
             "force = { table = \"no-such.csv\" }",
-            format!("{key}.force.table: the file cannot be read: "),
+            format!("{key}.force.table: the file does not exist: "),
         ),
     ] {
         let told = told(shape, target);
         assert_eq!(told.len(), 1, "{target}: {told:?}");
-        if !target.contains("no-such") {
-            assert_eq!(told[0], expected, "{target}");
-        }
+        assert!(told[0].starts_with(&expected), "{target}: {told:?}");
     }
 }
 
