@@ -1,7 +1,7 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`]. Beside them [`starters`]: scenes to start from.
+//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 pub mod bodies;
 pub mod boundaries;
@@ -16,4 +16,5 @@ pub mod run;
 pub mod starters;
 pub mod state;
 pub mod step;
+pub mod study;
 pub mod walls;

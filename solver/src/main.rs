@@ -2,26 +2,21 @@
 
 mod command;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
+use command::run::{How, Requests, plan_as_toml, run_plan};
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::rounded;
-use mercury_common::scene::{SceneErrors, Statement};
+use mercury_common::scene::SceneErrors;
 use mercury_solver::lanes::Width;
-use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
+use mercury_solver::output::folder::Earlier;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Memory, Plan, document, read_scene, refusal, report};
-use mercury_solver::run::checkpoint::{self, Checkpoint};
-use mercury_solver::run::{
-    Checkpoints, Progress, Report, RunOptions, check_fit, plan_within, run_from, useful_threads,
-};
+use mercury_solver::plan::{Memory, Plan, read_scene, refusal, report};
+use mercury_solver::run::{Progress, check_fit, checkpoint, plan_within};
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -38,6 +33,9 @@ Examples:
   mercury-solve drum.toml --resume                go on from there: the same bytes as without a stop
   mercury-solve drum.toml --resume --set time.end=4   longer than it was
   mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint
+  mercury-solve repose.toml --sweep materials.grain.rolling.friction=0,0.1,0.2 --result \"height=max(particles.z)\"
+                                                  a study: a run for each value, a table and a plot in repose-study/
+  mercury-solve study.toml                        a study from a file; the same again goes on where it was stopped
 
 Ctrl-C, SIGTERM and a file STOP in the run's folder stop a run after its step, with a checkpoint; Ctrl-C twice ends it at
 once. SIGUSR1 writes a checkpoint and goes on.
@@ -104,6 +102,22 @@ struct Arguments {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
+    /// A study: run the scene once for each value; several keys make a grid
+    #[arg(long, value_name = "KEY=A,B,C", help_heading = "Studies", conflicts_with_all = ["json", "inspect"])]
+    sweep: Vec<String>,
+
+    /// A number for the study's table, for example torque=mean(walls.drum.ty, 1..2)
+    #[arg(long, value_name = "NAME=WHAT", help_heading = "Studies")]
+    result: Vec<String>,
+
+    /// Draw a column of the study's table over its first key [default: what --result names]
+    #[arg(long, value_name = "COLUMN", help_heading = "Studies")]
+    plot: Vec<String>,
+
+    /// Runs of a study at a time, each on one thread unless --threads says more [default: what the machine has]
+    #[arg(long, value_name = "N", help_heading = "Studies", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    jobs: Option<u16>,
+
     /// No progress and no report, only errors
     #[arg(long)]
     quiet: bool,
@@ -144,20 +158,21 @@ fn checkpoint_every(text: &str) -> Result<Every, String> {
     }
 }
 
-/// What signals ask of a run.
-struct Requests {
-    /// To stop after its step.
-    stop: Arc<AtomicBool>,
-    /// To write a checkpoint and go on.
-    checkpoint: Arc<AtomicBool>,
-}
-
-impl Requests {
-    fn listen() -> Result<Self, Failure> {
-        Ok(Self {
-            stop: cli::stop_on_request()?,
-            checkpoint: cli::note_on_request()?,
-        })
+impl Arguments {
+    fn how(&self) -> How {
+        How {
+            folder: self.output.clone(),
+            earlier: match (self.force, self.resume) {
+                (true, _) => Earlier::Replace,
+                (_, true) => Earlier::Continue,
+                _ => Earlier::Refuse,
+            },
+            threads: self.threads,
+            width: self.lanes,
+            time_limit: self.time_limit,
+            checkpoint_every: self.checkpoint_every.0,
+            quiet: self.quiet,
+        }
     }
 }
 
@@ -184,6 +199,9 @@ fn execute(arguments: &Arguments) -> Outcome {
     };
     // The argument is required without --completions and --inspect.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
+    if let Some(study) = command::study::asked_for(path, arguments)? {
+        return command::study::execute(&study, arguments, requests);
+    }
     let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
     let scene = read_scene(path, &arguments.set).map_err(refused)?;
     let machine = machine::memory();
@@ -203,7 +221,14 @@ fn execute(arguments: &Arguments) -> Outcome {
     let Some(requests) = requests else {
         return Ok(());
     };
-    let Some(report) = run_plan(arguments, plan, &memory, &scene.statement, requests)? else {
+    let mut line = cli::Progress::in_logs_too(arguments.quiet);
+    let mut tell = |progress: &Progress<'_>| {
+        line.share(progress.share(), |seconds| told(progress, seconds));
+    };
+    let how = arguments.how();
+    let result = run_plan(&how, plan, &memory, &scene.statement, requests, &mut tell);
+    line.clear();
+    let Some(report) = result? else {
         return Ok(());
     };
     if arguments.json {
@@ -224,146 +249,12 @@ fn execute(arguments: &Arguments) -> Outcome {
     }
 }
 
-/// The content of `plan.toml`.
-fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
-    document(plan, memory)
-        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
-}
-
 /// The content of `plan.toml` as JSON.
 fn plan_as_json(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
     let failed = |error: String| Failure::run(format!("the plan cannot be written: {error}"));
     let value: toml::Value =
         toml::from_str(&plan_as_toml(plan, memory)?).map_err(|error| failed(error.to_string()))?;
     serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
-}
-
-/// Runs it; nothing if it is to be resumed and has come to its end already.
-fn run_plan(
-    arguments: &Arguments,
-    plan: Plan,
-    memory: &Memory,
-    statement: &Statement,
-    requests: Requests,
-) -> Result<Option<Report>, Failure> {
-    let folder =
-        (arguments.output.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
-    let mut scene = statement.entries().map_err(|(path, error)| {
-        Failure::input(format!(
-            "{}: the file cannot be read: {error}",
-            path.display()
-        ))
-    })?;
-    for from in plan.notes().started_from() {
-        let (key, state) = &from.statement;
-        scene.insert(key.clone(), state.clone());
-        let [there, here] = [&from.folder, &folder].map(std::fs::canonicalize);
-        if there.is_ok_and(|there| here.is_ok_and(|here| there == here)) {
-            return Err(Failure::input(format!(
-                "{}: the run would start from what is in its own folder, and replace it",
-                folder.display()
-            ))
-            .with_help("write elsewhere with --output DIR"));
-        }
-    }
-    let earlier = match (arguments.force, arguments.resume) {
-        (true, _) => Earlier::Replace,
-        (_, true) => Earlier::Continue,
-        _ => Earlier::Refuse,
-    };
-    // The folder is this run's until the end of the function.
-    let (_lock, found) =
-        folder::prepare(&folder, plan.outputs().prefix(), earlier).map_err(unusable)?;
-    let mut notes = Vec::new();
-    let mut from = None;
-    if found == Found::Run {
-        from = resumed(&folder, &plan, &scene, &mut notes)?;
-    }
-    if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
-        let time = rounded(checkpoint.head.time(), 12);
-        if !arguments.quiet {
-            say(&format!(
-                "{}: the run has come to its end at t = {time} s already; a larger time.end makes it longer",
-                folder.display()
-            ))?;
-        }
-        return Ok(None);
-    }
-    for note in &notes {
-        if !arguments.quiet {
-            eprintln!("{note}");
-        }
-    }
-    let threads = arguments.threads.map_or_else(
-        || {
-            let available = std::thread::available_parallelism();
-            useful_threads(&plan, available.map_or(1, Into::into))
-        },
-        usize::from,
-    );
-    let options = RunOptions {
-        folder,
-        threads,
-        fewer_where_faster: arguments.threads.is_none(),
-        width: arguments.lanes,
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
-        plan_document: Some(plan_as_toml(&plan, memory)?),
-        stop: requests.stop,
-        time_limit: arguments.time_limit,
-        checkpoints: Some(Checkpoints {
-            every: arguments.checkpoint_every.0,
-            at_end: arguments.checkpoint_every.0.is_some(),
-            now: requests.checkpoint,
-            scene,
-        }),
-        notes,
-    };
-    let mut line = cli::Progress::in_logs_too(arguments.quiet);
-    let result = run_from(from, plan, &options, &mut |progress| {
-        line.share(progress.share(), |seconds| told(progress, seconds));
-    });
-    line.clear();
-    result
-        .map(Some)
-        .map_err(|failure| Failure::run(format!("the run failed: {failure}")))
-}
-
-/// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
-fn unusable(error: FolderError) -> Failure {
-    match error {
-        FolderError::System { .. } => Failure::run(error),
-        _ => Failure::input(error),
-    }
-}
-
-/// The checkpoint from which a run in this folder goes on, and what is to be said of it.
-fn resumed(
-    folder: &Path,
-    plan: &Plan,
-    scene: &BTreeMap<String, String>,
-    notes: &mut Vec<String>,
-) -> Result<Option<Checkpoint>, Failure> {
-    let newest = checkpoint::newest(folder, plan.outputs().prefix()).map_err(Failure::input)?;
-    let Some((checkpoint, damaged)) = newest else {
-        if folder.join("summary.json").exists() {
-            return Err(Failure::input(format!(
-                "{}: there is a whole run in this folder, and no checkpoint of it",
-                folder.display()
-            ))
-            .with_help("--force replaces it"));
-        }
-        notes.push("no checkpoint yet: from the beginning".to_owned());
-        folder::clear(folder, plan.outputs().prefix()).map_err(unusable)?;
-        return Ok(None);
-    };
-    checkpoint.fits(plan, scene).map_err(Failure::input)?;
-    notes.extend(damaged.iter().map(|what| format!("not used: {what}")));
-    notes.push(format!(
-        "resumed from {} at t = {} s",
-        checkpoint.path.display(),
-        rounded(checkpoint.head.time(), 12)
-    ));
-    Ok(Some(checkpoint))
 }
 
 /// What the progress line says of a run after `seconds`.

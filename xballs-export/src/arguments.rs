@@ -19,6 +19,7 @@ Examples:
   mercury-export vtu stones --clumps surface     clumps as their own surfaces, stones.clumps.pvd
   mercury-export csv drum --frames \"every 10\"    a table per frame
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
+  mercury-export parquet repose-study            the table of a study: repose-study/study.parquet
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
   mercury-export lammps drum                     a dump that OVITO and LAMMPS read
   mercury-export png drum --frames last          the last frame as a picture, drum/png/drum.0050.png
@@ -81,7 +82,7 @@ pub(crate) enum Command {
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
-    /// All frames in one Parquet table, one row group per frame
+    /// All frames in one Parquet table, one row group per frame; of a study, its table of runs
     Parquet {
         #[command(flatten)]
         common: Common,

@@ -35,6 +35,7 @@ pub mod output;
 mod selection;
 pub mod sinks;
 mod source;
+pub mod study_table;
 mod xballs_script;
 
 pub use bodies::ClumpsAs;

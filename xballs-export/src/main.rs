@@ -17,7 +17,9 @@ use mercury_export::sinks::{
     Density, Info, Parquet, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
     particle_tables,
 };
-use mercury_export::{ExportError, FrameChoice, Job, Outcome, Selection, Sink, Source, export};
+use mercury_export::{
+    ExportError, FrameChoice, Job, Outcome, Selection, Sink, Source, export, study_table,
+};
 
 use arguments::{Arguments, Command, Common};
 use picture_command::Look;
@@ -83,6 +85,20 @@ fn execute(command: Command) -> Result<(), ExportError> {
         Command::Csv { common, table } => run(&common, "csv", |job| {
             Ok(Box::new(csv(&job.output, table.into())))
         }),
+        Command::Parquet { common, .. } if study_table::table_in(&common.input).is_some() => {
+            let found = study_table::table_in(&common.input).unwrap_or_default();
+            let folder = common.output.as_deref();
+            let (path, rows) = study_table::to_parquet(&found, folder, common.force)?;
+            if !common.quiet {
+                let _ = writeln!(
+                    std::io::stdout(),
+                    "{} in {}",
+                    counted(rows, "run"),
+                    path.display()
+                );
+            }
+            Ok(())
+        }
         Command::Parquet { common, table } => run(&common, "parquet", |job| {
             Ok(Box::new(Parquet::new(&job.output, table.into())))
         }),

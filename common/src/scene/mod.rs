@@ -71,6 +71,7 @@ pub use settings::{
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use source::{Located, Place, Source};
+pub use spelling::{listed, nearest};
 pub use sprays::{Spray, SprayPattern};
 pub use statement::{Statement, differences};
 pub use walls::{Wall, Wear, WearBasis};

@@ -41,7 +41,7 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
     let mut path = String::new();
     let last = steps.len() - 1;
     for (i, step) in steps.iter().enumerate() {
-        let by_number = number_of_entry(&node.value, step);
+        let by_number = number_of_entry(&node.value, step, &path);
         let step = by_number.as_ref().unwrap_or(step);
         let at = |path: &str| Place::new(&source, key_span.clone(), path);
         node = match (&mut node.value, step) {
@@ -105,8 +105,18 @@ pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneErro
     Ok(())
 }
 
-/// The index that `list.1` means: a number, counted from 0 as in `list[1]`, where no entry has that name.
-fn number_of_entry(value: &Value, step: &Step) -> Option<Step> {
+/// The index that `list.1` means: a number, counted from 0 as in `list[1]`, where no entry has that name. Materials and clumps are
+/// numbered in the order of the file: the name that `materials.0` means.
+fn number_of_entry(value: &Value, step: &Step, path: &str) -> Option<Step> {
+    if let (Value::Table(table), "materials" | "clumps") = (value, path) {
+        let number: usize = match step {
+            Step::Index(number) => *number,
+            Step::Key(name) if table.get(name).is_none() => name.parse().ok()?,
+            Step::Key(_) => return None,
+        };
+        let entry = table.entries.get(number)?;
+        return Some(Step::Key(entry.key.clone()));
+    }
     let (Value::Array(items), Step::Key(name)) = (value, step) else {
         return None;
     };

@@ -4,10 +4,7 @@ use strsim::osa_distance;
 
 /// The candidate nearest to `word`, if it is near enough to be a slip of the keyboard: an edit distance (insert, delete,
 /// replace, swap of neighbours) of at most a third of the longer word (at least 1).
-pub(super) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();
     candidates
         .into_iter()
@@ -27,7 +24,7 @@ pub(super) fn nearest<'a>(
 }
 
 /// `a`, `b` and `c`, for lists in messages.
-pub(super) fn listed<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
+pub fn listed<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     words.into_iter().collect::<Vec<_>>().join(", ")
 }
 

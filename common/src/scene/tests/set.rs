@@ -207,6 +207,19 @@ fn entries_without_a_name_go_by_their_number() {
 }
 
 #[test]
+fn materials_go_by_their_number_too() {
+    let scene = with(&["materials.0.density=1234.0"]).expect("the first material");
+    assert_eq!(*scene.materials[0].density, 1234.0);
+    let scene = with(&["materials[0].density=1234.0"]).expect("the first material");
+    assert_eq!(*scene.materials[0].density, 1234.0);
+    let errors = with(&["materials.7.density=1"]).expect_err("there is no eighth");
+    assert!(
+        errors.to_string().contains("there is nothing named `7`"),
+        "{errors}"
+    );
+}
+
+#[test]
 fn a_clump_file_is_no_scene() {
     let text = "name = \"ball\"\ndensity = 1000\nmass = 1\nvolume = 1e-3\n\
         principal_moments = [1, 1, 1]\npebbles = [{ position = [0, 0, 0], radius = 1 }]\n";

@@ -1,0 +1,181 @@
+//! A run from the command line: its folder, what is in it already, and how it ends.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use mercury_common::cli::{self, Failure, say};
+use mercury_common::readable::rounded;
+use mercury_common::scene::Statement;
+use mercury_solver::lanes::Width;
+use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
+use mercury_solver::plan::{Memory, Plan, document};
+use mercury_solver::run::checkpoint::{self, Checkpoint};
+use mercury_solver::run::{Checkpoints, Progress, Report, RunOptions, run_from, useful_threads};
+
+/// What signals ask of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Requests {
+    /// To stop after its step.
+    pub(crate) stop: Arc<AtomicBool>,
+    /// To write a checkpoint and go on.
+    pub(crate) checkpoint: Arc<AtomicBool>,
+}
+
+impl Requests {
+    /// From now on.
+    pub(crate) fn listen() -> Result<Self, Failure> {
+        Ok(Self {
+            stop: cli::stop_on_request()?,
+            checkpoint: cli::note_on_request()?,
+        })
+    }
+}
+
+/// What the command line says of how a scene is run.
+#[derive(Debug, Clone)]
+pub(crate) struct How {
+    /// Where to; by the scene's name if nothing is said.
+    pub(crate) folder: Option<PathBuf>,
+    /// What becomes of a run that is there.
+    pub(crate) earlier: Earlier,
+    /// Threads; none: as many as are useful.
+    pub(crate) threads: Option<u16>,
+    /// Contacts evaluated side by side; none: what the processor does fastest.
+    pub(crate) width: Option<Width>,
+    /// Stop after so long.
+    pub(crate) time_limit: Option<Duration>,
+    /// Checkpoints by the clock; none: only when it is stopped.
+    pub(crate) checkpoint_every: Option<Duration>,
+    /// Nothing is said but errors.
+    pub(crate) quiet: bool,
+}
+
+/// The content of `plan.toml`.
+pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
+    document(plan, memory)
+        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
+}
+
+/// Runs it; nothing if it is to be resumed and has come to its end already.
+///
+/// # Errors
+/// Whatever ends a run early, with what to do.
+pub(crate) fn run_plan(
+    how: &How,
+    plan: Plan,
+    memory: &Memory,
+    statement: &Statement,
+    requests: Requests,
+    tell: &mut dyn FnMut(&Progress<'_>),
+) -> Result<Option<Report>, Failure> {
+    let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
+    let mut scene = statement.entries().map_err(|(path, error)| {
+        Failure::input(format!(
+            "{}: the file cannot be read: {error}",
+            path.display()
+        ))
+    })?;
+    for from in plan.notes().started_from() {
+        let (key, state) = &from.statement;
+        scene.insert(key.clone(), state.clone());
+        let [there, here] = [&from.folder, &folder].map(std::fs::canonicalize);
+        if there.is_ok_and(|there| here.is_ok_and(|here| there == here)) {
+            return Err(Failure::input(format!(
+                "{}: the run would start from what is in its own folder, and replace it",
+                folder.display()
+            ))
+            .with_help("write elsewhere with --output DIR"));
+        }
+    }
+    // The folder is this run's until the end of the function.
+    let (_lock, found) =
+        folder::prepare(&folder, plan.outputs().prefix(), how.earlier).map_err(unusable)?;
+    let mut notes = Vec::new();
+    let mut from = None;
+    if found == Found::Run {
+        from = resumed(&folder, &plan, &scene, &mut notes)?;
+    }
+    if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
+        let time = rounded(checkpoint.head.time(), 12);
+        if !how.quiet {
+            say(&format!(
+                "{}: the run has come to its end at t = {time} s already; a larger time.end makes it longer",
+                folder.display()
+            ))?;
+        }
+        return Ok(None);
+    }
+    for note in &notes {
+        if !how.quiet {
+            eprintln!("{note}");
+        }
+    }
+    let threads = how.threads.map_or_else(
+        || {
+            let available = std::thread::available_parallelism();
+            useful_threads(&plan, available.map_or(1, Into::into))
+        },
+        usize::from,
+    );
+    let options = RunOptions {
+        folder,
+        threads,
+        fewer_where_faster: how.threads.is_none(),
+        width: how.width,
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        plan_document: Some(plan_as_toml(&plan, memory)?),
+        stop: requests.stop,
+        time_limit: how.time_limit,
+        checkpoints: Some(Checkpoints {
+            every: how.checkpoint_every,
+            at_end: how.checkpoint_every.is_some(),
+            now: requests.checkpoint,
+            scene,
+        }),
+        notes,
+    };
+    run_from(from, plan, &options, tell)
+        .map(Some)
+        .map_err(|failure| Failure::run(format!("the run failed: {failure}")))
+}
+
+/// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
+fn unusable(error: FolderError) -> Failure {
+    match error {
+        FolderError::System { .. } => Failure::run(error),
+        _ => Failure::input(error),
+    }
+}
+
+/// The checkpoint from which a run in this folder goes on, and what is to be said of it.
+fn resumed(
+    folder: &Path,
+    plan: &Plan,
+    scene: &BTreeMap<String, String>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Checkpoint>, Failure> {
+    let newest = checkpoint::newest(folder, plan.outputs().prefix()).map_err(Failure::input)?;
+    let Some((checkpoint, damaged)) = newest else {
+        if folder.join("summary.json").exists() {
+            return Err(Failure::input(format!(
+                "{}: there is a whole run in this folder, and no checkpoint of it",
+                folder.display()
+            ))
+            .with_help("--force replaces it"));
+        }
+        notes.push("no checkpoint yet: from the beginning".to_owned());
+        folder::clear(folder, plan.outputs().prefix()).map_err(unusable)?;
+        return Ok(None);
+    };
+    checkpoint.fits(plan, scene).map_err(Failure::input)?;
+    notes.extend(damaged.iter().map(|what| format!("not used: {what}")));
+    notes.push(format!(
+        "resumed from {} at t = {} s",
+        checkpoint.path.display(),
+        rounded(checkpoint.head.time(), 12)
+    ));
+    Ok(Some(checkpoint))
+}

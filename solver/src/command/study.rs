@@ -1,0 +1,450 @@
+//! `mercury-solve study.toml` and `--sweep`: many runs of one scene, several at a time, and the table of what came out.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use mercury_common::cli::{self, Exit, Failure, Outcome, say};
+use mercury_common::machine;
+use mercury_common::readable::counted;
+use mercury_common::whole_file::write_whole;
+use mercury_solver::output::folder::Earlier;
+use mercury_solver::output::summary::Status;
+use mercury_solver::plan::{Plan, read_scene, refusal};
+use mercury_solver::run::{check_fit, plan_within};
+use mercury_solver::study::results::NamedResult;
+use mercury_solver::study::table::{FILE, State, StudyTable};
+use mercury_solver::study::{Study, StudyRun, Sweep, file, grid, plot};
+
+use super::run::{How, Requests, run_plan};
+use crate::Arguments;
+
+/// More refused runs than one wants to read of.
+const MOST_TOLD: usize = 3;
+
+/// The study that the command line asks for, if it asks for one.
+pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Study>, Failure> {
+    let mut study = match (arguments.sweep.is_empty(), study_text(path)) {
+        (true, None) => {
+            for (option, given) in [
+                ("--result", !arguments.result.is_empty()),
+                ("--plot", !arguments.plot.is_empty()),
+                ("--jobs", arguments.jobs.is_some()),
+            ] {
+                if given {
+                    let failure =
+                        Failure::input(format!("{option} is for studies, and this is one run"));
+                    return Err(failure.with_help("--sweep KEY=A,B,C makes a study of it"));
+                }
+            }
+            return Ok(None);
+        }
+        (false, Some(_)) => {
+            let failure = Failure::input(format!(
+                "{}: --sweep is for scenes, and this is a study",
+                path.display()
+            ));
+            return Err(failure.with_help("its values stand in its table [study.sweep]"));
+        }
+        (true, Some(text)) => file::parse(path, &text).map_err(Failure::input)?,
+        (false, None) => swept(path, &arguments.sweep)?,
+    };
+    if let Some(folder) = &arguments.output {
+        study.folder.clone_from(folder);
+    }
+    study.set.extend(arguments.set.iter().cloned());
+    study.jobs = arguments.jobs.or(study.jobs);
+    study.threads = arguments.threads.or(study.threads);
+    for text in &arguments.result {
+        let result = NamedResult::parse(text);
+        study
+            .results
+            .push(result.map_err(|problem| Failure::input(format!("--result {text}: {problem}")))?);
+    }
+    study.plots.extend(arguments.plot.iter().cloned());
+    Ok(Some(study))
+}
+
+/// The text of a file that is a study. What can be read only once is none.
+fn study_text(path: &Path) -> Option<String> {
+    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
+    let text = is_file.then(|| fs::read_to_string(path).ok()).flatten()?;
+    file::is_study(&text).then_some(text)
+}
+
+fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
+    let mut sweeps = Vec::new();
+    for text in arguments {
+        let sweep = Sweep::parse(text);
+        sweeps.push(sweep.map_err(|problem| {
+            Failure::input(format!("--sweep {text}: {problem}"))
+                .with_help("for example --sweep materials.glass.tangential.friction=0.1,0.3,0.5")
+        })?);
+    }
+    let (keys, runs) = grid(&sweeps, "--sweep").map_err(Failure::input)?;
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(Study {
+        scene: scene.to_owned(),
+        folder: PathBuf::from(format!("{stem}-study")),
+        set: Vec::new(),
+        keys,
+        runs,
+        results: Vec::new(),
+        plots: Vec::new(),
+        jobs: None,
+        threads: None,
+    })
+}
+
+/// Runs what is not finished yet, and writes table and plots.
+pub(crate) fn execute(study: &Study, arguments: &Arguments, requests: Option<Requests>) -> Outcome {
+    let jobs = jobs(study);
+    let prefix = check(study, jobs, arguments.force_memory)?;
+    let Some(requests) = requests else {
+        let mut text = format!(
+            "{} in {}:",
+            counted(study.runs.len(), "run"),
+            study.folder.display()
+        );
+        for run in &study.runs {
+            text += &format!("\n  {}", run.name);
+        }
+        return say(&format!(
+            "{text}\nall can be run, {jobs} at a time; nothing was run"
+        ));
+    };
+    fs::create_dir_all(&study.folder).map_err(|error| {
+        Failure::run(format!(
+            "{}: the folder cannot be made: {error}",
+            study.folder.display()
+        ))
+    })?;
+    let work = Work {
+        study,
+        arguments,
+        prefix: &prefix,
+        requests,
+        begun: Instant::now(),
+        next: AtomicUsize::new(0),
+        board: Mutex::new(Board {
+            states: vec![State::Waiting; study.runs.len()],
+            shares: vec![0.0; study.runs.len()],
+            found: 0,
+            line: cli::Progress::in_logs_too(arguments.quiet),
+        }),
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| work.take_runs());
+        }
+    });
+    let requests = work.requests;
+    let mut board = work
+        .board
+        .into_inner()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    board.line.clear();
+    conclude(study, &prefix, &board, arguments.quiet, &requests)
+}
+
+/// Runs at a time: as many as the machine has processors for, and as there are runs.
+fn jobs(study: &Study) -> usize {
+    let available = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = study.threads.map_or(1, usize::from);
+    let jobs = study.jobs.map_or((available / threads).max(1), usize::from);
+    jobs.min(study.runs.len())
+}
+
+/// Sees to it that every run can be planned, and fits into the memory beside the others. Returns what their files' names begin with.
+fn check(study: &Study, jobs: usize, any_memory: bool) -> Result<String, Failure> {
+    let mut told = String::new();
+    let (mut refused, mut prefix) = (0, String::new());
+    for run in &study.runs {
+        match planned(study, run, jobs, any_memory) {
+            Ok((plan, ..)) => {
+                plan.outputs().prefix().clone_into(&mut prefix);
+                for result in &study.results {
+                    wall_is_there(result, &plan)?;
+                }
+            }
+            Err(why) => {
+                refused += 1;
+                if refused <= MOST_TOLD {
+                    told += &format!("run `{}`:\n{}\n", run.name, why.trim_end());
+                }
+            }
+        }
+    }
+    if refused == 0 {
+        return Ok(prefix);
+    }
+    if refused > MOST_TOLD {
+        told += &format!("and {} more\n", refused - MOST_TOLD);
+    }
+    let runs = counted(study.runs.len(), "run");
+    Err(Failure::input(format!(
+        "{told}{refused} of {runs} cannot be run; no run of the study was begun"
+    )))
+}
+
+/// A plan, its memory and what its scene states.
+type Planned = (
+    Plan,
+    mercury_solver::plan::Memory,
+    mercury_common::scene::Statement,
+);
+
+fn planned(
+    study: &Study,
+    run: &StudyRun,
+    jobs: usize,
+    any_memory: bool,
+) -> Result<Planned, String> {
+    let scene =
+        read_scene(&study.scene, &study.overrides(run)).map_err(|errors| errors.to_string())?;
+    let mut limit = machine::memory().filter(|_| !any_memory);
+    if let Some(limit) = &mut limit {
+        limit.total /= jobs as f64;
+    }
+    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refusal(&errors))?;
+    if let Some(limit) = limit {
+        check_fit(&scene, &plan, &memory, limit).map_err(|error| {
+            format!(
+                "{error}\n{jobs} runs at a time share the memory: --jobs 1 leaves all of it to one"
+            )
+        })?;
+    }
+    Ok((plan, memory, scene.statement))
+}
+
+fn wall_is_there(result: &NamedResult, plan: &Plan) -> Outcome {
+    let Some(wanted) = result.wall() else {
+        return Ok(());
+    };
+    let names = plan.physics().walls().iter().map(|wall| wall.name.as_str());
+    if names.clone().any(|name| name == wanted) {
+        return Ok(());
+    }
+    let failure = Failure::input(format!(
+        "result `{}`: there is no wall `{wanted}`",
+        result.name
+    ));
+    Err(failure.with_help(
+        match mercury_common::scene::nearest(wanted, names.clone()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are: {}", mercury_common::scene::listed(names)),
+        },
+    ))
+}
+
+/// How far all runs are.
+struct Board {
+    states: Vec<State>,
+    /// How much of each is done, from 0 to 1.
+    shares: Vec<f64>,
+    /// Runs that were finished before.
+    found: usize,
+    line: cli::Progress,
+}
+
+/// What the threads that run share.
+struct Work<'a> {
+    study: &'a Study,
+    arguments: &'a Arguments,
+    prefix: &'a str,
+    requests: Requests,
+    begun: Instant,
+    next: AtomicUsize,
+    board: Mutex<Board>,
+}
+
+impl Work<'_> {
+    /// Takes one run after the other until there is none, or it is to stop.
+    fn take_runs(&self) {
+        loop {
+            if self.requests.stop.load(Ordering::Relaxed)
+                || self.time_left() == Some(Duration::ZERO)
+            {
+                return;
+            }
+            let number = self.next.fetch_add(1, Ordering::Relaxed);
+            let Some(run) = self.study.runs.get(number) else {
+                return;
+            };
+            let (state, was_there) = match self.run(number, run) {
+                Ok(None) => (State::Finished, true),
+                Ok(Some(Status::Finished)) => (State::Finished, false),
+                Ok(Some(Status::Stopped)) => (State::Stopped, false),
+                Err(failure) => (State::Failed(failure.message), false),
+            };
+            let mut board = self.board();
+            board.states[number] = state;
+            board.shares[number] = 1.0;
+            board.found += usize::from(was_there);
+            // So that there is something to look at while the others run; a table that cannot be written is told at the end.
+            if !was_there {
+                let _ = write_table(self.study, &board.states, self.prefix);
+            }
+        }
+    }
+
+    fn board(&self) -> std::sync::MutexGuard<'_, Board> {
+        self.board
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
+    fn time_left(&self) -> Option<Duration> {
+        let limit = self.arguments.time_limit?;
+        Some(limit.saturating_sub(self.begun.elapsed()))
+    }
+
+    /// Runs it, goes on with it, or finds that it has come to its end.
+    fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
+        let (plan, memory, statement) =
+            planned(self.study, run, 1, true).map_err(Failure::input)?;
+        let how = How {
+            folder: Some(self.study.folder.join(&run.name)),
+            earlier: match self.arguments.force {
+                true => Earlier::Replace,
+                false => Earlier::Continue,
+            },
+            threads: Some(self.study.threads.unwrap_or(1)),
+            width: self.arguments.lanes,
+            time_limit: self.time_left(),
+            // The end of each run is known by its checkpoint.
+            checkpoint_every: Some(
+                self.arguments
+                    .checkpoint_every
+                    .0
+                    .unwrap_or(Duration::from_secs(600)),
+            ),
+            quiet: true,
+        };
+        let mut seen = Instant::now();
+        let mut tell = |progress: &mercury_solver::run::Progress<'_>| {
+            if seen.elapsed() > Duration::from_millis(200) {
+                seen = Instant::now();
+                self.tell(number, progress.share());
+            }
+        };
+        let report = run_plan(
+            &how,
+            plan,
+            &memory,
+            &statement,
+            self.requests.clone(),
+            &mut tell,
+        )?;
+        Ok(report.map(|report| report.summary.status))
+    }
+
+    fn tell(&self, number: usize, share: f64) {
+        let mut board = self.board();
+        board.shares[number] = share;
+        let all = board.shares.iter().sum::<f64>() / board.shares.len() as f64;
+        let done = (board.states.iter())
+            .filter(|state| **state != State::Waiting)
+            .count();
+        let text = format!(
+            "{done} of {} done, `{}` at {:.0} %",
+            counted(board.states.len(), "run"),
+            self.study.runs[number].name,
+            100.0 * share
+        );
+        board.line.share(all, |_| text);
+    }
+}
+
+fn write_table(study: &Study, states: &[State], prefix: &str) -> Result<StudyTable, Failure> {
+    let table = StudyTable::of(study, states, prefix);
+    write_whole(&study.folder.join(FILE), table.csv().as_bytes()).map_err(Failure::run)?;
+    Ok(table)
+}
+
+/// Writes table and plots, says how all ended, and with which code the program does.
+fn conclude(
+    study: &Study,
+    prefix: &str,
+    board: &Board,
+    quiet: bool,
+    requests: &Requests,
+) -> Outcome {
+    let table = write_table(study, &board.states, prefix)?;
+    let count =
+        |wanted: &dyn Fn(&State) -> bool| board.states.iter().filter(|state| wanted(state)).count();
+    let finished = count(&|state| *state == State::Finished);
+    let waiting = count(&|state| matches!(state, State::Stopped | State::Waiting));
+    let mut files = vec![FILE.to_owned()];
+    let mut problems = table.problems.clone();
+    let columns = match study.plots.is_empty() {
+        true => study
+            .results
+            .iter()
+            .map(|result| result.name.clone())
+            .collect(),
+        false => study.plots.clone(),
+    };
+    for column in columns {
+        match plot::page(study, &table, &column) {
+            Ok(page) => {
+                let stem = format!("study.{column}");
+                page.write(&study.folder.join(&stem))
+                    .map_err(Failure::run)?;
+                files.extend([format!("{stem}.svg"), format!("{stem}.png")]);
+            }
+            Err(problem) => problems.push(format!("plot of `{column}`: {problem}")),
+        }
+    }
+    if !quiet {
+        let before = match board.found {
+            0 => String::new(),
+            found => format!(" ({found} before)"),
+        };
+        let runs = counted(board.states.len(), "run");
+        say(&format!(
+            "{finished} of {runs} finished{before}\n  files      {}: {}",
+            study.folder.display(),
+            files.join(" ")
+        ))?;
+    }
+    for problem in &problems {
+        eprintln!("warning: {problem}");
+    }
+    let mut told = String::new();
+    let failed = study.runs.iter().zip(&board.states);
+    let failed = failed.filter_map(|(run, state)| match state {
+        State::Failed(why) => Some((run, why)),
+        _ => None,
+    });
+    let failed: Vec<_> = failed.collect();
+    for (run, why) in failed.iter().take(MOST_TOLD) {
+        told += &format!("run `{}`:\n{}\n", run.name, why.trim_end());
+    }
+    if failed.len() > MOST_TOLD {
+        told += &format!("and {} more, see {FILE}\n", failed.len() - MOST_TOLD);
+    }
+    if waiting > 0 {
+        use Ordering::Relaxed;
+        let by = if requests.stop.load(Relaxed) {
+            "stopped"
+        } else {
+            "stopped by the time limit"
+        };
+        let what = format!(
+            "{told}{by}: {waiting} of {} to go on with\nhelp: the same command goes on where it was stopped",
+            counted(board.states.len(), "run")
+        );
+        return Err(Failure::new(Exit::Resumable, what));
+    }
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let all = counted(board.states.len(), "run");
+    Err(Failure::run(format!(
+        "{told}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
+        failed.len()
+    )))
+}

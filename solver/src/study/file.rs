@@ -1,0 +1,242 @@
+//! A study from a file: a TOML document with the table `[study]`.
+
+use std::path::{Path, PathBuf};
+
+use mercury_common::scene::{listed, nearest};
+use toml::{Table, Value};
+
+use super::results::NamedResult;
+use super::{MOST_RUNS, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
+
+const KEYS: [&str; 9] = [
+    "scene", "folder", "set", "sweep", "runs", "results", "plots", "jobs", "threads",
+];
+
+/// Whether a text is that of a study: it has a table `study`, which no scene has.
+#[must_use]
+pub fn is_study(text: &str) -> bool {
+    let line = |line: &str| {
+        line.trim_start().starts_with("[study") || line.trim_start().starts_with("study.")
+    };
+    text.lines().any(line)
+}
+
+/// Reads a study from its text. File names are relative to `path`, the study's file.
+///
+/// # Errors
+/// What is wrong, with the key at which it is.
+pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
+    let reader = Reader { path };
+    let document: Table = text.parse().map_err(|error: toml::de::Error| {
+        StudyError::new(path.display().to_string(), error.to_string().trim_end())
+    })?;
+    if let Some(key) = document.keys().find(|key| *key != "study") {
+        let error = reader.error(key, "is not known beside [study]");
+        return Err(error.with_help(
+            "all keys of a study stand below [study]; those of its scene in the scene's file",
+        ));
+    }
+    let Some(Value::Table(study)) = document.get("study") else {
+        return Err(reader.error("study", "must be a table"));
+    };
+    if let Some(key) = study.keys().find(|key| !KEYS.contains(&key.as_str())) {
+        let error = reader.error(&format!("study.{key}"), "this key is not known");
+        return Err(error.with_help(match nearest(key, KEYS) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are: {}", listed(KEYS)),
+        }));
+    }
+    reader.study(study)
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+}
+
+impl Reader<'_> {
+    fn error(&self, key: &str, problem: &str) -> StudyError {
+        StudyError::new(format!("{}: {key}", self.path.display()), problem)
+    }
+
+    fn study(&self, study: &Table) -> Result<Study, StudyError> {
+        let beside = self.path.parent().unwrap_or(Path::new(""));
+        let Some(scene) = self.text(study, "scene")? else {
+            let error = self.error("study.scene", "is missing");
+            return Err(error.with_help("scene = \"drum.toml\", the scene that is run"));
+        };
+        let folder = match self.text(study, "folder")? {
+            Some(folder) => beside.join(folder),
+            // As the folder of a run: here, by the file's name.
+            None => PathBuf::from(self.path.file_stem().unwrap_or_default()),
+        };
+        let (keys, runs) = self.runs(study)?;
+        let mut results = Vec::new();
+        for (name, what) in self.table(study, "results")?.into_iter().flatten() {
+            let key = format!("study.results.{name}");
+            let what = what
+                .as_str()
+                .ok_or_else(|| self.error(&key, "must be a string"))?;
+            let result = NamedResult::new(name, what);
+            results.push(result.map_err(|problem| self.error(&key, &problem))?);
+        }
+        let mut plots = Vec::new();
+        for plot in self.list(study, "plots")?.into_iter().flatten() {
+            let name = plot.as_str();
+            plots.push(
+                name.ok_or_else(|| self.error("study.plots", "must be a list of strings"))?
+                    .to_owned(),
+            );
+        }
+        let set = self.table(study, "set")?.into_iter().flatten();
+        Ok(Study {
+            scene: beside.join(scene),
+            folder,
+            set: set.map(|(key, value)| format!("{key}={value}")).collect(),
+            keys,
+            runs,
+            results,
+            plots,
+            jobs: self.count(study, "jobs")?,
+            threads: self.count(study, "threads")?,
+        })
+    }
+
+    fn runs(&self, study: &Table) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
+        match (self.table(study, "sweep")?, self.list(study, "runs")?) {
+            (Some(_), Some(_)) => {
+                let error = self.error("study.runs", "stands beside study.sweep");
+                Err(error.with_help("a grid (sweep) or a list (runs): two studies make both"))
+            }
+            (None, None) => {
+                let error = self.error("study", "says nothing of values");
+                Err(error.with_help("[study.sweep] with KEY = [A, B, C] makes a grid, [[study.runs]] with KEY = A a list"))
+            }
+            (Some(sweep), None) => {
+                let mut sweeps = Vec::new();
+                for (key, values) in sweep {
+                    let place = format!("study.sweep.{key}");
+                    // A key written without quotes is a table to TOML.
+                    if values.is_table() {
+                        let error = self.error(&place, "is a table");
+                        return Err(error.with_help(
+                            "the path of a key stands in quotes: \"time.end\" = [1, 2]",
+                        ));
+                    }
+                    let values: Vec<String> = match values {
+                        Value::Array(values) => values.iter().map(Value::to_string).collect(),
+                        // As on the command line: "0..0.5/6".
+                        Value::String(text) => {
+                            let sweep = Sweep::parse(&format!("x={text}"));
+                            sweep
+                                .map_err(|problem| self.error(&place, &problem))?
+                                .values
+                        }
+                        _ => {
+                            let error = self.error(&place, "must be a list of values");
+                            return Err(
+                                error.with_help("for example [0.1, 0.2, 0.3], or \"0.1..0.3/3\"")
+                            );
+                        }
+                    };
+                    if values.is_empty() {
+                        return Err(self.error(&place, "has no values"));
+                    }
+                    sweeps.push(Sweep {
+                        key: key.clone(),
+                        values,
+                    });
+                }
+                if sweeps.is_empty() {
+                    return Err(self.error("study.sweep", "names no key"));
+                }
+                grid(&sweeps, &format!("{}: study.sweep", self.path.display()))
+            }
+            (None, Some(list)) => self.list_of_runs(list),
+        }
+    }
+
+    fn list_of_runs(&self, list: &[Value]) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
+        let place = format!("{}: study.runs", self.path.display());
+        too_many(list.len(), &place)?;
+        debug_assert!(list.len() <= MOST_RUNS);
+        let mut keys: Vec<String> = Vec::new();
+        let mut runs = Vec::new();
+        for (number, run) in list.iter().enumerate() {
+            let at = format!("study.runs[{number}]");
+            let table = run
+                .as_table()
+                .ok_or_else(|| self.error(&at, "must be a table"))?;
+            let name = match table.get("name") {
+                None => None,
+                Some(Value::String(name)) if is_file_name(name) => Some(name.clone()),
+                Some(_) => {
+                    let error = self.error(&format!("{at}.name"), "must be a name for a folder");
+                    return Err(error.with_help("letters, digits, . + - _ = and commas"));
+                }
+            };
+            let mut values = vec![None; keys.len()];
+            for (key, value) in table.iter().filter(|(key, _)| *key != "name") {
+                if value.is_table() {
+                    let error = self.error(&format!("{at}.{key}"), "is a table");
+                    return Err(
+                        error.with_help("the path of a key stands in quotes: \"time.end\" = 1")
+                    );
+                }
+                let key = dotted(key);
+                let place = keys.iter().position(|known| *known == key);
+                let place = place.unwrap_or_else(|| {
+                    keys.push(key);
+                    values.push(None);
+                    keys.len() - 1
+                });
+                values[place] = Some(value.to_string());
+            }
+            runs.push((name, values));
+        }
+        for (_, values) in &mut runs {
+            values.resize(keys.len(), None);
+        }
+        if runs.is_empty() {
+            return Err(self.error("study.runs", "has no runs"));
+        }
+        let runs = named(&keys, runs, &place)?;
+        Ok((keys, runs))
+    }
+
+    fn text<'t>(&self, table: &'t Table, key: &str) -> Result<Option<&'t str>, StudyError> {
+        match table.get(key) {
+            None => Ok(None),
+            Some(Value::String(text)) if !text.is_empty() => Ok(Some(text)),
+            Some(_) => Err(self.error(&format!("study.{key}"), "must be a string")),
+        }
+    }
+
+    fn table<'t>(&self, table: &'t Table, key: &str) -> Result<Option<&'t Table>, StudyError> {
+        match table.get(key) {
+            None => Ok(None),
+            Some(Value::Table(table)) => Ok(Some(table)),
+            Some(_) => Err(self.error(&format!("study.{key}"), "must be a table")),
+        }
+    }
+
+    fn list<'t>(&self, table: &'t Table, key: &str) -> Result<Option<&'t [Value]>, StudyError> {
+        match table.get(key) {
+            None => Ok(None),
+            Some(Value::Array(list)) => Ok(Some(list)),
+            Some(_) => Err(self.error(&format!("study.{key}"), "must be a list")),
+        }
+    }
+
+    fn count(&self, table: &Table, key: &str) -> Result<Option<u16>, StudyError> {
+        match table.get(key) {
+            None => Ok(None),
+            Some(Value::Integer(count @ 1..=1024)) => Ok(u16::try_from(*count).ok()),
+            Some(_) => Err(self.error(&format!("study.{key}"), "must be a number from 1 to 1024")),
+        }
+    }
+}
+
+fn is_file_name(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || ".+-_=,".contains(c);
+    !name.is_empty() && !name.starts_with('.') && name.len() <= 100 && name.chars().all(plain)
+}

@@ -1,0 +1,202 @@
+//! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
+//!
+//! This room says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
+//! [from a file](file); [`results`] are read from the folders of the runs, [`table`] puts them together and [`plot`] draws one
+//! of its columns.
+
+pub mod file;
+pub mod plot;
+pub mod results;
+mod sweep;
+pub mod table;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use results::NamedResult;
+pub use sweep::Sweep;
+
+/// More runs than anybody waits for: a slip in a range.
+pub const MOST_RUNS: usize = 10_000;
+
+/// What is wrong with a study.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {problem}{}", help.iter().map(|help| format!("\nhelp: {help}")).collect::<String>())]
+pub struct StudyError {
+    /// The option, or file and key.
+    pub place: String,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl StudyError {
+    fn new(place: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self {
+            place: place.into(),
+            problem: problem.into(),
+            help: None,
+        }
+    }
+
+    fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// A scene, the values at which it is run, and what is wanted of each run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Where all goes.
+    pub folder: PathBuf,
+    /// `KEY=VALUE` of all runs.
+    pub set: Vec<String>,
+    /// The keys that differ between the runs, in the order in which they were named.
+    pub keys: Vec<String>,
+    /// The runs.
+    pub runs: Vec<StudyRun>,
+    /// Numbers asked for by name.
+    pub results: Vec<NamedResult>,
+    /// Columns to draw.
+    pub plots: Vec<String>,
+    /// Runs at a time.
+    pub jobs: Option<u16>,
+    /// Threads of each run.
+    pub threads: Option<u16>,
+}
+
+/// One run of a study.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StudyRun {
+    /// Its folder within that of the study.
+    pub name: String,
+    /// A value for each key of the study, as TOML; none: what the scene says.
+    pub values: Vec<Option<String>>,
+}
+
+impl Study {
+    /// The `KEY=VALUE` of a run, in the order in which they apply.
+    #[must_use]
+    pub fn overrides(&self, run: &StudyRun) -> Vec<String> {
+        let of_run = self.keys.iter().zip(&run.values);
+        let own = of_run.filter_map(|(key, value)| Some(format!("{key}={}", value.as_ref()?)));
+        self.set.iter().cloned().chain(own).collect()
+    }
+}
+
+/// The runs of a grid: every value of each key with every value of the others, the last key fastest.
+///
+/// # Errors
+/// For no value, a key or a value that stands twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps stand.
+pub fn grid(sweeps: &[Sweep], place: &str) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
+    let keys: Vec<String> = sweeps.iter().map(|sweep| dotted(&sweep.key)).collect();
+    let count = (sweeps.iter()).fold(1usize, |n, sweep| n.saturating_mul(sweep.values.len()));
+    too_many(count, place)?;
+    let values = (0..count).map(|number| {
+        let mut rest = number;
+        let mut values: Vec<Option<String>> = (sweeps.iter().rev())
+            .map(|sweep| {
+                let value = sweep.values[rest % sweep.values.len()].clone();
+                rest /= sweep.values.len();
+                Some(value)
+            })
+            .collect();
+        values.reverse();
+        values
+    });
+    let runs = named(&keys, values.map(|values| (None, values)).collect(), place)?;
+    Ok((keys, runs))
+}
+
+/// `velocity.2` for `velocity[2]`: in the head of a table brackets hold a unit.
+fn dotted(key: &str) -> String {
+    if key.contains(['"', '\'']) {
+        key.to_owned()
+    } else {
+        key.replace('[', ".").replace(']', "")
+    }
+}
+
+fn too_many(count: usize, place: &str) -> Result<(), StudyError> {
+    if count <= MOST_RUNS {
+        return Ok(());
+    }
+    let error = StudyError::new(place, format!("{count} runs, more than {MOST_RUNS}"));
+    Err(error.with_help("the values of all keys multiply: name fewer of them"))
+}
+
+/// Gives each run its name, and sees to it that none stands twice.
+fn named(
+    keys: &[String],
+    runs: Vec<(Option<String>, Vec<Option<String>>)>,
+    place: &str,
+) -> Result<Vec<StudyRun>, StudyError> {
+    let mut known_keys = BTreeSet::new();
+    if let Some(twice) = keys.iter().find(|key| !known_keys.insert(key.as_str())) {
+        return Err(StudyError::new(
+            place,
+            format!("the key `{twice}` stands twice"),
+        ));
+    }
+    let short = short_names(keys);
+    let mut known = BTreeSet::new();
+    let mut found = Vec::with_capacity(runs.len());
+    for (given, values) in runs {
+        let name = given.unwrap_or_else(|| name_of(&short, &values));
+        if !known.insert(name.to_lowercase()) {
+            let problem = format!("two runs would be `{name}`");
+            return Err(StudyError::new(place, problem).with_help("each value stands once"));
+        }
+        found.push(StudyRun { name, values });
+    }
+    Ok(found)
+}
+
+/// As much of the end of each key as tells it from the others.
+fn short_names(keys: &[String]) -> Vec<String> {
+    let parts = |key: &String| -> Vec<String> {
+        key.split(['.', '[', ']'])
+            .map(|part| part.trim_matches(['"', '\'', ' ']).to_owned())
+            .filter(|part| !part.is_empty())
+            .collect()
+    };
+    let keys: Vec<Vec<String>> = keys.iter().map(parts).collect();
+    let end = |key: &[String], length: usize| key[key.len().saturating_sub(length)..].join(".");
+    (keys.iter().enumerate())
+        .map(|(k, key)| {
+            let is_alone = |length: usize| {
+                let mut others = keys.iter().enumerate().filter(|(other, _)| *other != k);
+                others.all(|(_, other)| end(other, length) != end(key, length))
+            };
+            let length = (1..=key.len()).find(|&length| is_alone(length));
+            end(key, length.unwrap_or(key.len()))
+        })
+        .collect()
+}
+
+/// `friction=0.2_seed=3`, of letters that every file system takes.
+fn name_of(short: &[String], values: &[Option<String>]) -> String {
+    let parts = short.iter().zip(values);
+    let set: Vec<String> = parts
+        .filter_map(|(key, value)| Some(format!("{key}={}", value.as_ref()?)))
+        .collect();
+    let whole = set.join("_");
+    let plain = |c: char| c.is_ascii_alphanumeric() || ".+-_=,".contains(c);
+    let name: String = (whole.chars().filter(|c| !"\"' ".contains(*c)))
+        .map(|c| if plain(c) { c } else { '-' })
+        .collect();
+    match name.as_str() {
+        "" => "as-it-is".to_owned(),
+        // What was left out, or is too long for a name, is told by a checksum.
+        _ if name.len() > 100 => {
+            format!("{}-{:08x}", &name[..80], crc32fast::hash(whole.as_bytes()))
+        }
+        _ => name,
+    }
+}

@@ -1,0 +1,128 @@
+//! A column of a study's table over a key.
+
+use std::collections::BTreeMap;
+
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
+
+use super::Study;
+use super::table::StudyTable;
+
+/// Places in their order, and the values at each.
+type Points = BTreeMap<u64, (f64, Vec<f64>)>;
+
+/// More lines than a chart can tell apart.
+const MOST_LINES: usize = 12;
+
+/// A column over the first key that has different numbers, a line for each combination of the other keys' values. Runs that
+/// differ in nothing but `seed` are one point: their mean, with the standard error of it.
+///
+/// # Errors
+/// Why there is nothing to draw.
+pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage, String> {
+    let values = table.numbers(column).ok_or_else(|| {
+        let names = table.columns.iter().map(String::as_str);
+        let hint = match mercury_common::scene::nearest(column, names.clone()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are: {}", mercury_common::scene::listed(names)),
+        };
+        format!("the table has no column `{column}`; {hint}")
+    })?;
+    let numbers = |key: &String| table.numbers(key).unwrap_or_default();
+    let differs = |key: &&String| {
+        let found: Vec<f64> = numbers(key).into_iter().flatten().collect();
+        found.iter().any(|value| *value != found[0])
+    };
+    let over = (study.keys.iter().filter(|key| *key != "seed").find(differs))
+        .or_else(|| study.keys.iter().find(differs))
+        .ok_or("no key of the study has different numbers")?;
+    let others: Vec<&String> = (study.keys.iter())
+        .filter(|key| *key != over && *key != "seed")
+        .collect();
+    let cell = |row: usize, key: &str| {
+        let place = table.columns.iter().position(|name| name == key);
+        place.map_or("", |place| table.rows[row][place].as_str())
+    };
+
+    // By line, and there by place: the values of all seeds.
+    let mut lines: Vec<(String, Points)> = Vec::new();
+    for (row, (at, value)) in numbers(over).into_iter().zip(values).enumerate() {
+        let (Some(at), Some(value)) = (at, value) else {
+            continue;
+        };
+        if !(at.is_finite() && value.is_finite()) {
+            continue;
+        }
+        let name: Vec<String> = others
+            .iter()
+            .map(|key| format!("{key} = {}", cell(row, key)))
+            .collect();
+        let name = name.join(", ");
+        let line = lines.iter().position(|(known, _)| *known == name);
+        let line = line.unwrap_or_else(|| {
+            lines.push((name, BTreeMap::new()));
+            lines.len() - 1
+        });
+        let points = &mut lines[line].1;
+        points
+            .entry(ordered(at))
+            .or_insert((at, Vec::new()))
+            .1
+            .push(value);
+    }
+    if lines.is_empty() {
+        return Err(format!("`{column}` has no numbers yet"));
+    }
+    if lines.len() > MOST_LINES {
+        return Err(format!(
+            "{} lines, more than can be told apart: draw study.csv with what you like",
+            lines.len()
+        ));
+    }
+    let places: Vec<f64> = lines
+        .iter()
+        .flat_map(|(_, points)| points.values().map(|(at, _)| *at))
+        .collect();
+    let low = places.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = places.iter().copied().fold(0.0, f64::max);
+    let x = if low > 0.0 && high >= 50.0 * low {
+        Axis::log(over, "")
+    } else {
+        Axis::linear(over, "")
+    };
+    let mut chart = Chart::new("", x, Axis::linear(column, ""));
+    for (name, points) in lines {
+        let means: Vec<(f64, f64)> = points
+            .values()
+            .map(|(at, values)| (*at, mean(values)))
+            .collect();
+        let repeated = points.values().any(|(_, values)| values.len() > 1);
+        chart = if repeated {
+            let errors = points.values().map(|(_, values)| error(values)).collect();
+            chart.with(Series::points_with_errors(&name, means, errors))
+        } else {
+            chart.with(Series::marked_line(&name, means))
+        };
+    }
+    Ok(ChartPage::of(chart))
+}
+
+/// A number whose order is that of the values.
+fn ordered(value: f64) -> u64 {
+    let bits = (value + 0.0).to_bits();
+    if bits >> 63 == 0 {
+        bits | 1 << 63
+    } else {
+        !bits
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Half the lengths of a point's bars: the standard error of the mean, none for a single value.
+fn error(values: &[f64]) -> (f64, f64) {
+    let (mean, count) = (mean(values), values.len() as f64);
+    let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    (0.0, (squares / (count - 1.0).max(1.0) / count).sqrt())
+}

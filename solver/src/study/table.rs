@@ -1,0 +1,188 @@
+//! The table of a study: a row for each run, with the values of its keys, how it ended, the numbers of its summary and those
+//! asked for by name.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use super::Study;
+
+/// Name of the file in the study's folder.
+pub const FILE: &str = "study.csv";
+
+/// How far a run has come.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum State {
+    /// Not begun.
+    Waiting,
+    /// As planned.
+    Finished,
+    /// By a request; it goes on when the study does.
+    Stopped,
+    /// It failed, for this reason.
+    Failed(String),
+}
+
+impl State {
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Finished => "finished",
+            Self::Stopped => "stopped",
+            Self::Failed(_) => "failed",
+        }
+    }
+}
+
+/// Columns of text; what is not known is empty.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct StudyTable {
+    /// Their names.
+    pub columns: Vec<String>,
+    /// A row for each run.
+    pub rows: Vec<Vec<String>>,
+    /// What could not be read of finished runs, with the run.
+    pub problems: Vec<String>,
+}
+
+impl StudyTable {
+    /// From the folders of the runs that are finished. `prefix` is that of the runs' files.
+    #[must_use]
+    pub fn of(study: &Study, states: &[State], prefix: &str) -> Self {
+        let mut table = Self::default();
+        let mut places = HashMap::new();
+        let mut cells = Vec::new();
+        let mut problems = Vec::new();
+        for (run, state) in study.runs.iter().zip(states) {
+            let mut row = vec![("run".to_owned(), run.name.clone())];
+            let values = study.keys.iter().zip(&run.values);
+            row.extend(values.map(|(key, value)| (key.clone(), plain(value.as_deref()))));
+            row.push(("status".to_owned(), state.word().to_owned()));
+            let why = match state {
+                State::Failed(why) => why.lines().next().unwrap_or_default(),
+                _ => "",
+            };
+            row.push(("problem".to_owned(), why.to_owned()));
+            if *state == State::Finished {
+                let folder = study.folder.join(&run.name);
+                match summary(&folder) {
+                    Ok(numbers) => row.extend(numbers),
+                    Err(problem) => problems.push(format!("{}: {problem}", run.name)),
+                }
+                for result in &study.results {
+                    if row.iter().any(|(name, _)| *name == result.name) {
+                        let name = &result.name;
+                        problems.push(format!("{}: the table has another column `{name}`: call the result something else", run.name));
+                        continue;
+                    }
+                    let value = result.of_run(&folder, prefix).unwrap_or_else(|problem| {
+                        problems.push(format!("{}: {}: {problem}", run.name, result.name));
+                        f64::NAN
+                    });
+                    let text = if value.is_nan() {
+                        String::new()
+                    } else {
+                        format!("{value:?}")
+                    };
+                    row.push((result.name.clone(), text));
+                }
+            }
+            for (name, _) in &row {
+                let next = places.len();
+                places.entry(name.clone()).or_insert_with(|| {
+                    table.columns.push(name.clone());
+                    next
+                });
+            }
+            cells.push(row);
+        }
+        table.rows = cells
+            .into_iter()
+            .map(|row| {
+                let mut cells = vec![String::new(); table.columns.len()];
+                for (name, text) in row {
+                    cells[places[&name]] = text;
+                }
+                cells
+            })
+            .collect();
+        table.problems = problems;
+        table
+    }
+
+    /// As text: commas, the names in the first line.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let mut text = String::new();
+        for row in std::iter::once(&self.columns).chain(&self.rows) {
+            for (k, cell) in row.iter().enumerate() {
+                if k > 0 {
+                    text.push(',');
+                }
+                text += &quoted(cell);
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// The numbers of a column by row.
+    #[must_use]
+    pub fn numbers(&self, name: &str) -> Option<Vec<Option<f64>>> {
+        let place = self.columns.iter().position(|column| column == name)?;
+        Some(
+            self.rows
+                .iter()
+                .map(|row| row[place].parse().ok())
+                .collect(),
+        )
+    }
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
+/// A value of a scene as a table shows it: a string without its quotes.
+fn plain(value: Option<&str>) -> String {
+    let value = value.unwrap_or_default();
+    let inner = value
+        .strip_prefix('"')
+        .and_then(|value| value.strip_suffix('"'));
+    inner.unwrap_or(value).to_owned()
+}
+
+/// The numbers of `summary.json`, `energy_kinetic` for those inside others.
+fn summary(folder: &Path) -> Result<Vec<(String, String)>, String> {
+    let path = folder.join("summary.json");
+    let failed = |error: String| format!("{}: {error}", path.display());
+    let text = fs::read_to_string(&path).map_err(|error| failed(error.to_string()))?;
+    let value: serde_json::Value =
+        serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
+    let mut numbers = Vec::new();
+    collect(&value, "", &mut numbers);
+    let warnings = value["warnings"].as_array().map_or(0, Vec::len);
+    numbers.push(("warnings".to_owned(), warnings.to_string()));
+    Ok(numbers)
+}
+
+fn collect(value: &serde_json::Value, path: &str, numbers: &mut Vec<(String, String)>) {
+    match value {
+        serde_json::Value::Object(entries) => {
+            for (key, value) in entries {
+                let path = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}_{key}")
+                };
+                collect(value, &path, numbers);
+            }
+        }
+        serde_json::Value::Number(number) => numbers.push((path.to_owned(), number.to_string())),
+        _ => {}
+    }
+}

@@ -1,0 +1,343 @@
+//! Studies from the command line: a run for each value, a table, a plot; stopped and gone on with.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const SCENE: &str = r#"
+title = "A ball falls on a plate"
+gravity = [0.0, 0.0, -9.81]
+
+[time]
+end = 0.02
+step = 1e-5
+
+[domain]
+min = [0.0, 0.0, 0.0]
+max = [0.1, 0.1, 0.1]
+
+[materials.ball]
+density = 2500.0
+normal = { law = "linear", stiffness = 1e5, restitution = 0.8 }
+tangential = { law = "linear", stiffness_ratio = 0.2857142857142857, friction = 0.5 }
+
+[[walls]]
+name = "plate"
+shape = "plane"
+point = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+material = "ball"
+
+[[particles]]
+material = "ball"
+radius = 0.01
+position = [0.05, 0.05, 0.0101]
+velocity = [0.1, 0.0, -1.0]
+
+[output]
+interval = 0.005
+pictures = false
+"#;
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ball.toml"), SCENE).unwrap();
+    folder
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mercury-solve"));
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn solve(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = command(folder, arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (status.code(), text(stdout), text(stderr))
+}
+
+/// The columns of the study's table by name.
+fn column(folder: &Path, name: &str) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("study.csv")).unwrap();
+    let mut lines = text
+        .lines()
+        .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let place = header.iter().position(|column| column == name);
+    let place = place.unwrap_or_else(|| panic!("no {name} in {header:?}"));
+    lines.map(|line| line[place].clone()).collect()
+}
+
+#[test]
+fn a_sweep_runs_every_value_and_makes_table_and_plot() {
+    let folder = folder();
+    let arguments = [
+        "ball.toml",
+        "--sweep",
+        "materials.0.normal.restitution=0.5,1",
+        "--sweep",
+        "particles.0.velocity[2]=-1,-2",
+        "--result",
+        "push=max(walls.plate.fz)",
+        "--result",
+        "speed=last(particles.vz)",
+        "--jobs",
+        "2",
+    ];
+    let (code, said, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(
+        said.starts_with("4 runs of 4 finished") || said.starts_with("4 of 4 runs finished"),
+        "{said}"
+    );
+    let study = folder.path().join("ball-study");
+    assert_eq!(
+        column(&study, "materials.0.normal.restitution"),
+        ["0.5", "0.5", "1", "1"]
+    );
+    assert_eq!(column(&study, "status"), ["finished"; 4]);
+    assert_eq!(column(&study, "particles"), ["1"; 4]);
+    // A ball that left the plate with e v, less what gravity took since: the contact lasts for
+    // pi sqrt(m/k) = 1 ms, in which gravity takes 0.01 m/s.
+    let speeds: Vec<f64> = column(&study, "speed")
+        .iter()
+        .map(|text| text.parse().unwrap())
+        .collect();
+    for (speed, bounce) in speeds.iter().zip([0.5, 1.0, 1.0, 2.0]) {
+        assert!((speed - (bounce - 9.81 * 0.02)).abs() < 0.02, "{speeds:?}");
+    }
+    for file in ["study.push.svg", "study.push.png", "study.speed.svg"] {
+        assert!(study.join(file).exists(), "{file}");
+    }
+    // The same run by itself has the same bytes.
+    let one = [
+        "ball.toml",
+        "--set",
+        "materials.ball.normal.restitution=0.5",
+        "--set",
+        "particles.0.velocity[2]=-2",
+        "--output",
+        "one",
+    ];
+    assert_eq!(solve(folder.path(), &one).0, Some(0));
+    let run = study.join("restitution=0.5_2=-2");
+    let bytes = |folder: &Path| fs::read(folder.join("ball.particles.arrow")).unwrap();
+    assert!(bytes(&run) == bytes(&folder.path().join("one")));
+
+    // Again: nothing is run, table and plots are made anew.
+    let before = fs::metadata(run.join("ball.particles.arrow"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    fs::remove_file(study.join("study.csv")).unwrap();
+    let (code, said, _) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0));
+    assert!(said.contains("(4 before)"), "{said}");
+    assert_eq!(column(&study, "status"), ["finished"; 4]);
+    let after = fs::metadata(run.join("ball.particles.arrow"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    assert_eq!(before, after);
+    // One value more is one run more.
+    let mut more = arguments;
+    more[2] = "materials.0.normal.restitution=0.5,0.7,1";
+    let (code, said, _) = solve(folder.path(), &more);
+    assert_eq!(code, Some(0));
+    assert!(said.contains("(4 before)"), "{said}");
+    assert_eq!(column(&study, "status"), ["finished"; 6]);
+    // Another scene does not go on with what is there.
+    fs::write(
+        folder.path().join("ball.toml"),
+        SCENE.replace("stiffness = 1e5", "stiffness = 2e5"),
+    )
+    .unwrap();
+    let (code, _, errors) = solve(folder.path(), &more);
+    assert_eq!(code, Some(1));
+    assert!(
+        errors.contains("stiffness")
+            && errors.contains("6 of 6 runs failed")
+            && errors.contains("--force"),
+        "{errors}"
+    );
+    more[more.len() - 1] = "1";
+    let forced: Vec<&str> = more.iter().copied().chain(["--force"]).collect();
+    assert_eq!(solve(folder.path(), &forced).0, Some(0));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_study_that_is_stopped_goes_on_to_the_same_table() {
+    use std::time::{Duration, Instant};
+    let folder = folder();
+    // Long enough to be stopped, with a checkpoint of the first two and nothing of the others.
+    let arguments = [
+        "ball.toml",
+        "--set",
+        "time.end=2.0",
+        "--set",
+        "time.step=2e-6",
+        "--sweep",
+        "materials.ball.normal.restitution=0.1..0.9/4",
+        "--result",
+        "x=last(particles.x)",
+        "--jobs",
+        "2",
+    ];
+    let mut child = command(folder.path(), &arguments)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let study = folder.path().join("ball-study");
+    let begun = Instant::now();
+    while !study.join("restitution=0.1/ball.particles.arrow").exists() {
+        assert!(
+            begun.elapsed() < Duration::from_secs(60),
+            "the study does not begin"
+        );
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    let killed = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(killed.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(75));
+    let states = column(&study, "status");
+    assert!(
+        states.contains(&"stopped".to_owned()) && states.contains(&"waiting".to_owned()),
+        "{states:?}"
+    );
+    // The checkpoints of those that were stopped are there, and no lock.
+    assert!(!study.join("restitution=0.1/.lock").exists());
+    let (code, said, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(said.contains("4 runs finished"), "{said}");
+    let stopped = fs::read_to_string(study.join("restitution=0.1/run.log")).unwrap();
+    assert!(stopped.contains("resumed"), "{stopped}");
+    // Without a stop.
+    let whole: Vec<&str> = arguments
+        .iter()
+        .copied()
+        .chain(["--output", "whole"])
+        .collect();
+    assert_eq!(solve(folder.path(), &whole).0, Some(0));
+    let whole = folder.path().join("whole");
+    assert_eq!(column(&study, "x"), column(&whole, "x"));
+    assert_eq!(
+        column(&study, "energy_kinetic"),
+        column(&whole, "energy_kinetic")
+    );
+    for run in ["restitution=0.1", "restitution=0.9"] {
+        let bytes =
+            |folder: &Path| fs::read(folder.join(run).join("ball.particles.arrow")).unwrap();
+        assert!(bytes(&study) == bytes(&whole), "{run}");
+    }
+}
+
+#[test]
+fn slips_are_told_before_anything_runs() {
+    let folder = folder();
+    let refused = |arguments: &[&str]| {
+        let (code, _, errors) = solve(folder.path(), &[&["ball.toml"], arguments].concat());
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(!folder.path().join("ball-study").exists());
+        errors
+    };
+    // The reader's own words, with the run.
+    let errors = refused(&["--sweep", "materials.ball.tangential.friction=0.1,-0.2"]);
+    assert!(
+        errors.contains("run `friction=-0.2`:") && errors.contains("must be >= 0, got -0.2"),
+        "{errors}"
+    );
+    assert!(
+        errors.contains("1 of 2 runs cannot be run; no run of the study was begun"),
+        "{errors}"
+    );
+    let errors = refused(&["--sweep", "materials.bal.tangential.friction=0.1"]);
+    assert!(errors.contains("did you mean `ball`?"), "{errors}");
+    let errors = refused(&["--sweep", "materials.ball.tangential.frction=0.1"]);
+    assert!(errors.contains("`friction`"), "{errors}");
+    let errors = refused(&["--sweep", "walls.plte.point[2]=0.1..0.9/9"]);
+    assert!(
+        errors.contains("did you mean `plate`?") && errors.contains("and 6 more"),
+        "{errors}"
+    );
+    let errors = refused(&["--sweep", "seed"]);
+    assert!(errors.contains("--sweep seed: there is no `=`"), "{errors}");
+    let errors = refused(&["--sweep", "seed=1,2", "--result", "f=mean(walls.plat.fz)"]);
+    assert!(errors.contains("did you mean `plate`?"), "{errors}");
+    let errors = refused(&["--sweep", "seed=1,2", "--result", "f=mean(wall.plate.fz)"]);
+    assert!(errors.contains("did you mean `walls`?"), "{errors}");
+    let errors = refused(&["--result", "f=mean(walls.plate.fz)"]);
+    assert!(errors.contains("--result is for studies"), "{errors}");
+    let (code, said, _) = solve(
+        folder.path(),
+        &["ball.toml", "--sweep", "seed=1,2", "--check"],
+    );
+    assert_eq!(code, Some(0));
+    assert!(
+        said.contains("  seed=2") && said.contains("nothing was run"),
+        "{said}"
+    );
+    assert!(!folder.path().join("ball-study").exists());
+}
+
+#[test]
+fn a_run_that_fails_leaves_the_others_alone() {
+    let folder = folder();
+    // Far too long a step: the guard stops the second run.
+    let arguments = [
+        "ball.toml",
+        "--sweep",
+        "particles.0.velocity[2]=-1,-20000",
+        "--quiet",
+    ];
+    let (code, said, errors) = solve(folder.path(), &arguments);
+    assert_eq!((code, said.as_str()), (Some(1), ""), "{errors}");
+    assert!(
+        errors.contains("run `2=-20000`:") && errors.contains("1 of 2 runs failed"),
+        "{errors}"
+    );
+    let study = folder.path().join("ball-study");
+    assert_eq!(column(&study, "status"), ["finished", "failed"]);
+}
+
+#[test]
+fn a_file_is_a_study() {
+    let folder = folder();
+    let text = "[study]\nscene = \"ball.toml\"\nset = { \"time.end\" = 0.01 }\n\n[[study.runs]]\nname = \"as-it-is\"\n\n[[study.runs]]\nname = \"hard\"\n\"materials.ball.normal.stiffness\" = 4000.0\n\n[study.results]\ndeep = \"min(energy.time)\"\n";
+    fs::write(folder.path().join("hardness.toml"), text).unwrap();
+    let (code, said, errors) = solve(folder.path(), &["hardness.toml"]);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(said.contains("hardness: study.csv"), "{said}");
+    assert!(errors.contains("plot of `deep`"), "{errors}");
+    let study = folder.path().join("hardness");
+    assert_eq!(column(&study, "run"), ["as-it-is", "hard"]);
+    assert_eq!(
+        column(&study, "materials.ball.normal.stiffness"),
+        ["", "4000.0"]
+    );
+    assert_eq!(column(&study, "time"), ["0.01"; 2]);
+    fs::write(
+        folder.path().join("hardness.toml"),
+        text.replace("runs", "rns"),
+    )
+    .unwrap();
+    let (code, _, errors) = solve(folder.path(), &["hardness.toml"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        errors.contains("study.rns: this key is not known\nhelp: did you mean `runs`?"),
+        "{errors}"
+    );
+    let (code, _, errors) = solve(folder.path(), &["hardness.toml", "--sweep", "seed=1"]);
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("[study.sweep]"), "{errors}");
+}
