@@ -367,6 +367,21 @@ mod tests {
     }
 
     #[test]
+    fn times_of_smoothed_blocks_are_multiples_without_the_round_off_of_a_sum() {
+        let analysis = analysis(
+            TimeMode::Smooth {
+                width: 0.02,
+                step: 0.02,
+            },
+            &["density"],
+        );
+        let states = (0..=35).map(|k| state(0.01 * f64::from(k), 1.0, 0.5));
+        let times = run(&analysis, states.collect()).into_iter();
+        let expected: Vec<f64> = (0..18).map(|k| 0.02 * f64::from(k)).collect();
+        assert_eq!(times.map(|block| block.time).collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
     fn displacements_are_the_shortest_way_since_the_frame_before() {
         let analysis = Analysis {
             reference: Reference::First,

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use mercury_cg::analysis::TimeMode;
+use mercury_cg::analysis::{Reference, TimeMode};
 use mercury_cg::input::{FrameChoice, Given};
 use mercury_cg::kernel::KernelShape;
 use mercury_cg::options::{Cells, Width};
 use mercury_cg::output::push_table;
-use mercury_cg::setup::Wanted;
+use mercury_cg::setup::{Wanted, mean_diameter};
 
 /// Grains of two materials that fall on each other, with friction and rolling resistance, in a box that is periodic along x; one is fixed.
 const SCENE: &str = r#"
@@ -110,7 +110,7 @@ fn from_frames(folder: &Path, wanted: &Wanted, times: std::ops::RangeInclusive<f
     };
     let first = states().next().unwrap().unwrap();
     let analysis = wanted.analysis(source.materials(), &first, fields).unwrap();
-    let timed = analysis.time == TimeMode::Frames;
+    let timed = analysis.time != TimeMode::Average;
     let mut out = Vec::new();
     analysis
         .run(states(), |block| {
@@ -120,6 +120,17 @@ fn from_frames(folder: &Path, wanted: &Wanted, times: std::ops::RangeInclusive<f
         })
         .unwrap();
     String::from_utf8(out).unwrap()
+}
+
+/// The mean diameter at the start, as a width in m.
+fn profile_width(folder: &Path) -> Wanted {
+    let source = Wanted::default();
+    let (source, _) = source.open(&folder.join("run"), &Given::default()).unwrap();
+    let first = source.states(FrameChoice::All).next().unwrap().unwrap();
+    Wanted {
+        width: Some(Width::Metres(mean_diameter(&first).unwrap())),
+        ..Wanted::default()
+    }
 }
 
 fn names(words: &[&str]) -> Vec<String> {
@@ -151,9 +162,21 @@ until = 0.0275
 name = "displaced"
 fields = ["displacement", "strain", "angular_velocity", "spin"]
 coordinates = "O"
+
+[[fields]]
+name = "smooth"
+fields = ["density", "displacement", "kinetic_stress"]
+coordinates = "XZ"
+points = "points.txt"
+materials = ["steel"]
+since = "first"
+smooth = [0.005, 0.004]
+from = 0.005
 "#;
     for clumps in ["", CLUMPS] {
         let folder = tempfile::tempdir().unwrap();
+        let points = folder.path().join("points.txt");
+        fs::write(&points, "x z\n0.02 0.01\n0.05 0.03\n").unwrap();
         solved(folder.path(), &format!("{SCENE}{clumps}{tables}"), &[]);
         let profile = Wanted {
             coordinates: "Z".parse().ok(),
@@ -187,11 +210,26 @@ coordinates = "O"
             errors: true,
             ..Wanted::default()
         };
+        let smooth = Wanted {
+            fields: names(&["density", "displacement", "kinetic_stress"]),
+            coordinates: "XZ".parse().ok(),
+            points: Some(points),
+            materials: names(&["steel"]),
+            reference: Reference::First,
+            time: Some(TimeMode::Smooth {
+                width: 0.005,
+                step: 0.004,
+            }),
+            errors: true,
+            // The width that a table takes is that of the start.
+            ..profile_width(folder.path())
+        };
         let always = 0.0..=f64::INFINITY;
         for (name, wanted, times) in [
             ("profile", profile, always.clone()),
             ("mean", mean, 0.0075..=0.0275),
             ("displaced", displaced, always),
+            ("smooth", smooth, 0.00499..=f64::INFINITY),
         ] {
             let expected = from_frames(folder.path(), &wanted, times);
             let found = table(folder.path(), name);
@@ -303,6 +341,36 @@ fn mistakes_are_told_with_their_place() {
             "help: a larger `spacing`, or `grid`",
         ),
         ("name = \"a\"\ncutof = 3.0", "did you mean `cutoff`?"),
+        (
+            "name = \"a\"\nmaterials = [\"glas\"]",
+            "there is no material \"glas\"",
+        ),
+        (
+            "name = \"a\"\npoints = \"none.txt\"",
+            "the file does not exist",
+        ),
+        ("name = \"a\"\npoints = \"run.toml\"", "points: run.toml:"),
+        (
+            "name = \"a\"\npoints = \"run.toml\"\ngrid = [3]",
+            "cannot be given together",
+        ),
+        (
+            "name = \"a\"\nsince = \"start\"",
+            "there are: `first`, `previous`",
+        ),
+        ("name = \"a\"\nsmooth = [0.1, 0.0]", "must be [width, step]"),
+        (
+            "name = \"a\"\nsmooth = [0.1, 1e-5]",
+            "the step must be at least 0.01 of the width",
+        ),
+        (
+            "name = \"a\"\nsmooth = [1e-4, 0.01]",
+            "smooths nothing: looks are 0.005 s apart",
+        ),
+        (
+            "name = \"a\"\nsmooth = [0.01, 0.01]\naverage = true",
+            "smooth: stands beside average = true",
+        ),
         ("name = \"a\"\n[[fields]]\nname = \"a\"", "is used twice"),
     ];
     let folder = tempfile::tempdir().unwrap();

@@ -21,8 +21,8 @@ pub struct Course {
     /// Where particles were in the frame that displacements are counted from.
     before: Option<HashMap<u32, DVec3>>,
     open: VecDeque<Open>,
-    /// The next output time of smoothed fields.
-    next_time: Option<f64>,
+    /// The first output time of smoothed fields (s), and the number of the next one.
+    next_time: Option<(f64, usize)>,
     blocking: Blocking,
     kept: Kept,
 }
@@ -170,12 +170,17 @@ impl Course {
                         write(block)?;
                     }
                 }
-                let next = self.next_time.get_or_insert(state.time);
-                while *next - reach <= state.time {
-                    if *next + reach >= state.time {
-                        self.open.push_back(Open::new(analysis, &state, *next));
+                let (first, next) = self.next_time.get_or_insert((state.time, 0));
+                loop {
+                    // Not step by step, which would add up round-off.
+                    let time = *first + *next as f64 * step;
+                    if time - reach > state.time {
+                        break;
                     }
-                    *next += step;
+                    if time + reach >= state.time {
+                        self.open.push_back(Open::new(analysis, &state, time));
+                    }
+                    *next += 1;
                 }
                 for sums in &mut self.open {
                     let distance = (state.time - sums.time) / width;

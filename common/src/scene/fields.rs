@@ -1,9 +1,11 @@
 //! `[[fields]]`: fields of the continuum that are computed while the run goes on.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use glam::DVec3;
 
+use super::MaterialIndex;
 use super::item::Item;
 use super::settings::flag;
 use super::source::{Located, Place};
@@ -23,6 +25,8 @@ pub struct FieldTable {
     pub grid: Option<Located<Vec<u64>>>,
     /// Sizes of cells, m (rad); one for all, or one for each coordinate.
     pub spacing: Option<Located<Vec<f64>>>,
+    /// Or a file of points.
+    pub points: Option<Located<PathBuf>>,
     /// Limits of coordinates, m (rad).
     pub limits: BTreeMap<&'static str, Located<[f64; 2]>>,
     /// Name of the kernel.
@@ -41,6 +45,10 @@ pub struct FieldTable {
     pub through: Option<Located<DVec3>>,
     /// Whether each material has fields of its own, too; default false.
     pub by_material: bool,
+    /// Materials with fields of their own.
+    pub materials: Vec<Located<MaterialIndex>>,
+    /// Whether displacements are those since the first look, instead of the look before; default false.
+    pub since_first: bool,
     /// Between two looks, s; none: `output.interval`.
     pub interval: Option<Located<f64>>,
     /// No look before, s; default 0.
@@ -49,6 +57,8 @@ pub struct FieldTable {
     pub until: Option<Located<f64>>,
     /// One mean over all looks, with standard errors; default false.
     pub average: bool,
+    /// Standard deviation and distance of means over looks near in time, s.
+    pub smooth: Option<Located<[f64; 2]>>,
 }
 
 impl FieldTable {
@@ -60,10 +70,13 @@ impl FieldTable {
             "coordinates" => self.coordinates.as_ref().map(|word| &word.place),
             "grid" => self.grid.as_ref().map(|cells| &cells.place),
             "spacing" => self.spacing.as_ref().map(|sizes| &sizes.place),
+            "points" => self.points.as_ref().map(|file| &file.place),
             "limits" => self.limits.values().next().map(|range| &range.place),
             "width" => self.width.as_ref().map(|width| &width.place),
             "cutoff" => self.cutoff.as_ref().map(|widths| &widths.place),
             "tolerance" => self.tolerance.as_ref().map(|error| &error.place),
+            "materials" => self.materials.first().map(|name| &name.place),
+            "smooth" => self.smooth.as_ref().map(|both| &both.place),
             "mirror" => self.mirror.first().map(|face| &face.place),
             "through" => self.through.as_ref().map(|point| &point.place),
             _ => None,
@@ -103,7 +116,8 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
         let value = all(&items?, |item| item.positive().map(|x| x.value))?;
         Some(Located { value, place })
     });
-    table.exactly_one(&["grid", "spacing"], false);
+    let points = table.get("points").map(|item| item.file());
+    table.exactly_one(&["grid", "spacing", "points"], false);
     let limits = match table.get("limits") {
         Some(item) => item.table().and_then(|limits| {
             let given = COORDINATES.map(|name| (name, limits.get(name)));
@@ -130,10 +144,25 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
     let axis = table.get("axis").map(|item| item.word("axis", &axes));
     let through = table.get("through").map(|item| item.vector());
     let by_material = flag(&table, "by_material", false);
+    let materials = match table.get("materials") {
+        Some(item) => item
+            .list()
+            .and_then(|items| all(&items, |item| item.material())),
+        None => Some(Vec::new()),
+    };
+    let sinces = [("first", true), ("previous", false)];
+    let since_first = match table.get("since") {
+        Some(item) => item.word("look", &sinces),
+        None => Some(false),
+    };
     let interval = table.get("interval").map(|item| item.positive());
     let from = table.get("from").map(|item| item.non_negative());
     let until = table.get("until").map(|item| item.non_negative());
     let average = flag(&table, "average", false);
+    let smooth = table.get("smooth").map(|item| smooth(&item));
+    if average && let Some(item) = table.get("smooth") {
+        item.report("stands beside average = true; one of them");
+    }
     table.finish();
     // Of what is there and wrong the mistake is told already.
     Some(FieldTable {
@@ -143,6 +172,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
         coordinates: given(coordinates)?,
         grid: given(grid)?,
         spacing: given(spacing)?,
+        points: given(points)?,
         limits: limits?,
         kernel: kernel?,
         width: given(width)?,
@@ -152,10 +182,13 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
         axis: given(axis)?,
         through: given(through)?,
         by_material,
+        materials: materials?,
+        since_first: since_first?,
         interval: given(interval)?,
         from: given(from)?,
         until: given(until)?,
         average,
+        smooth: given(smooth)?,
     })
 }
 
@@ -182,6 +215,16 @@ fn file_word(item: &Item<'_>) -> Option<Located<String>> {
     }
     item.report("is part of a file's name: only letters, digits, - and _");
     None
+}
+
+/// Two times, s.
+fn smooth(item: &Item<'_>) -> Option<Located<[f64; 2]>> {
+    let both = item.numbers::<2>()?;
+    if both.iter().any(|time| *time <= 0.0) {
+        item.report("must be [width, step], two times above 0 s");
+        return None;
+    }
+    Some(both)
 }
 
 /// A length in m, or a text as "1.5d".

@@ -32,7 +32,10 @@ pub(super) struct FieldTable {
     header: FramesHeader,
     particles: ParticleTable,
     bodies: Option<BodyTable>,
-    contacts: ContactColumns,
+    /// Nothing where no field follows from contacts.
+    contacts: Option<ContactColumns>,
+    /// In s.
+    time_step: f64,
     /// One thread, beside those that step.
     pool: Arc<ThreadPool>,
     course: Course,
@@ -40,7 +43,7 @@ pub(super) struct FieldTable {
 
 /// The file.
 enum Table {
-    /// A block for each look, one behind the other.
+    /// A block for each look, or each smoothed mean, one behind the other.
     Blocks(TextFile),
     /// The mean so far, which replaces the one before.
     Mean {
@@ -100,7 +103,8 @@ impl FieldTable {
             header: frames_header(plan),
             particles: ParticleTable::new(plan),
             bodies: plan.physics().has_bodies().then(|| BodyTable::new(plan)),
-            contacts: contact_columns(plan, history),
+            contacts: (fields.needs_contacts()).then(|| contact_columns(plan, history)),
+            time_step: plan.physics().time_step(),
             pool: Arc::clone(pool),
             course,
         })
@@ -110,8 +114,8 @@ impl FieldTable {
     fn state(&self, state: &State) -> Result<mercury_cg::state::State, CgError> {
         let particles = self.particles.frame(state);
         let bodies = self.bodies.as_ref().map(|table| table.frame(state));
-        let contacts = contact_frame(state, &self.contacts);
-        let found = state_of(&self.header, &particles, bodies.as_ref(), Some(&contacts))
+        let contacts = (self.contacts.as_ref()).map(|columns| contact_frame(state, columns));
+        let found = state_of(&self.header, &particles, bodies.as_ref(), contacts.as_ref())
             .map_err(CgError::Input)?;
         check(&found, &self.plan.name)?;
         Ok(found)
@@ -141,8 +145,8 @@ impl FieldTable {
 
 impl Stream for FieldTable {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        let inside = (self.plan.from..=self.plan.until).contains(&state.time);
-        if state.due.fields & self.bit == 0 || !inside {
+        let looks = self.plan.looks_at(state.time, self.time_step);
+        if state.due.fields & self.bit == 0 || !looks {
             return Ok(());
         }
         let found = self.state(state)?;
@@ -150,11 +154,12 @@ impl Stream for FieldTable {
         let pool = &self.pool;
         match file {
             Table::Blocks(file) => {
-                let first = file.position() == 0;
+                let mut first = file.position() == 0;
                 let out = &mut file.buffer;
                 pool.install(|| {
                     course.add(analysis, found, |block| {
                         push_table(out, analysis, &block, first, true);
+                        first = false;
                         Ok(())
                     })
                 })?;
@@ -197,7 +202,18 @@ impl Stream for FieldTable {
             Table::Mean {
                 is_behind: true, ..
             } => self.write_mean(),
-            _ => Ok(()),
+            Table::Mean { .. } => Ok(()),
+            // Smoothed means that no further look completes. A run that goes on cuts them off again.
+            Table::Blocks(ref mut file) => {
+                let course = std::mem::take(&mut self.course);
+                let analysis = &self.plan.analysis;
+                course.finish(analysis, |block| {
+                    let first = file.position() == 0 && file.buffer.is_empty();
+                    push_table(&mut file.buffer, analysis, &block, first, true);
+                    Ok(())
+                })?;
+                file.flush()
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use super::particle_frames::ParticleTable;
 use crate::contact::HistoryNumber;
 use crate::forces::ContactRecord;
 use crate::memory::GROWTH;
-use crate::plan::{Expected, Plan};
+use crate::plan::{Expected, FieldPlan, Plan};
 use crate::state::{Bodies, Particles};
 
 /// Characters of a number in a text file, its separator among them.
@@ -50,7 +50,8 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
         kept += GROWTH * rows * NUMBERS[0] * TEXT;
         writing = writing.max(rows * NUMBERS[0] * 8.0);
     }
-    if output.fstat || output.vtk || !output.fields.is_empty() {
+    let of_contacts = output.fields.iter().any(FieldPlan::needs_contacts);
+    if output.fstat || output.vtk || of_contacts {
         let records = touching * ContactRecord::bytes(history.len()) as f64;
         // Once in the loop's blocks, which the writer's frame follows.
         writing += GROWTH * records + records;
@@ -62,6 +63,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if !output.fields.is_empty() {
         // The frames as coarse-graining takes them: lists of particles and of contacts, and tables of where each is.
         let grains = expected.particles + expected.bodies;
+        let touching = if of_contacts { touching } else { 0.0 };
         let states = rows * 40.0 + grains * FIELD_ROWS[0] + touching * FIELD_ROWS[1];
         let end = plan.physics().steps() as f64 * plan.physics().time_step();
         let mut spreading = 0.0f64;

@@ -1,6 +1,6 @@
 //! When something is written: one schedule for everything that a run leaves.
 
-use crate::plan::OutputPlan;
+use crate::plan::{FieldPlan, OutputPlan};
 
 /// What is written of one state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -13,6 +13,8 @@ pub struct Due {
     pub vtk: bool,
     /// Tables of fields, a bit for each in the order of the plan.
     pub fields: u64,
+    /// Those of them that need contacts.
+    pub fields_of_contacts: u64,
 }
 
 impl Due {
@@ -30,6 +32,7 @@ impl Due {
             contacts: self.contacts && !other.contacts,
             vtk: self.vtk && !other.vtk,
             fields: self.fields & !other.fields,
+            fields_of_contacts: self.fields_of_contacts & !other.fields,
         }
     }
 
@@ -41,13 +44,14 @@ impl Due {
             contacts: self.contacts || other.contacts,
             vtk: self.vtk || other.vtk,
             fields: self.fields | other.fields,
+            fields_of_contacts: self.fields_of_contacts | other.fields_of_contacts,
         }
     }
 
     /// Whether each contact has to be recorded for it.
     #[must_use]
     pub fn needs_records(self) -> bool {
-        self.contacts || self.vtk || self.fields != 0
+        self.contacts || self.vtk || self.fields_of_contacts != 0
     }
 }
 
@@ -59,7 +63,16 @@ pub struct Schedule {
     contacts: Option<Every>,
     vtk: Option<Every>,
     checkpoints: Option<Every>,
-    fields: Vec<Every>,
+    fields: Vec<Looks>,
+    /// In s.
+    time_step: f64,
+}
+
+/// When a table of fields looks.
+#[derive(Debug, Clone, PartialEq)]
+struct Looks {
+    every: Every,
+    plan: FieldPlan,
 }
 
 impl Schedule {
@@ -73,8 +86,12 @@ impl Schedule {
             vtk: output.vtk.then(|| every(output.vtk_interval)),
             checkpoints: output.restart_interval.map(every),
             fields: (output.fields.iter())
-                .map(|fields| every(fields.interval))
+                .map(|fields| Looks {
+                    every: every(fields.interval),
+                    plan: fields.clone(),
+                })
                 .collect(),
+            time_step,
         }
     }
 
@@ -85,14 +102,22 @@ impl Schedule {
             frame: true,
             contacts: self.contacts.is_some(),
             vtk: self.vtk.is_some(),
-            fields: (0..self.fields.len()).fold(0, |bits, k| bits | 1 << k),
+            fields: self.bits(|_| true),
+            fields_of_contacts: self.bits(|looks| looks.plan.needs_contacts()),
         }
+    }
+
+    /// A bit for each table of fields of which this is so.
+    fn bits(&self, is_so: impl Fn(&Looks) -> bool) -> u64 {
+        let bits = self.fields.iter().map(is_so).enumerate();
+        bits.fold(0, |bits, (k, is)| bits | u64::from(is) << k)
     }
 
     /// The next step at which anything is due; 0 if at every step.
     #[must_use]
     pub fn next_step(&self) -> u64 {
-        let others = self.contacts.iter().chain(&self.vtk).chain(&self.fields);
+        let others = self.contacts.iter().chain(&self.vtk);
+        let others = others.chain(self.fields.iter().map(|looks| &looks.every));
         let others = others.chain(&self.checkpoints);
         let others = others.map(Every::next_step).min();
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
@@ -101,14 +126,19 @@ impl Schedule {
     /// What is due at the end of this step. Steps are asked about in order, once each; those before [`Schedule::next_step`] may be
     /// left out.
     pub fn due(&mut self, step: u64) -> Due {
+        let time = step as f64 * self.time_step;
+        let fields = (self.fields.iter_mut().enumerate()).fold(0, |bits, (k, looks)| {
+            let is_due = looks.every.is_due(step) && looks.plan.looks_at(time, self.time_step);
+            bits | u64::from(is_due) << k
+        });
+        let of_contacts = self.bits(|looks| looks.plan.needs_contacts());
         let is_due = |every: &mut Option<Every>| every.as_mut().is_some_and(|e| e.is_due(step));
         Due {
             frame: self.frames.is_due(step),
             contacts: is_due(&mut self.contacts),
             vtk: is_due(&mut self.vtk),
-            fields: (self.fields.iter_mut().enumerate()).fold(0, |bits, (k, every)| {
-                bits | u64::from(every.is_due(step)) << k
-            }),
+            fields,
+            fields_of_contacts: fields & of_contacts,
         }
     }
 
@@ -200,6 +230,52 @@ mod tests {
         );
         assert_eq!(due(0.25, 0.1, 10), [3, 5, 8, 10]);
         assert_eq!(due(f64::INFINITY, 0.1, 10), [0u64; 0]);
+    }
+
+    #[test]
+    fn contacts_are_recorded_for_looks_that_need_them_and_only_while_they_look() {
+        let scene = r#"
+            [time]
+            end = 1.0
+            step = 0.1
+            [domain]
+            min = [0, 0, 0]
+            max = [1, 1, 1]
+            [output]
+            interval = 100.0
+            [materials.m]
+            density = 2000.0
+            normal = { law = "linear", stiffness = 1.0, restitution = 0.7 }
+            [[particles]]
+            material = "m"
+            radius = 0.1
+            position = [0.5, 0.5, 0.5]
+            [[fields]]
+            name = "light"
+            fields = ["density", "velocity_gradient", "displacement"]
+            interval = 0.1
+            [[fields]]
+            name = "stressed"
+            fields = ["stress"]
+            interval = 0.2
+            from = 0.6
+            until = 0.8
+        "#;
+        let path = std::path::Path::new("a.toml");
+        let unchecked = mercury_common::scene::Files::Unchecked;
+        let scene = mercury_common::scene::parse_scene(path, scene, &[], unchecked).unwrap();
+        let plan = crate::plan::plan(&scene).unwrap();
+        let step = plan.physics().time_step();
+        let mut schedule = Schedule::behind(plan.outputs().files(), step, 0);
+        let dues = (1..=10).map(|step| schedule.due(step));
+        let found: Vec<_> = dues.map(|due| (due.fields, due.needs_records())).collect();
+        // 0.6 = 6 x 0.1 up to round-off.
+        let expected = |step| match step {
+            6 | 8 => (0b11, true),
+            _ => (0b01, false),
+        };
+        assert_eq!(found, (1..=10).map(expected).collect::<Vec<_>>());
+        assert!(schedule.everything().needs_records());
     }
 
     #[test]

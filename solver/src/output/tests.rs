@@ -58,6 +58,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
             contacts: true,
             vtk: false,
             fields: 0,
+            fields_of_contacts: 0,
         },
         records: vec![
             particle(5.0, 0.5, 0),
@@ -378,6 +379,15 @@ fn everything_written() -> Arc<Plan> {
         coordinates = "Z"
         grid = [5]
         width = 0.1
+        [[fields]]
+        name = "smooth"
+        fields = ["density", "displacement"]
+        coordinates = "O"
+        materials = ["m"]
+        since = "first"
+        width = 0.1
+        smooth = [0.002, 0.003]
+        interval = 0.001
         [[fields]]
         name = "whole"
         coordinates = "O"

@@ -27,6 +27,8 @@ mod row {
     pub(super) const FSTAT: f64 = 500.0;
     /// A contact in the files for ParaView.
     pub(super) const VTK_CONTACT: f64 = 174.0;
+    /// A number of a table of fields: of scenes/profiles.toml, in text.
+    pub(super) const FIELD: f64 = 17.0;
 }
 
 /// How often each kind of frame is written in a run that goes on to its end, and what all of them take once all particles are there.
@@ -78,6 +80,8 @@ impl Disk {
         let with_contacts = of(row::VTK_CONTACT * touching, files.fstat);
         let vtk = row::VTK * spheres + with_contacts;
         let bytes = disk.frames * frame + disk.contact_frames * contacts + disk.vtk_frames * vtk;
+        let numbers: f64 = files.fields.iter().map(|table| table.numbers(end)).sum();
+        let bytes = bytes + row::FIELD * numbers;
         Self { bytes, ..disk }
     }
 
@@ -92,7 +96,7 @@ impl Disk {
         let is_much = self.most_frames() > MANY_FRAMES || self.bytes > MANY_BYTES;
         is_much.then(|| {
             format!(
-                "output: {} frames, which take about {} on the disk; a larger output.interval (or fstat_interval, vtk_interval) makes them fewer",
+                "output: {} frames, which take about {} on the disk; a larger output.interval (or fstat_interval, vtk_interval, that of [[fields]]) makes them fewer",
                 short(self.most_frames()),
                 bytes(self.bytes)
             )

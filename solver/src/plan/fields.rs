@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mercury_cg::CgError;
-use mercury_cg::analysis::{Analysis, TimeMode};
+use mercury_cg::analysis::{Analysis, Reference, TIME_CUTOFF, TimeMode};
 use mercury_cg::input::equal_ball;
 use mercury_cg::kernel::KernelShape;
 use mercury_cg::options::{Cells, Limits, Spacing, Width, mirrors};
@@ -16,6 +16,12 @@ use crate::state::{FIXED, PRESCRIBED};
 
 /// Most field tables of a scene: what is due of them is a bit each.
 pub const MOST_FIELDS: usize = 64;
+
+/// Most smoothed means that are open at a time, each of which takes the memory of a look.
+const MOST_OPEN: f64 = 600.0;
+
+/// Most smoothed means.
+const MOST_MEANS: f64 = 1e7;
 
 /// Fields that a run computes as it goes, and when.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,10 +45,40 @@ impl FieldPlan {
         self.analysis.time == TimeMode::Average
     }
 
+    /// Whether its fields follow from contacts, which are recorded for it then.
+    #[must_use]
+    pub fn needs_contacts(&self) -> bool {
+        let mut fields = self.analysis.fields.iter();
+        fields.any(|field| field.needs_contacts())
+    }
+
+    /// Whether it looks at this time (s). Times are multiples of the step up to round-off, which a slack of 1e-6 of a step takes.
+    #[must_use]
+    pub fn looks_at(&self, time: f64, time_step: f64) -> bool {
+        let slack = 1e-6 * time_step;
+        (self.from - slack..=self.until + slack).contains(&time)
+    }
+
     /// Looks of a run that ends at `end` (s), at most.
     #[must_use]
     pub fn looks(&self, end: f64) -> f64 {
         (self.until.min(end) - self.from).max(0.0) / self.interval + 2.0
+    }
+
+    /// Numbers that its table has at the end of a run that ends at `end` (s), at most.
+    #[must_use]
+    pub fn numbers(&self, end: f64) -> f64 {
+        let analysis = &self.analysis;
+        let (blocks, each) = match analysis.time {
+            TimeMode::Frames => (self.looks(end), 1),
+            TimeMode::Average => (1.0, 2),
+            TimeMode::Smooth { step, .. } => {
+                let looks = self.looks(end) * self.interval;
+                (looks.min(end + self.interval) / step + 1.0, 1)
+            }
+        };
+        let columns = 1 + analysis.evaluator.coordinates.names().len() + each * analysis.numbers();
+        blocks * analysis.evaluator.place.len() as f64 * columns as f64
     }
 }
 
@@ -81,6 +117,12 @@ pub(super) fn fields(
                 table.name.value
             ));
         }
+        if let Some(smooth) = &table.smooth {
+            let interval = **table.interval.as_ref().unwrap_or(&scene.output.interval);
+            if let Some(found) = smoothing(smooth.value, interval, *scene.time.end) {
+                errors.push(smooth.place.error(found));
+            }
+        }
         match analysis(table, &materials, &first) {
             Ok(analysis) => planned.push(FieldPlan {
                 name: table.name.value.clone(),
@@ -95,8 +137,31 @@ pub(super) fn fields(
     planned
 }
 
+/// What is wrong with a width and a step (s) of smoothing over looks every `interval` (s) until `end` (s).
+fn smoothing([width, step]: [f64; 2], interval: f64, end: f64) -> Option<String> {
+    // Each mean whose weight has not ended is open.
+    if 2.0 * TIME_CUTOFF * width / step > MOST_OPEN {
+        return Some(format!(
+            "the step must be at least {} of the width, got {step} s of {width} s",
+            2.0 * TIME_CUTOFF / MOST_OPEN
+        ));
+    }
+    if end / step > MOST_MEANS {
+        return Some(format!("means every {step} s are more than {MOST_MEANS:e}"));
+    }
+    (width < 0.5 * interval).then(|| {
+        format!(
+            "a width of {width} s smooths nothing: looks are {interval} s apart; at least half of that"
+        )
+    })
+}
+
 /// What coarse-graining says of a choice, for whoever wrote a scene: its options are the keys of the table.
 fn refused(table: &FieldTable, error: &CgError) -> SceneError {
+    if let CgError::Format(error) = error {
+        // The one file that is read here.
+        return table.place_of("points").error(error.to_string());
+    }
     let text = error.to_string();
     let (found, help) = match text.split_once("\nhelp: ") {
         Some((found, help)) => (found, Some(help)),
@@ -171,6 +236,7 @@ fn analysis(table: &FieldTable, materials: &[String], first: &State) -> Result<A
         grid: table.grid.as_deref().map(cells),
         spacing: table.spacing.as_deref().map(|sizes| Spacing(sizes.clone())),
         limits: Limits(limits.collect()),
+        points: table.points.as_deref().cloned(),
         shape: match table.kernel {
             "lucy" => KernelShape::Lucy,
             "linear" => KernelShape::Linear,
@@ -186,8 +252,20 @@ fn analysis(table: &FieldTable, materials: &[String], first: &State) -> Result<A
         mirrors: mirrors.map_err(|found| wrong("mirror", found))?,
         axis: table.axis,
         through: table.through.as_deref().copied(),
+        materials: (table.materials.iter())
+            .map(|index| materials[index.value.0].clone())
+            .collect(),
         by_material: table.by_material,
-        time: table.average.then_some(TimeMode::Average),
+        time: match (table.average, table.smooth.as_deref()) {
+            (true, _) => Some(TimeMode::Average),
+            (false, Some(&[width, step])) => Some(TimeMode::Smooth { width, step }),
+            (false, None) => None,
+        },
+        reference: if table.since_first {
+            Reference::First
+        } else {
+            Reference::Previous
+        },
         errors: true,
         ..Wanted::default()
     };

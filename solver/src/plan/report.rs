@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use mercury_cg::analysis::TimeMode;
 use mercury_common::machine::MachineMemory;
 use mercury_common::readable::bytes;
 
@@ -37,10 +38,16 @@ fn fields_line(fields: &FieldPlan) -> String {
     let mut words = format!(
         "`{}`, {} of {} at {} in {}, {} of width {} m, every {} s",
         fields.name,
-        if fields.is_mean() {
-            "the mean"
-        } else {
-            "blocks"
+        match fields.analysis.time {
+            TimeMode::Average => "the mean".to_owned(),
+            TimeMode::Frames => "blocks".to_owned(),
+            TimeMode::Smooth { width, step } => {
+                format!(
+                    "means every {} s, smoothed over {} s,",
+                    short(step),
+                    short(width)
+                )
+            }
         },
         match fields.analysis.fields.len() {
             1 => "1 field".to_owned(),

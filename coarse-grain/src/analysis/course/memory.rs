@@ -32,8 +32,9 @@ impl Course {
             open.put(&mut words);
         }
         words.flag(self.next_time.is_some());
-        if let Some(time) = self.next_time {
-            words.number(time);
+        if let Some((first, next)) = self.next_time {
+            words.number(first);
+            words.count(next);
         }
         self.blocking.put(&mut words);
         words.0
@@ -60,7 +61,7 @@ impl Course {
         let open = (0..count).map(|_| Open::take(&mut words, analysis));
         let open: VecDeque<Open> = open.collect::<Option<_>>()?;
         let next_time = if words.flag()? {
-            Some(words.number()?)
+            Some((words.number()?, words.count()?))
         } else {
             None
         };
