@@ -39,6 +39,7 @@ struct Bond<L> {
 }
 
 impl<L: Real> History<L> for Bond<L> {
+    type One = Bond<f64>;
     const LENGTH: usize = 2;
     fn columns() -> Vec<HistoryNumber> {
         vec![("1", "bond"), ("s", "age of the bond")]
@@ -53,6 +54,20 @@ impl<L: Real> History<L> for Bond<L> {
         Self {
             formed: numbers[0],
             age: numbers[1],
+        }
+    }
+
+    fn gather(one: impl Fn(usize) -> Bond<f64>) -> Self {
+        Self {
+            formed: L::from_lanes(|k| one(k).formed),
+            age: L::from_lanes(|k| one(k).age),
+        }
+    }
+
+    fn lane(&self, k: usize) -> Bond<f64> {
+        Bond {
+            formed: self.formed.lane(k),
+            age: self.age.lane(k),
         }
     }
 }
