@@ -41,6 +41,8 @@ pub struct Writer {
     sender: SyncSender<Message>,
     /// Of checkpoints that are written.
     memory: Receiver<Vec<Piece>>,
+    /// The way by which it comes.
+    lent: Sender<Vec<Piece>>,
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
@@ -164,6 +166,7 @@ impl Writer {
         let (gravity, dimensions) = (plan.physics().gravity(), plan.physics().dimensions());
         let (sender, receiver) = sync_channel(QUEUE);
         let (spent, memory) = channel();
+        let lent = spent.clone();
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
             .spawn(move || {
@@ -177,6 +180,7 @@ impl Writer {
             ))?;
         Ok(Self {
             sender,
+            lent,
             memory,
             thread,
         })
@@ -195,6 +199,11 @@ impl Writer {
         let (answer, told) = sync_channel(1);
         self.sender.send(Message::Tell(answer)).ok()?;
         told.recv().ok()
+    }
+
+    /// Leaves the memory of a state that is not written to the first checkpoint.
+    pub fn lend_memory(&self, state: Encoder) {
+        let _ = self.lent.send(state.into_memory());
     }
 
     /// The memory of a checkpoint that is written, for the next one; without any if there is none yet.

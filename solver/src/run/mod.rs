@@ -44,6 +44,9 @@ use crate::plan::{Plan, checkpoint_paths};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
+/// From so many on a checkpoint takes tens of megabytes.
+const MANY_ROWS: usize = 100_000;
+
 /// What a run needs beside its plan.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
@@ -322,7 +325,7 @@ impl Run {
             }
         };
         let is_over = engine.steps() >= plan.physics().steps();
-        Ok(Self {
+        let run = Self {
             engine,
             writer,
             schedule,
@@ -342,7 +345,21 @@ impl Run {
             next_look: 0,
             ended: is_over.then_some(Ending::Planned),
             options,
-        })
+        };
+        run.prepare_checkpoints();
+        Ok(run)
+    }
+
+    /// Fetches the memory of checkpoints before the first step, where there is so much of it that the system takes longer to hand it out than
+    /// it takes to fill it, and the steps would be held up for it.
+    fn prepare_checkpoints(&self) {
+        let many = self.engine.particles.len() > MANY_ROWS;
+        if let Some(checkpoints) = self.options.checkpoints.as_ref().filter(|_| many)
+            && checkpoints.every.is_some()
+        {
+            self.writer
+                .lend_memory(checkpoint::encode(self, &checkpoints.scene));
+        }
     }
 
     /// The engine, in the middle of a step's kicks.

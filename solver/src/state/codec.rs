@@ -386,6 +386,12 @@ impl Encoder {
         self.pieces.begin();
     }
 
+    /// Its memory, for [`Encoder::reusing`]; what it holds is lost.
+    #[must_use]
+    pub fn into_memory(self) -> Vec<Piece> {
+        self.pieces.filled
+    }
+
     /// All of it, piece by piece.
     #[must_use]
     pub fn finish_in_pieces(mut self) -> Vec<Piece> {
