@@ -356,7 +356,7 @@ fn mistakes_are_told_with_their_place() {
         ),
         (
             "name = \"a\"\nsince = \"start\"",
-            "there are: `first`, `previous`",
+            "there are: first, previous",
         ),
         ("name = \"a\"\nsmooth = [0.1, 0.0]", "must be [width, step]"),
         (

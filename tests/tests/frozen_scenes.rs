@@ -147,11 +147,12 @@ fn good_scenes_run_to_their_end() {
             run(plan, &options, &mut |_| ()).unwrap_or_else(|failure| panic!("{name}: {failure}"));
         let summary = report.summary;
         assert_eq!(summary.status, Status::Finished, "{name}");
-        assert!(
-            summary.warnings.is_empty(),
-            "{name}: {:?}",
-            summary.warnings
-        );
+        // The lid of one of them has but begun to press when the run ends, and is told so.
+        let is_expected =
+            |warning: &str| name == "servo-and-region" && warning.starts_with("servo of `lid`: ");
+        let warnings = summary.warnings.iter();
+        let unexpected: Vec<_> = warnings.filter(|told| !is_expected(told)).collect();
+        assert!(unexpected.is_empty(), "{name}: {unexpected:?}");
         let energy = &summary.energy;
         let parts = [
             energy.kinetic,

@@ -212,16 +212,36 @@ fn a_legend_counts_all_categories() {
         };
         let options = Options {
             colour: ColourBy::Category {
+                label: "kind".into(),
+                names: (0..number).map(|k| format!("kind {k}")).collect(),
+            },
+            ..Options::default()
+        };
+        let texts = texts(&svg(&frame((0..number).map(valued).collect()), &options));
+        let is_named = |k: &u32| texts.contains(&format!("kind {k}"));
+        let named = (0..number).filter(is_named).count() as u32;
+        assert!((10..64).contains(&named), "{named}");
+        let rest = format!("and {} more", number - named);
+        assert!(texts.contains(&rest), "{rest}: {texts:?}");
+    }
+}
+
+/// Categories that are but numbers have a legend only where they are few: nobody looks up one number among many.
+#[test]
+fn many_numbers_have_no_legend() {
+    for (number, has_legend) in [(3, true), (40, false)] {
+        let valued = |k: u32| Sphere {
+            value: f64::from(k),
+            ..sphere(f64::from(k), 0.0, 0.0, 0.5)
+        };
+        let options = Options {
+            colour: ColourBy::Category {
                 label: "body".into(),
                 names: Vec::new(),
             },
             ..Options::default()
         };
         let texts = texts(&svg(&frame((0..number).map(valued).collect()), &options));
-        let is_named = |k: &u32| texts.contains(&k.to_string());
-        let named = (0..number).filter(is_named).count() as u32;
-        assert!((10..64).contains(&named), "{named}");
-        let rest = format!("and {} more", number - named);
-        assert!(texts.contains(&rest), "{rest}: {texts:?}");
+        assert_eq!(texts.contains(&"body".to_owned()), has_legend, "{texts:?}");
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! A chunk of slots goes through four stages, each a short loop without long chains of dependent numbers:
 //!
-//!     search    which of the two of a slot touch; their offset
-//!     prepare   velocities; roots and divisions that need nothing but sizes and distances
-//!     act       the laws, histories one step on
-//!     share     forces and torques to both, in the order of the slots
+//! - search: which of the two of a slot touch; their offset
+//! - prepare: velocities; roots and divisions that need nothing but sizes and distances
+//! - act: the laws, histories one step on
+//! - share: forces and torques to both, in the order of the slots
 //!
 //! The first three work in lanes; nothing is summed up there, so that their number changes no bit. Where pairs follow different laws, those of each
 //! law are put side by side between search and prepare.
