@@ -1,7 +1,9 @@
 //! Who leaves the domain, and who passes a plane that counts: in the step and at the place of its own way.
 
 use glam::{DVec3, dvec3};
+use mercury_common::formats::clump::Pebble;
 use mercury_common::random::Stream;
+use mercury_solver::bodies::{Clump, NewBody};
 use mercury_solver::boundaries::FluxPlan;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{AnyNormal, Linear};
@@ -64,6 +66,66 @@ fn few_that_are_fast_leave_in_the_step_in_which_they_pass_the_face() {
     assert!(
         with_extra_skin >= 3,
         "{with_extra_skin} left in steps with extra skin"
+    );
+}
+
+/// What is prescribed stays with its body when the row of bodies closes up behind one that has left: the second goes on at its velocity and spin, the third
+/// goes on falling, g t²/2 (exactly, as velocity Verlet is exact for a constant force).
+#[test]
+fn prescribed_motion_stays_with_its_body_when_another_leaves() {
+    let radius = 0.01;
+    let pebble = |x: f64| Pebble {
+        position: x * DVec3::X,
+        radius,
+    };
+    let moments = dvec3(1e-6, 2e-6, 2e-6);
+    let material = MaterialIndex::new(0);
+    let rod = Clump::new(
+        "rod",
+        material,
+        vec![pebble(-radius), pebble(radius)],
+        0.01,
+        1e-5,
+        moments,
+    );
+    let body = |x: f64| NewBody::at(dvec3(x, 0.0, 0.0), 0);
+    let leaves = NewBody {
+        velocity: 2.0 * DVec3::Y,
+        ..body(-0.3)
+    };
+    let held = NewBody {
+        prescribed_velocity: [Some(0.1), Some(0.0), Some(0.0)],
+        prescribed_angular_velocity: [Some(0.0), Some(0.0), Some(5.0)],
+        velocity: 0.1 * DVec3::X,
+        angular_velocity: 5.0 * DVec3::Z,
+        ..body(0.0)
+    };
+    let mut scene = Draft::new(1e-3, (DVec3::splat(-1.0), DVec3::splat(1.0)), 1000.0, law());
+    scene.gravity = -0.5 * DVec3::Z;
+    let mut engine = start(scene.with_bodies(vec![rod.unwrap()], vec![leaves, held, body(0.3)]));
+    advance(&mut engine, 1000);
+    let [held, falls] = engine.particles.bodies() else {
+        panic!("{} bodies", engine.particles.bodies().len());
+    };
+    assert!(
+        (held.position - dvec3(0.1, 0.0, 0.0)).length() < 1e-12,
+        "{}",
+        held.position
+    );
+    assert!(
+        (held.angular_velocity - 5.0 * DVec3::Z).length() < 1e-12,
+        "{}",
+        held.angular_velocity
+    );
+    assert!(
+        (falls.position - dvec3(0.3, 0.0, -0.25)).length() < 1e-12,
+        "{}",
+        falls.position
+    );
+    assert!(
+        (falls.velocity - dvec3(0.0, 0.0, -0.5)).length() < 1e-12,
+        "{}",
+        falls.velocity
     );
 }
 
