@@ -522,3 +522,20 @@ fn a_list_lasts_no_longer_than_the_walls_half_of_its_skin() {
         );
     }
 }
+
+/// How deep the deepest contact is counts by its smaller sphere, in either order of rows and ids.
+#[test]
+fn the_largest_overlap_is_a_part_of_the_smaller_radius() {
+    let overlap = 1e-3;
+    for [one, other] in [[0.05, 0.01], [0.01, 0.05]] {
+        let law = frictionless(AnyNormal::Linear(Linear::new(1e-6, 0.0)));
+        let mut plan = Draft::new(1e-6, (-DVec3::ONE, DVec3::ONE), 1000.0, law);
+        plan.particles = [(0.0, one), (one + other - overlap, other)]
+            .map(|(x, radius)| NewParticle::at(x * DVec3::X, radius, MaterialIndex::new(0)))
+            .to_vec();
+        let mut engine = start(plan);
+        engine.step(RECORDS).unwrap();
+        let found = engine.observation().largest_overlap;
+        assert!((found - overlap / 0.01).abs() < 1e-12, "{found}");
+    }
+}

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
 use mercury_solver::plan::{Guard, GuardPolicy, Plan, plan, read_scene};
 use mercury_solver::state::{Encoder, Particles};
 use mercury_solver::step::{Engine, RunError, Snapshot, StartOptions};
 use mercury_solver::walls::Shape;
+use mercury_tests::scenes::{advance, frictionless, sphere, start};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use proptest::test_runner::{Config, TestRunner};
@@ -410,4 +412,26 @@ fn a_force_beside_the_contacts_acts_in_every_step_and_is_part_of_the_state() {
         reason.contains("attraction") && reason.contains("none"),
         "{reason}"
     );
+}
+
+/// What the guard has counted before is told after a restart as without one: how often, and the worst of it with its step, place and partner.
+#[test]
+fn what_the_guard_has_counted_is_told_after_a_restart() {
+    let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));
+    let mut draft = mercury_tests::scenes::plan(1e-4, 1000.0, law);
+    draft.guard = Guard {
+        policy: GuardPolicy::Warn,
+        overlap: 0.1,
+        way: 0.2,
+    };
+    // A third of a radius in a step, and, far from it, two that lie in each other by 0.3 radii.
+    let balls = [(0.0, 33.0), (1.0, 0.0), (1.017, 0.0)];
+    let balls = balls.map(|(x, speed)| sphere(x * DVec3::X, 0.01, speed * DVec3::Y, DVec3::ZERO));
+    let mut engine = start(draft.with_particles(balls.to_vec()));
+    advance(&mut engine, 5);
+    let warnings = engine.guard_warnings();
+    assert_eq!(warnings.len(), 2, "{warnings:#?}");
+    let decoded = Snapshot::decode(&engine.snapshot().encode()).unwrap();
+    let restored = Engine::restore(Arc::clone(engine.plan()), decoded, 1).unwrap();
+    assert_eq!(restored.guard_warnings(), warnings);
 }

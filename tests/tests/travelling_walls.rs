@@ -345,3 +345,99 @@ fn springs_go_on_from_feature_to_feature() {
         assert!(features.len() > 4, "{name}: {features:?}");
     }
 }
+
+/// A ball that is held in a groove of one mesh sticks to both of its sides, which slide away along the groove: each of the two springs is stretched by
+/// the whole way, over every renewal of the lists, for which a mesh is one thing that is near.
+#[test]
+fn a_ball_in_a_groove_of_one_mesh_keeps_both_springs() {
+    let (stiffness, speed, overlap) = (1e3, 0.5, 1e-4);
+    let law = PairLaw {
+        normal: AnyNormal::Linear(Linear::new(1e3, 0.0)),
+        tangential: AnyTangential::Linear(LinearFriction {
+            stiffness,
+            dissipation: 0.0,
+            friction: 1e6,
+            static_friction: 1e6,
+            rotation: SpringRotation::Project,
+            limits: CoulombLimits::Bounded,
+        }),
+        rolling: AnyRolling::None,
+        adhesion: AnyAdhesion::None,
+    };
+    let mut groove = TriangleMesh::default();
+    for (x, z) in [(-0.05, 0.05), (0.0, 0.0), (0.05, 0.05)] {
+        for y in [-0.1, 0.1] {
+            groove.vertices.push(dvec3(x, y, z));
+        }
+    }
+    for [a, b, c, d] in [[0, 1, 3, 2], [2, 3, 5, 4]] {
+        groove.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    let groove = Shape::Mesh(Arc::new(Mesh::new(&groove, |x| x, false).unwrap()));
+    let mut plan = Draft::new(TIME_STEP, (-DVec3::ONE, DVec3::ONE), 2500.0, law);
+    let away = motion(vec![slide(-speed * DVec3::Y)]);
+    plan.walls.push(wall(groove, away));
+    // The sides stand at 45 degrees.
+    let place = DVec3::Z * (2f64.sqrt() * (RADIUS - overlap));
+    let ball = held(sphere(place, RADIUS, DVec3::ZERO, DVec3::ZERO));
+    let mut engine = start(plan.with_particles(vec![ball]));
+    let before = engine.list_statistics().0;
+    for step in 1..=2000u32 {
+        engine.step(RECORDS).unwrap();
+        let expected = -stiffness * speed * TIME_STEP * f64::from(step);
+        let records = engine.observation().records;
+        assert_eq!(records.len(), 2, "step {step}");
+        for record in records {
+            let force = record.tangential;
+            assert!(
+                (force - expected * DVec3::Y).length() < 1e-10 * expected.abs(),
+                "step {step}: {force} and {expected} N"
+            );
+        }
+    }
+    let renewals = engine.list_statistics().0 - before;
+    assert!(renewals > 3, "{renewals} renewals");
+}
+
+/// A plate turns about an axis that travels along a periodic axis with it: that axis moves at the velocity of the journey in every period, also after the
+/// plate was set back by whole periods; and so do, turning about it, all other points.
+#[test]
+fn velocities_that_are_told_go_back_by_periods_with_the_wall() {
+    let (speed, spin) = (0.5, 3.0);
+    let turn = Component::Rotation {
+        axis: DVec3::Y,
+        origin: MIDDLE,
+        angular_velocity: spin,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    let mut scene = domain(true);
+    let plate = Disc::new(DVec3::Z, MIDDLE, 0.005).unwrap();
+    let mut plate = wall(
+        Shape::Disc(plate),
+        motion(vec![turn, slide(speed * DVec3::X)]),
+    );
+    plate.reference = MIDDLE;
+    scene.walls = vec![plate];
+    let mut engine = start(scene);
+    let mut set_back = 0;
+    for _ in 0..30 {
+        advance(&mut engine, 200);
+        let time = engine.time();
+        let planned = &engine.plan().physics().walls()[0];
+        let state = engine.walls()[0].state_at(planned, time);
+        let periods = (MIDDLE.x + speed * time - state.reference.x) / PERIOD;
+        assert!((periods - periods.round()).abs() < 1e-9, "{periods}");
+        set_back += i32::from(periods.round() != 0.0);
+        let found = state.velocity.at(state.reference);
+        assert!(
+            (found - speed * DVec3::X).length() < 1e-9,
+            "{time} s: {found}"
+        );
+        // A hand's breadth above the axis: faster by w h.
+        let above = state.velocity.at(state.reference + 0.1 * DVec3::Z);
+        let expected = (speed + spin * 0.1) * DVec3::X;
+        assert!((above - expected).length() < 1e-9, "{time} s: {above}");
+    }
+    assert!(set_back > 10, "set back in {set_back} of 30 looks");
+}
