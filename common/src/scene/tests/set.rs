@@ -275,3 +275,16 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
         .unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(total(&scene), Total::Number(7));
 }
+
+#[test]
+fn a_strict_start_leaves_the_guard_its_room() {
+    // docs/formats/scene.md: 0.5, or `contact.overlap_error` if that is more; what is said counts as it is.
+    let overlap = |overrides: &[&str]| *good(overrides).guard.overlap;
+    for (said, limit) in [(0.02, 0.5), (0.5, 0.5), (0.8, 0.8)] {
+        let start = format!("contact.overlap_error={said}");
+        assert_eq!(overlap(&[&start]), limit, "{start}");
+        assert_eq!(overlap(&[&start, "guard.policy=warn"]), limit, "{start}");
+        assert_eq!(overlap(&[&start, "guard.overlap=0.3"]), 0.3, "{start}");
+    }
+    assert_eq!(overlap(&[]), 0.5);
+}

@@ -293,6 +293,30 @@ fn damping_needs_one_meaning() {
 }
 
 #[test]
+fn a_side_that_leaves_its_tangential_damping_open_counts_with_the_default() {
+    // The default of the pair is sqrt(2/3) of its normal damping, here 0.6 on both sides; the other side says 0.2: their harmonic mean.
+    let normal =
+        "normal = { law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, damping = 0.6 }";
+    let side =
+        |key: &str| format!("{normal}\ntangential = {{ law = \"mindlin\", friction = 0.3{key} }}");
+    let (said, open) = (side(", damping = 0.2"), side(""));
+    let default = (2.0f64 / 3.0).sqrt() * 0.6;
+    for (a, b, expected) in [
+        (&said, &open, 2.0 / (1.0 / 0.2 + 1.0 / default)),
+        (&open, &said, 2.0 / (1.0 / 0.2 + 1.0 / default)),
+        (&said, &said, 0.2),
+        (&open, &open, default),
+    ] {
+        let plan = planned(&pair(a, b, ""));
+        close(
+            number(&plan, ["a", "b"], "tangential.damping"),
+            expected,
+            1e-14,
+        );
+    }
+}
+
+#[test]
 fn rolling_takes_the_stiffness_of_the_contact_or_asks_for_one() {
     let normal = "normal = { law = \"linear\", stiffness = 1e4, dissipation = 0.0 }\n";
     let rolling = "rolling = { law = \"luding\", friction = 0.1 }\n";
