@@ -146,7 +146,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
             "output",
             "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",
         ] => D::TIME,
-        ["fields", "interval"] => D::TIME,
+        ["fields", "interval" | "smooth"] => D::TIME,
         ["fields", "spacing"] => return Some(Kind::Either(D::LENGTH, D::ANGLE)),
         ["fields", "limits", "phi"] => D::ANGLE,
         ["fields", "limits", _] | ["fields", "width" | "through"] => D::LENGTH,

@@ -12,6 +12,7 @@ use mercury_common::scene::{
 };
 
 use super::earlier::{Earlier, take_up};
+use super::unsupported::film_of_a_row;
 use super::{Counted, NewBody, NewParticle};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
@@ -241,9 +242,8 @@ pub(super) fn starting_particles(
                             break;
                         }
                         if row.film_volume > 0.0 {
-                            errors.push(of_row(
-                                "liquid films are not in this version of mercury-solve".to_owned(),
-                            ));
+                            let row = format!("{}:{}", file.display(), row.line);
+                            errors.push(film_of_a_row(&file.place, &row));
                             break;
                         }
                         let particle = NewParticle {
