@@ -54,7 +54,7 @@ use clap::{CommandFactory, Parser};
 pub use clap_complete::Shell;
 
 pub use failure::{Exit, Failure, Outcome};
-pub use interrupt::{note_on_request, stop_on_request};
+pub use interrupt::{Temporary, end_at_once, note_on_request, stop_on_request};
 pub use progress::Progress;
 pub use values::{duration, positive};
 

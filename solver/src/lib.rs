@@ -1,7 +1,7 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
+//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 pub mod bodies;
 pub mod boundaries;
@@ -13,6 +13,7 @@ pub mod neighbours;
 pub mod output;
 pub mod plan;
 pub mod run;
+pub mod stage;
 pub mod starters;
 pub mod state;
 pub mod step;

@@ -4,14 +4,16 @@ mod command;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 use command::run::{How, Requests, plan_as_toml, run_plan};
+use command::waiting::Waiting;
 use mercury_common::cli::{self, Failure, Outcome, say};
-use mercury_common::machine;
+use mercury_common::machine::{self, MachineMemory};
 use mercury_common::readable::rounded;
-use mercury_common::scene::SceneErrors;
+use mercury_common::scene::{Scene, SceneErrors};
 use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::output::summary::Status;
@@ -199,8 +201,12 @@ fn execute(arguments: &Arguments) -> Outcome {
     };
     // The argument is required without --completions and --inspect.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
+    let stage = requests.as_ref().map_or_else(Arc::default, Requests::stage);
+    let stop = requests.as_ref().map(|requests| &requests.stop);
+    let quiet = arguments.quiet || (arguments.check && arguments.json);
+    let waiting = Waiting::begin(&stage, stop, quiet)?;
     if let Some(study) = command::study::asked_for(path, arguments)? {
-        return command::study::execute(&study, arguments, requests);
+        return command::study::execute(&study, arguments, requests, &stage, waiting);
     }
     let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
     let scene = read_scene(path, &arguments.set).map_err(refused)?;
@@ -208,11 +214,8 @@ fn execute(arguments: &Arguments) -> Outcome {
     let limit = machine.filter(|_| !arguments.force_memory);
     let (plan, memory) = plan_within(&scene, limit).map_err(refused)?;
     if arguments.check {
-        say(&if arguments.json {
-            plan_as_json(&plan, &memory)?
-        } else {
-            report(&plan, &memory, machine)
-        })?;
+        drop(waiting);
+        return checked(arguments, &scene, &plan, &memory, machine);
     }
     if let Some(limit) = limit {
         let fit = check_fit(&scene, &plan, &memory, limit);
@@ -226,8 +229,17 @@ fn execute(arguments: &Arguments) -> Outcome {
         line.share(progress.share(), |seconds| told(progress, seconds));
     };
     let how = arguments.how();
-    let result = run_plan(&how, plan, &memory, &scene.statement, requests, &mut tell);
+    let result = run_plan(
+        &how,
+        plan,
+        &memory,
+        &scene.statement,
+        requests,
+        &stage,
+        &mut tell,
+    );
     line.clear();
+    drop(waiting);
     let Some(report) = result? else {
         return Ok(());
     };
@@ -246,6 +258,26 @@ fn execute(arguments: &Arguments) -> Outcome {
                 rounded(report.summary.time, 12)
             ),
         )),
+    }
+}
+
+/// Says what a scene means, and whether its run fits into the machine.
+fn checked(
+    arguments: &Arguments,
+    scene: &Scene,
+    plan: &Plan,
+    memory: &Memory,
+    machine: Option<MachineMemory>,
+) -> Outcome {
+    say(&if arguments.json {
+        plan_as_json(plan, memory)?
+    } else {
+        report(plan, memory, machine)
+    })?;
+    match machine.filter(|_| !arguments.force_memory) {
+        Some(limit) => check_fit(scene, plan, memory, limit)
+            .map_err(|error| Failure::input(refusal(&SceneErrors(vec![error])))),
+        None => Ok(()),
     }
 }
 

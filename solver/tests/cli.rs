@@ -1,8 +1,12 @@
 //! The command line as a user meets it: exit codes, messages, files.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
+
+use common::{code, errors, folder_with, said, solve};
 
 const SCENE: &str = r#"
 title = "Two spheres"
@@ -39,29 +43,7 @@ pictures = false
 "#;
 
 fn folder_with_scene(text: &str) -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("pair.toml"), text).unwrap();
-    folder
-}
-
-fn solve(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn code(output: &Output) -> Option<i32> {
-    output.status.code()
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
+    folder_with("pair.toml", text)
 }
 
 #[test]

@@ -1,8 +1,11 @@
 //! Studies from the command line: a run for each value, a table, a plot; stopped and gone on with.
 
+mod common;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+
+use common::{code, command, errors, folder_with, said, signal};
 
 const SCENE: &str = r#"
 title = "A ball falls on a plate"
@@ -40,25 +43,12 @@ pictures = false
 "#;
 
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("ball.toml"), SCENE).unwrap();
-    folder
-}
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_mercury-solve"));
-    command.current_dir(folder).args(arguments);
-    command
+    folder_with("ball.toml", SCENE)
 }
 
 fn solve(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let Output {
-        status,
-        stdout,
-        stderr,
-    } = command(folder, arguments).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (status.code(), text(stdout), text(stderr))
+    let output = common::solve(folder, arguments);
+    (code(&output), said(&output), errors(&output))
 }
 
 /// The columns of the study's table by name.
@@ -203,11 +193,7 @@ fn a_study_that_is_stopped_goes_on_to_the_same_table() {
         std::thread::sleep(Duration::from_millis(5));
     }
     std::thread::sleep(Duration::from_millis(100));
-    let killed = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(killed.success());
+    signal(&child, "INT");
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(75));
     let states = column(&study, "status");

@@ -83,6 +83,14 @@ impl<W: Write> Progress<W> {
         }
     }
 
+    /// Tells what is being done, given the seconds since the beginning, unless something was shown a moment ago.
+    pub fn busy(&mut self, text: impl FnOnce(f64) -> String) {
+        if self.is_due() {
+            let text = text(self.begun.elapsed().as_secs_f64());
+            self.print(&text);
+        }
+    }
+
     /// Removes the line from a terminal.
     pub fn clear(&mut self) {
         if let Some(out) = self
@@ -184,8 +192,11 @@ mod tests {
             progress.stage("reading"); // for eyes that wait
             progress.count("pebbles", 7, None);
             progress.count("pebbles", 8, None); // too soon
+            progress.busy(|_| unreachable!("too soon"));
         });
         assert_eq!(text, "pebbles 7\n");
+        let text = shown(false, |progress| progress.busy(|_| "planning".to_owned()));
+        assert_eq!(text, "planning\n");
     }
 
     #[test]

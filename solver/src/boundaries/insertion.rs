@@ -12,6 +12,7 @@ use super::thinning::{Credit, Looks};
 use super::{Ingredient, InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
 use crate::neighbours::Images;
+use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
 use crate::walls::WallNow;
 
@@ -108,6 +109,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) margin: f64,
     /// s
     pub(super) time: f64,
+    /// Who is told of what is placed.
+    pub(super) stage: &'a Stage,
 }
 
 impl Insertion {
@@ -232,9 +235,14 @@ impl Insertion {
                 self.state.pending = Some(pending);
                 break Limit::Space;
             }
+            if around.stage.is_given_up() {
+                self.state.pending = Some(pending);
+                break Limit::Space;
+            }
             let mut looks = Looks::default();
             if self.place(pending, insertion, particles, around, &mut looks) {
                 self.state.pending = None;
+                around.stage.note_placed();
                 self.count_size(pending, insertion);
                 failed = 0;
             } else {

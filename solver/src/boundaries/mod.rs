@@ -48,12 +48,15 @@ pub use thinning::Credit;
 
 pub use mercury_common::scene::{Quantity, Total};
 
+use std::sync::Arc;
+
 use deletion::{Deletion, Exit, Leaver};
 use flux::Fluxes;
 use insertion::{Insertion, Surroundings};
 use row_map::RowMap;
 
 use crate::neighbours::Images;
+use crate::stage::Stage;
 use crate::state::{Id, Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -95,6 +98,8 @@ pub struct Boundaries {
     margin: f64,
     time_step: f64,
     images: Images,
+    /// Whom long insertions tell of themselves, and ask whether they are to go on.
+    stage: Arc<Stage>,
 }
 
 impl Boundaries {
@@ -122,7 +127,13 @@ impl Boundaries {
             margin: 0.0,
             time_step: setting.time_step,
             images,
+            stage: Arc::default(),
         }
+    }
+
+    /// Tells this stage what is placed; an insertion that it [gives up](Stage::is_given_up) ends anywhere.
+    pub fn tell(&mut self, stage: Arc<Stage>) {
+        self.stage = stage;
     }
 
     /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
@@ -144,6 +155,7 @@ impl Boundaries {
             walls,
             margin: self.margin,
             time,
+            stage: &self.stage,
         };
         for (insertion, of_plan) in self.insertions.iter_mut().zip(insertions) {
             changed |= insertion.insert(of_plan, particles, &around);

@@ -3,3 +3,4 @@
 pub(crate) mod new;
 pub(crate) mod run;
 pub(crate) mod study;
+pub(crate) mod waiting;

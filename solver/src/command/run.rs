@@ -1,5 +1,6 @@
 //! A run from the command line: its folder, what is in it already, and how it ends.
 
+use super::waiting::stopped_early;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,6 +15,7 @@ use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::plan::{Memory, Plan, document};
 use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{Checkpoints, Progress, Report, RunOptions, run_from, useful_threads};
+use mercury_solver::stage::Stage;
 
 /// What signals ask of a run.
 #[derive(Debug, Clone)]
@@ -22,6 +24,13 @@ pub(crate) struct Requests {
     pub(crate) stop: Arc<AtomicBool>,
     /// To write a checkpoint and go on.
     pub(crate) checkpoint: Arc<AtomicBool>,
+}
+
+impl Requests {
+    /// What a run is busy with that these requests reach.
+    pub(crate) fn stage(&self) -> Arc<Stage> {
+        Arc::new(Stage::new(Arc::clone(&self.stop)))
+    }
 }
 
 impl Requests {
@@ -69,6 +78,7 @@ pub(crate) fn run_plan(
     memory: &Memory,
     statement: &Statement,
     requests: Requests,
+    stage: &Arc<Stage>,
     tell: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Option<Report>, Failure> {
     let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
@@ -90,8 +100,11 @@ pub(crate) fn run_plan(
             .with_help("write elsewhere with --output DIR"));
         }
     }
-    // The folder is this run's until the end of the function.
-    let (_lock, found) =
+    // The folder is this run's until the end of the function; one that was made for it is not left empty.
+    let is_new = !folder.exists();
+    let made = is_new.then(|| cli::Temporary::new(&folder));
+    let lock_file = cli::Temporary::new(&folder.join(folder::LOCK));
+    let (lock, found) =
         folder::prepare(&folder, plan.outputs().prefix(), how.earlier).map_err(unusable)?;
     let mut notes = Vec::new();
     let mut from = None;
@@ -121,13 +134,14 @@ pub(crate) fn run_plan(
         usize::from,
     );
     let options = RunOptions {
-        folder,
+        folder: folder.clone(),
         threads,
         fewer_where_faster: how.threads.is_none(),
         width: how.width,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
         stop: requests.stop,
+        stage: Arc::clone(stage),
         time_limit: how.time_limit,
         checkpoints: Some(Checkpoints {
             every: how.checkpoint_every,
@@ -137,9 +151,19 @@ pub(crate) fn run_plan(
         }),
         notes,
     };
-    run_from(from, plan, &options, tell)
-        .map(Some)
-        .map_err(|failure| Failure::run(format!("the run failed: {failure}")))
+    let result = run_from(from, plan, &options, tell);
+    drop(lock);
+    drop(lock_file);
+    if let (Some(_), Err(failure)) = (made, &result)
+        && failure.is_stop()
+    {
+        // Only if nothing is in it.
+        let _ = std::fs::remove_dir(&folder);
+    }
+    result.map(Some).map_err(|failure| match failure.is_stop() {
+        true => stopped_early(),
+        false => Failure::run(format!("the run failed: {failure}")),
+    })
 }
 
 /// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.

@@ -14,11 +14,13 @@ use mercury_solver::output::folder::Earlier;
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, read_scene, refusal};
 use mercury_solver::run::{check_fit, plan_within};
+use mercury_solver::stage::{Stage, Task};
 use mercury_solver::study::results::NamedResult;
 use mercury_solver::study::table::{FILE, State, StudyTable};
 use mercury_solver::study::{Study, StudyRun, Sweep, file, grid, plot};
 
 use super::run::{How, Requests, run_plan};
+use super::waiting::Waiting;
 use crate::Arguments;
 
 /// More refused runs than one wants to read of.
@@ -99,9 +101,20 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
 }
 
 /// Runs what is not finished yet, and writes table and plots.
-pub(crate) fn execute(study: &Study, arguments: &Arguments, requests: Option<Requests>) -> Outcome {
+///
+/// `waiting`: who tells of the plans on this `stage`, and ends the program while nothing is begun.
+pub(crate) fn execute(
+    study: &Study,
+    arguments: &Arguments,
+    requests: Option<Requests>,
+    stage: &Stage,
+    waiting: Waiting,
+) -> Outcome {
     let jobs = jobs(study);
     let prefix = check(study, jobs, arguments.force_memory)?;
+    // From here on runs may have something to keep.
+    stage.begin(Task::Stepping);
+    drop(waiting);
     let Some(requests) = requests else {
         let mut text = format!(
             "{} in {}:",
@@ -277,6 +290,7 @@ impl Work<'_> {
                 Ok(None) => (State::Finished, true),
                 Ok(Some(Status::Finished)) => (State::Finished, false),
                 Ok(Some(Status::Stopped)) => (State::Stopped, false),
+                Err(failure) if failure.exit == Exit::Resumable => (State::Stopped, false),
                 Err(failure) => (State::Failed(failure.message), false),
             };
             let mut board = self.board();
@@ -336,6 +350,7 @@ impl Work<'_> {
             &memory,
             &statement,
             self.requests.clone(),
+            &self.requests.stage(),
             &mut tell,
         )?;
         Ok(report.map(|report| report.summary.status))

@@ -3,6 +3,7 @@
 mod budget;
 pub mod checkpoint;
 mod insertions;
+mod long_steps;
 mod memory;
 mod pace;
 mod report;
@@ -29,6 +30,7 @@ pub use report::Report;
 
 use budget::{energy_summary, exchanged};
 use checkpoint::{Checkpoint, Known};
+use long_steps::{LongStep, long_steps};
 use pace::{Pace, Way};
 use rest::Rest;
 use shortfall::{all_left, shortfalls};
@@ -41,6 +43,7 @@ use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
 };
 use crate::plan::{Plan, checkpoint_paths};
+use crate::stage::{Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
@@ -64,6 +67,8 @@ pub struct RunOptions {
     pub plan_document: Option<String>,
     /// Set by anyone who wants the run to end after the step it is in.
     pub stop: Arc<AtomicBool>,
+    /// Who is told what takes long; its flag for stops should be the one above.
+    pub stage: Arc<Stage>,
     /// The run stops by itself after so long, by the clock.
     pub time_limit: Option<Duration>,
     /// Checkpoints; `None`: none are written.
@@ -94,6 +99,23 @@ pub enum RunFailure {
     /// The outputs cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+}
+
+impl RunFailure {
+    /// Whether it is none: the run was stopped before its first step, and has written nothing.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
+        matches!(self, Self::Engine(RunError::GivenUp))
+    }
+}
+
+impl RunOptions {
+    fn start(&self, schedule: &Schedule) -> StartOptions {
+        StartOptions::threads(self.threads)
+            .records(schedule.everything().needs_records())
+            .width(self.width.unwrap_or_else(Width::fastest))
+            .stage(Arc::clone(&self.stage))
+    }
 }
 
 /// Where a run is.
@@ -179,7 +201,9 @@ pub fn run_from(
             }
         }
     });
-    if let Err(failure) = &result {
+    if let Err(failure) = &result
+        && !failure.is_stop()
+    {
         let log = log_head(options) + &format!("failed: {failure}\n");
         // The failure is what the caller must hear of, not that it cannot be logged.
         let _ = write_whole(&options.folder.join("run.log"), log.as_bytes());
@@ -209,6 +233,7 @@ pub struct Run {
     writer: Writer,
     schedule: Schedule,
     rest: Option<Rest>,
+    long_steps: Vec<LongStep>,
     /// With how many threads steps are made, where that is free.
     pace: Option<Pace>,
     /// What had come and gone before the first step.
@@ -288,10 +313,6 @@ impl Run {
     ) -> Result<Self, RunFailure> {
         let begun = Instant::now();
         let folder = &options.folder;
-        if let Some(document) = &options.plan_document {
-            write_whole(&folder.join("plan.toml"), document.as_bytes())
-                .map_err(OutputError::from)?;
-        }
         let starting = (plan.physics().particles().len() + plan.physics().bodies().len()) as u64;
         let plan = Arc::new(plan);
         let resumed_at = from.as_ref().map(|checkpoint| checkpoint.head.step);
@@ -300,17 +321,38 @@ impl Run {
             plan.physics().time_step(),
             resumed_at.unwrap_or(0),
         );
-        let records = schedule.everything().needs_records();
-        let start = StartOptions::threads(options.threads)
-            .records(records)
-            .width(options.width.unwrap_or_else(Width::fastest));
+        let start = options.start(&schedule);
+        let long_steps = long_steps(&plan);
+        let stage = &options.stage;
+        let at_start = long_steps.first().filter(|long| long.step == 0);
+        stage.expect(at_start.map_or(0, |long| long.expected));
+        stage.may_give_up(true);
+        stage.begin(Task::Starting);
+        // Nothing is written before the engine is there: until then a stop leaves no trace.
+        let open = |engine: &Engine, from| {
+            if stage.is_given_up() {
+                return Err(RunFailure::from(RunError::GivenUp));
+            }
+            stage.may_give_up(false);
+            stage.begin(Task::Stepping);
+            if let Some(document) = &options.plan_document {
+                write_whole(&folder.join("plan.toml"), document.as_bytes())
+                    .map_err(OutputError::from)?;
+            }
+            Ok(Writer::start(
+                folder,
+                &plan,
+                &engine.history_columns(),
+                from,
+            )?)
+        };
         let files = checkpoint_paths(folder, plan.outputs().prefix());
         let is_first = |from: &Checkpoint| from.path == files[0];
         let next_checkpoint = usize::from(from.as_ref().is_some_and(is_first));
         let (engine, writer, known) = match from {
             None => {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
-                let writer = Writer::start(folder, &plan, &engine.history_columns(), None)?;
+                let writer = open(&engine, None)?;
                 let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
                 let at_start = exchanged(&engine);
                 // Should the writer have given up, `advance` finds it so, and `finish` says why.
@@ -319,8 +361,7 @@ impl Run {
             }
             Some(from) => {
                 let engine = Engine::resume(Arc::clone(&plan), from.snapshot, start)?;
-                let columns = engine.history_columns();
-                let writer = Writer::start(folder, &plan, &columns, Some(from.positions))?;
+                let writer = open(&engine, Some(from.positions))?;
                 (engine, writer, from.known)
             }
         };
@@ -330,6 +371,7 @@ impl Run {
             writer,
             schedule,
             rest: known.rest,
+            long_steps,
             pace: (options.fewer_where_faster && options.threads > 1).then(Pace::new),
             at_start: known.at_start,
             starting,
@@ -385,7 +427,15 @@ impl Run {
                 return Ok(Advance::Reached);
             }
             let stopping = self.stopping();
-            if !self.advance_a_bit(until.min(plan.physics().steps()), stopping)? {
+            let until = until.min(plan.physics().steps());
+            let is_kept = match self.next_long_step() {
+                Some(long) if long.step == self.engine.steps() + 1 => {
+                    self.make_long_step(long, stopping)?
+                }
+                Some(long) => self.advance_a_bit(until.min(long.step - 1), stopping)?,
+                None => self.advance_a_bit(until, stopping)?,
+            };
+            if !is_kept {
                 break;
             }
             // Seldom enough that looking at the clock costs nothing.
@@ -556,6 +606,7 @@ impl Run {
         if self.ended.is_none() {
             self.advance_a_bit(self.engine.steps() + 1, Some(StopReason::Request))?;
         }
+        self.options.stage.begin(Task::Finishing);
         let written = self.writer.finish()?;
         let folder = &self.options.folder;
         let plan = self.engine.plan();

@@ -65,6 +65,10 @@ pub enum RunError {
         /// Why.
         error: WallError,
     },
+    /// The start, or a step, was given up as it was asked to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): what is there is no
+    /// state.
+    #[error("it was stopped")]
+    GivenUp,
     /// Threads could not be started.
     #[error("the threads cannot be started: {0}")]
     Threads(String),

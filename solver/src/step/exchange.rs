@@ -1,11 +1,14 @@
 //! What comes, what goes and what passes.
 
-use super::Engine;
+use super::{Engine, RunError};
 use crate::boundaries::Crossed;
 
 impl Engine {
     /// Counts, removes and inserts particles.
-    pub(super) fn exchange_particles(&mut self) {
+    ///
+    /// # Errors
+    /// If that was given up; the state is none then.
+    pub(super) fn exchange_particles(&mut self) -> Result<(), RunError> {
         let time = self.time();
         let changed = self.boundaries.exchange(
             &mut self.particles,
@@ -16,6 +19,10 @@ impl Engine {
             time,
         );
         self.lists.rows_changed |= changed;
+        if self.stage.is_given_up() {
+            return Err(RunError::GivenUp);
+        }
+        Ok(())
     }
 
     /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.

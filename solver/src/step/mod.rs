@@ -44,6 +44,7 @@ use crate::forces::{Forces, MotionBound, Observation, Watch};
 use crate::lanes::Width;
 use crate::neighbours::Images;
 use crate::plan::Plan;
+use crate::stage::Stage;
 use crate::state::Particles;
 use crate::walls::WallNow;
 
@@ -78,6 +79,8 @@ pub struct Engine {
     turns: bool,
     /// How many numbers are worked on side by side.
     width: Width,
+    /// Whom long work tells of itself.
+    stage: Arc<Stage>,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
     idle_pool: Option<Arc<rayon::ThreadPool>>,
@@ -141,7 +144,7 @@ impl Engine {
         self.move_walls();
         self.reshape_walls()?;
         self.guard_crossings(fastest);
-        self.exchange_particles();
+        self.exchange_particles()?;
         self.guard_leavers();
         self.keep_lists_valid(fastest)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);

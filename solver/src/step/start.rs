@@ -9,6 +9,7 @@ use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
+use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::walls::WallNow;
 
@@ -25,6 +26,8 @@ pub struct StartOptions {
     pub records: bool,
     /// How many numbers are worked on side by side; changes no bit.
     pub width: Width,
+    /// Who is told of long work, and may ask to give it up.
+    pub stage: Arc<Stage>,
 }
 
 impl StartOptions {
@@ -37,7 +40,15 @@ impl StartOptions {
             forces: Vec::new(),
             records: true,
             width: Width::fastest(),
+            stage: Arc::default(),
         }
+    }
+
+    /// Watched by this one.
+    #[must_use]
+    pub fn stage(mut self, stage: Arc<Stage>) -> Self {
+        self.stage = stage;
+        self
     }
 
     /// With so many lanes.
@@ -90,7 +101,7 @@ impl Engine {
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.take_up_contacts();
-        self.exchange_particles();
+        self.exchange_particles()?;
         self.keep_lists_valid(0.0)?;
         let spring_time = if self.plan.physics().startup_increment() {
             self.plan.physics().time_step()
@@ -155,13 +166,15 @@ impl Engine {
             .iter()
             .any(|wall| wall.motion.all_servos().next().is_some());
         let skin = Skin::first(plan.physics().radii(), needs.range, &images);
+        let mut boundaries = Boundaries::new(
+            plan.physics().insertions(),
+            plan.physics().deletions(),
+            plan.outputs().fluxes(),
+            &plan.physics().setting(),
+        );
+        boundaries.tell(Arc::clone(&options.stage));
         Ok(Self {
-            boundaries: Boundaries::new(
-                plan.physics().insertions(),
-                plan.physics().deletions(),
-                plan.outputs().fluxes(),
-                &plan.physics().setting(),
-            ),
+            boundaries,
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
             turns: plan.physics().laws().turns(),
             plan,
@@ -174,6 +187,7 @@ impl Engine {
             guard: Guard::default(),
             has_servos,
             width: options.width,
+            stage: options.stage,
             step: 0,
             kick_due: false,
             drifted: None,

@@ -1,0 +1,103 @@
+//! What the program says, and how it stops, while a run makes no steps.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use mercury_common::cli::{self, Exit, Failure};
+use mercury_common::readable::{count, duration};
+use mercury_solver::stage::{Stage, Task};
+
+/// How often it looks; a request to stop waits no longer.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// How a run ends that was stopped before anything of it was written.
+pub(crate) fn stopped_early() -> Failure {
+    Failure::new(
+        Exit::Resumable,
+        "stopped before the first step; no file was written or changed",
+    )
+    .with_help("the same command begins again")
+}
+
+/// A thread that tells what a run is busy with between its steps. Until the first of them it ends the program when it is told to stop: there
+/// is nothing yet that could be kept. Until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Waiting {
+    end: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Waiting {
+    /// From now on. `stop`: what tells the run to stop, unless its end is nobody's business.
+    pub(crate) fn begin(
+        stage: &Arc<Stage>,
+        stop: Option<&Arc<AtomicBool>>,
+        quiet: bool,
+    ) -> Result<Self, Failure> {
+        let (end, ended) = channel::<()>();
+        let (stage, stop) = (Arc::clone(stage), stop.cloned());
+        let thread = std::thread::Builder::new()
+            .name("waiting".to_owned())
+            .spawn(move || {
+                let mut line = cli::Progress::in_logs_too(quiet);
+                let (mut task, mut since) = (stage.task(), Instant::now());
+                while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                    if stop
+                        .as_ref()
+                        .is_some_and(|stop| stop.load(Ordering::Relaxed))
+                    {
+                        stage.before_steps(|| {
+                            line.clear();
+                            let failure = stopped_early();
+                            eprintln!("{}", failure.message);
+                            cli::end_at_once(Exit::Resumable as i32)
+                        });
+                    }
+                    let now = stage.task();
+                    if now != task {
+                        (task, since) = (now, Instant::now());
+                        line.clear();
+                    }
+                    if let Some(what) = told(&stage, now) {
+                        line.busy(|_| {
+                            format!("{what}  {}", duration(since.elapsed().as_secs_f64()))
+                        });
+                    }
+                }
+            })
+            .map_err(|error| Failure::run(format!("the threads cannot be started: {error}")))?;
+        Ok(Self {
+            end: Some(end),
+            thread: Some(thread),
+        })
+    }
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What is being done; nothing while steps are made, of which others tell.
+fn told(stage: &Stage, task: Task) -> Option<String> {
+    Some(match (task, stage.placed()) {
+        (Task::Planning, _) => "reading and planning the scene".to_owned(),
+        (Task::Starting, (0, _)) => "first lists and forces".to_owned(),
+        (Task::Starting | Task::Inserting, (placed, Some(of))) if placed < of => {
+            format!("inserted {} of {}", count(placed), count(of))
+        }
+        (Task::Starting, (placed, _)) => {
+            format!("inserted {}, first lists and forces", count(placed))
+        }
+        (Task::Inserting, (placed, _)) => format!("inserted {}", count(placed)),
+        (Task::Finishing, _) => "writing the end".to_owned(),
+        (Task::Stepping, _) => return None,
+    })
+}

@@ -1,0 +1,90 @@
+//! Steps in which a great many particles are placed: whoever asks for a stop meanwhile does not wait for their end.
+//!
+//! The state before such a step is kept. When the run is to stop while the step is made, the step is given up, and the run goes back to that
+//! state: its checkpoint is the one that a stop before the step would have left, and a run that goes on from there ends in the same bytes.
+
+use std::sync::Arc;
+
+use super::{Ending, Run, RunFailure, StopReason};
+use crate::plan::{Plan, expected_number};
+use crate::step::{Engine, RunError, Snapshot};
+
+/// Fewer are placed before anybody gets impatient.
+const MANY: f64 = 20_000.0;
+
+/// A step in which an insertion begins that brings many at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct LongStep {
+    pub(super) step: u64,
+    /// How many, as far as that is known; else 0.
+    pub(super) expected: u64,
+}
+
+/// Those of a plan, by their steps. An insertion at a rate brings few at a time, however many in all.
+pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
+    let physics = plan.physics();
+    let densities: Vec<f64> = (physics.materials().iter())
+        .map(|material| material.density)
+        .collect();
+    let at_once = (physics.insertions().iter()).filter(|insertion| insertion.rate.is_none());
+    let mut found: Vec<LongStep> = Vec::new();
+    for insertion in at_once {
+        let expected = expected_number(insertion, &densities, physics.dimensions());
+        if expected.is_some_and(|number| number < MANY) {
+            continue;
+        }
+        // With the slack that the insertion itself has.
+        let step = (insertion.from / physics.time_step() - 1e-6)
+            .ceil()
+            .max(0.0) as u64;
+        let expected = expected.unwrap_or(0.0) as u64;
+        match found.iter_mut().find(|known| known.step == step) {
+            Some(known) if known.expected > 0 && expected > 0 => known.expected += expected,
+            Some(known) => known.expected = 0,
+            None => found.push(LongStep { step, expected }),
+        }
+    }
+    found.sort_by_key(|long| long.step);
+    found
+}
+
+impl Run {
+    /// The next of them that is still to be made.
+    pub(super) fn next_long_step(&self) -> Option<LongStep> {
+        let made = self.engine.steps();
+        self.long_steps
+            .iter()
+            .find(|long| long.step > made)
+            .copied()
+    }
+
+    /// Makes the next step, which may be long: gives it up when the run is to stop meanwhile. False if the writer has given up.
+    pub(super) fn make_long_step(
+        &mut self,
+        long: LongStep,
+        stopping: Option<StopReason>,
+    ) -> Result<bool, RunFailure> {
+        use crate::stage::Task;
+        let stage = Arc::clone(&self.options.stage);
+        let before = self.engine.snapshot();
+        stage.expect(long.expected);
+        stage.may_give_up(true);
+        stage.begin(Task::Inserting);
+        let made = self.advance_a_bit(long.step, stopping);
+        stage.may_give_up(false);
+        stage.begin(Task::Stepping);
+        match made {
+            Err(RunFailure::Engine(RunError::GivenUp)) => self.go_back(before),
+            made => made,
+        }
+    }
+
+    /// Ends the run in a state of before.
+    fn go_back(&mut self, before: Snapshot) -> Result<bool, RunFailure> {
+        let plan = Arc::clone(self.engine.plan());
+        let step = before.step;
+        self.engine = Engine::resume(plan, before, self.options.start(&self.schedule))?;
+        self.ended = Some(Ending::Stopped(StopReason::Request));
+        Ok(self.keep_checkpoints(step))
+    }
+}

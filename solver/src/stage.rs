@@ -1,0 +1,134 @@
+//! What a run is busy with while it makes no steps: for whoever waits for it, and for whoever wants it to stop.
+//!
+//! Inserting a million particles takes a minute. Who watches sees how far it is ([`Stage::placed`]), and who asks for a stop is answered at
+//! once: the work is given up where nothing is lost by it ([`Stage::may_give_up`]), which the run says.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What is being done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Task {
+    /// The scene and its files are read and planned.
+    #[default]
+    Planning,
+    /// Lists and forces of the start are made.
+    Starting,
+    /// Steps.
+    Stepping,
+    /// Particles are placed.
+    Inserting,
+    /// What stands at the end of a run is written.
+    Finishing,
+}
+
+/// What a run is busy with. Shared by the run and those who watch it; changes no result.
+#[derive(Debug, Default)]
+pub struct Stage {
+    task: Mutex<Task>,
+    placed: AtomicU64,
+    expected: AtomicU64,
+    stop: Arc<AtomicBool>,
+    may_give_up: AtomicBool,
+}
+
+impl Stage {
+    /// Of a run that is asked to stop by this flag.
+    #[must_use]
+    pub fn new(stop: Arc<AtomicBool>) -> Self {
+        Self {
+            stop,
+            ..Self::default()
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Task> {
+        self.task.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is being done now.
+    #[must_use]
+    pub fn task(&self) -> Task {
+        *self.lock()
+    }
+
+    /// Something else is done from now on.
+    pub fn begin(&self, task: Task) {
+        *self.lock() = task;
+    }
+
+    /// Does `act` if nothing of the run is written yet, and keeps it from being written meanwhile.
+    pub fn before_steps<T>(&self, act: impl FnOnce() -> T) -> Option<T> {
+        let task = self.lock();
+        matches!(*task, Task::Planning | Task::Starting).then(act)
+    }
+
+    /// So many are to be placed from now on, as far as is known; 0: it is not.
+    pub(crate) fn expect(&self, number: u64) {
+        self.placed.store(0, Ordering::Relaxed);
+        self.expected.store(number, Ordering::Relaxed);
+    }
+
+    /// One more was placed.
+    pub(crate) fn note_placed(&self) {
+        self.placed.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// How many were placed in this go, and of how many if that is known.
+    #[must_use]
+    pub fn placed(&self) -> (u64, Option<u64>) {
+        let expected = self.expected.load(Ordering::Relaxed);
+        let placed = self.placed.load(Ordering::Relaxed);
+        (
+            placed,
+            (expected >= placed)
+                .then_some(expected)
+                .filter(|number| *number > 0),
+        )
+    }
+
+    /// Whether the present step (or start) may be given up: the state before it is kept, or there is none.
+    pub(crate) fn may_give_up(&self, may: bool) {
+        self.may_give_up.store(may, Ordering::Relaxed);
+    }
+
+    /// Whether the present step (or start) is to be given up.
+    #[must_use]
+    pub fn is_given_up(&self) -> bool {
+        self.may_give_up.load(Ordering::Relaxed) && self.stop.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_given_up_only_where_it_may_be() {
+        let stop = Arc::new(AtomicBool::new(true));
+        let stage = Stage::new(Arc::clone(&stop));
+        assert!(!stage.is_given_up());
+        stage.may_give_up(true);
+        assert!(stage.is_given_up());
+        stop.store(false, Ordering::Relaxed);
+        assert!(!stage.is_given_up());
+    }
+
+    #[test]
+    fn nothing_is_done_before_the_steps_once_they_have_begun() {
+        let stage = Stage::default();
+        assert_eq!(stage.before_steps(|| 1), Some(1));
+        stage.begin(Task::Stepping);
+        assert_eq!(stage.before_steps(|| 1), None);
+    }
+
+    #[test]
+    fn how_far_an_insertion_is() {
+        let stage = Stage::default();
+        stage.note_placed();
+        assert_eq!(stage.placed(), (1, None));
+        stage.expect(2);
+        stage.note_placed();
+        assert_eq!(stage.placed(), (1, Some(2)));
+    }
+}
