@@ -419,6 +419,53 @@ mod tests {
     }
 
     #[test]
+    fn displacements_since_the_first_frame_go_round_the_domain() {
+        let analysis = Analysis {
+            reference: Reference::First,
+            ..analysis(TimeMode::Frames, &["displacement"])
+        };
+        // 0.3 m from frame to frame in a domain of 1 m; a second particle comes in later.
+        let states = (0..10u32).map(|k| {
+            let mut state = state(f64::from(k), 0.0, (0.5 + 0.3 * f64::from(k)).fract());
+            state.space.periodic[0] = true;
+            if k >= 4 {
+                let p = &mut state.particles;
+                p.id.push(8);
+                p.material.push(0);
+                p.flowing.push(true);
+                p.position.push(DVec3::splat(0.5));
+                p.velocity.push(DVec3::ZERO);
+                p.mass.push(2.0);
+                p.volume.push(0.1);
+                p.radius.push(0.1);
+                p.angular_velocity.push(DVec3::ZERO);
+                p.spin.push(DVec3::ZERO);
+            }
+            state
+        });
+        for (k, block) in run(&analysis, states.collect()).iter().enumerate() {
+            let (found, expected) = (block.columns[0].values[0], 0.3 * k as f64);
+            assert!((found - expected).abs() < 1e-14, "{k}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn times_without_frames_are_told() {
+        let smooth = TimeMode::Smooth {
+            width: 0.1,
+            step: 0.5,
+        };
+        let analysis = analysis(smooth, &["density"]);
+        // Means are at 0, 0.5, 1, ...; none of the frames is within 0.3 s of 0.5 s.
+        let states = [0.0, 1.0, 2.0].map(|time| Ok(state(time, 1.0, 0.5)));
+        let error = analysis.run(states.into_iter(), |_| Ok(())).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "--smooth: no frame within 3 widths of 0.1 s of t = 0.5: there are frames at 0 and 1 s\nhelp: a larger width"
+        );
+    }
+
+    #[test]
     fn a_course_goes_on_from_its_memory() {
         let modes = [
             TimeMode::Frames,

@@ -230,10 +230,12 @@ impl Default for CylinderAxis {
 }
 
 impl CylinderAxis {
-    /// Turns the axes cyclically so that the cylinder's axis is the third, with the origin on it.
+    /// Turns the axes cyclically so that the cylinder's axis is the third, with the origin on it; the coordinate along it is that of the input.
     #[must_use]
     pub fn turn_point(&self, x: DVec3) -> DVec3 {
-        self.turn(x - self.through)
+        let mut from = self.through;
+        from[self.along] = 0.0;
+        self.turn(x - from)
     }
 
     /// The same for a vector.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use mercury_common::error::FormatError;
 use mercury_common::formats::vtu::VtuError;
+use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 /// Why nothing, or not all, was written.
@@ -38,6 +39,16 @@ pub enum CgError {
         /// What the system said.
         source: io::Error,
     },
+}
+
+impl From<FileError> for CgError {
+    fn from(error: FileError) -> Self {
+        Self::File {
+            path: error.path,
+            action: error.action,
+            source: error.source,
+        }
+    }
 }
 
 impl CgError {

@@ -18,7 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::coordinates::{Coordinates, CylinderAxis, Place, angles};
-use crate::kernel::{Kernel, KernelChoice};
+use crate::kernel::{Kernel, KernelChoice, KernelShape};
 use crate::state::{Space, State};
 use crate::sums::{Layout, Rank, SPREADS, SYMMETRIC, Spread, Sum, Sums};
 use gather::{gather, total};
@@ -220,6 +220,52 @@ impl Evaluator {
         found
     }
 
+    /// How many images, itself among them, a particle has at most in the mean: as many as the kernel sees through periodic faces and mirrors.
+    #[must_use]
+    pub fn images_of_each(&self, space: &Space) -> f64 {
+        let mut space = self.turned_space(space);
+        space.periodic = space.periodic.map(|periodic| periodic && self.images);
+        let all = |a: usize, ends: [f64; 2]| -> [f64; 2] {
+            (0..self.place.len()).fold(ends, |[low, high], point| {
+                let at = self.place.coordinates(point)[a];
+                [low.min(at), high.max(at)]
+            })
+        };
+        let ends = |a: usize| match &self.place {
+            Place::Grid(axes) => [axes[a].min, axes[a].max],
+            Place::Points(_) => all(a, [f64::INFINITY, f64::NEG_INFINITY]),
+        };
+        let (mut low, mut high) = (DVec3::ZERO, DVec3::ZERO);
+        match self.coordinates {
+            Coordinates::Cartesian(resolved) => {
+                for (k, axis) in (0..3).filter(|&axis| resolved[axis]).enumerate() {
+                    [low[axis], high[axis]] = ends(k);
+                }
+            }
+            Coordinates::Cylindrical { angle, along } => {
+                let [_, radius] = ends(0);
+                (low, high) = (DVec3::splat(-radius), DVec3::splat(radius));
+                if along {
+                    [low.z, high.z] = ends(1 + usize::from(angle));
+                }
+            }
+        }
+        let kernel = &self.kernel;
+        let reach = match kernel.shape {
+            KernelShape::Gaussian => kernel.cutoff * kernel.width,
+            _ => kernel.width,
+        };
+        Imager {
+            space: &space,
+            mirrors: &self.mirrors,
+            low,
+            high,
+            resolved: self.coordinates.kernel_axes(),
+            reach,
+        }
+        .count()
+    }
+
     fn imager<'a>(
         &'a self,
         space: &'a Space,
@@ -277,7 +323,7 @@ impl Evaluator {
                 Coordinates::Cylindrical { angle, along } => {
                     let z = if along { at[at.len() - 1] } else { 0.0 };
                     let smooth = self.kernel.width
-                        * if self.kernel.shape == crate::kernel::KernelShape::Gaussian {
+                        * if self.kernel.shape == KernelShape::Gaussian {
                             1.0
                         } else {
                             0.125

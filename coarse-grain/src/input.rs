@@ -3,28 +3,27 @@
 mod choice;
 mod data;
 mod fstat;
+mod packed;
 mod restart;
 mod run;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use flate2::bufread::MultiGzDecoder;
 use glam::DVec3;
 use mercury_common::error::FormatError;
-use mercury_common::run_files::{self, FRAMES, particles_in, series_number};
+use mercury_common::run_files::{self, FRAMES, particles_in, plain_name, series_number};
 
 use crate::CgError;
 use crate::state::State;
 pub use choice::FrameChoice;
 pub use data::DataSource;
-pub use restart::read_restart;
+use packed::open_text;
+pub use restart::{Restart, read_restart};
 pub use run::{RunSource, equal_ball, state_of};
 
 /// From one look for new frames to the next.
@@ -54,17 +53,20 @@ pub struct Needs {
     pub couples: bool,
     /// Angular velocities.
     pub rotation: bool,
+    /// Who is who from frame to frame.
+    pub identity: bool,
 }
 
-/// Frames of particles of whose time there are no contacts.
+/// Frames of particles of whose time there are no contacts: their times as bits, each once however often the input is read, and what is said of
+/// the first.
 #[derive(Debug, Default)]
-pub struct Skipped(Mutex<(usize, Option<String>)>);
+pub struct Skipped(Mutex<(BTreeSet<u64>, Option<String>)>);
 
 impl Skipped {
     /// One more: at which time, and at which time contacts were found instead.
     fn add(&self, time: f64, contacts: Option<f64>) {
         let mut found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        found.0 += 1;
+        found.0.insert(time.to_bits());
         found.1.get_or_insert_with(|| match contacts {
             Some(other) => format!("particles at t = {time}, contacts at t = {other}"),
             None => format!("particles at t = {time}, no contacts at all"),
@@ -74,10 +76,8 @@ impl Skipped {
     /// How many there were, and the times of the first.
     #[must_use]
     pub fn found(&self) -> (usize, Option<String>) {
-        self.0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone()
+        let found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        (found.0.len(), found.1.clone())
     }
 }
 
@@ -89,15 +89,15 @@ pub enum Source {
     /// `.data`, with `.fstat` if contacts are needed.
     Data(Box<DataSource>),
     /// One state of MercuryDPM.
-    Restart(PathBuf, Box<State>),
+    Restart(PathBuf, Box<Restart>),
 }
 
 /// States, and what is wrong with the rest.
 pub type States<'a> = Box<dyn Iterator<Item = Result<State, CgError>> + Send + 'a>;
 
 impl Source {
-    /// Opens a run folder, `<prefix>.particles.arrow`, `.data` (also `.data.gz` and the first of a series, `.data.0000`) or a `.restart` of
-    /// MercuryDPM.
+    /// Opens a run folder, `<prefix>.particles.arrow`, `.data` (also the first of a series, `.data.0000`) or a `.restart` of MercuryDPM; the text files may be packed as
+    /// [`Packing`](mercury_common::run_files::Packing) says.
     ///
     /// # Errors
     /// When there is nothing of this kind, several runs lie in the folder, or the file lacks what is needed.
@@ -113,13 +113,15 @@ impl Source {
         if name.ends_with(FRAMES) {
             return Ok(Self::Run(Box::new(RunSource::open(path, needs)?)));
         }
-        if name.ends_with(".data") || name.ends_with(".data.gz") || series_number(&name).is_some() {
+        // `.restart` and `.data` may be packed.
+        let (plain, _) = plain_name(&name);
+        if plain.ends_with(".data") || series_number(&name).is_some() {
             return Ok(Self::Data(Box::new(DataSource::open(path, given, needs)?)));
         }
-        if name.ends_with(".restart") {
-            let state = read_restart(path)?.state;
-            check(&state, &path.display().to_string())?;
-            return Ok(Self::Restart(path.to_owned(), Box::new(state)));
+        if plain.ends_with(".restart") {
+            let restart = read_restart(path)?;
+            check(&restart.state, &path.display().to_string())?;
+            return Ok(Self::Restart(path.to_owned(), Box::new(restart)));
         }
         let found = if path.exists() {
             "neither a run folder nor a file of particles"
@@ -128,7 +130,7 @@ impl Source {
         };
         let error = FormatError {
             expected:
-                "a folder of mercury-solve, a .particles.arrow, .data, .data.gz or .restart file"
+                "a folder of mercury-solve, a .particles.arrow, .data or .restart file (text also as .gz, .zst, .xz, .bz2)"
                     .to_owned(),
             ..FormatError::of_file(path, found)
         };
@@ -170,6 +172,16 @@ impl Source {
         }
     }
 
+    /// What the user should know of the input before anything is computed.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        match self {
+            Self::Run(_) => &[],
+            Self::Data(data) => data.notes(),
+            Self::Restart(_, restart) => &restart.notes,
+        }
+    }
+
     /// How many frames were left out so far for want of contacts of their time, and the times of the first.
     #[must_use]
     pub fn skipped(&self) -> (usize, Option<String>) {
@@ -186,26 +198,12 @@ impl Source {
         match self {
             Self::Run(run) => run.states(choice),
             Self::Data(data) => data.states(choice),
-            Self::Restart(_, state) => {
+            Self::Restart(_, restart) => {
                 let wanted = choice == FrameChoice::Last || choice.has(0);
-                Box::new(wanted.then(|| Ok((**state).clone())).into_iter())
+                Box::new(wanted.then(|| Ok(restart.state.clone())).into_iter())
             }
         }
     }
-}
-
-/// Opens a file, unpacking it on the way if it is compressed; the name is only used in messages.
-fn open_text(path: &Path) -> Result<Box<dyn BufRead + Send>, FormatError> {
-    let cannot = |error| FormatError::of_file(path, format!("the file cannot be opened: {error}"));
-    let mut file = BufReader::with_capacity(1 << 17, File::open(path).map_err(cannot)?);
-    let start = file.fill_buf().map_err(cannot)?;
-    if start.starts_with(&[0x1f, 0x8b]) {
-        return Ok(Box::new(BufReader::with_capacity(
-            1 << 17,
-            MultiGzDecoder::new(file),
-        )));
-    }
-    Ok(Box::new(file))
 }
 
 /// Refuses numbers that no field can be made of.
@@ -231,6 +229,13 @@ pub fn check(state: &State, origin: &str) -> Result<(), CgError> {
                 return Err(wrong("particle", row, format!("has the {name} {vector}")));
             }
         }
+        let turning = p.angular_velocity.get(row).copied().unwrap_or_default();
+        let spin = p.spin.get(row).copied().unwrap_or_default();
+        for (name, vector) in [("angular velocity", turning), ("spin", spin)] {
+            if !vector.is_finite() {
+                return Err(wrong("particle", row, format!("has the {name} {vector}")));
+            }
+        }
         let mass = p.mass.get(row).copied().unwrap_or(0.0);
         for (name, size) in [
             ("radius", p.radius[row]),
@@ -244,10 +249,14 @@ pub fn check(state: &State, origin: &str) -> Result<(), CgError> {
     }
     if let Some(contacts) = &state.contacts {
         for row in 0..contacts.len() {
+            let couple = contacts.couple.get(row).copied().unwrap_or_default();
             let vectors = [
                 ("force", contacts.force[row]),
                 ("contact point", contacts.point[row]),
                 ("normal", contacts.normal[row]),
+                ("way to its particle", contacts.arm[row]),
+                ("way to its partner", contacts.partner_arm[row]),
+                ("couple", couple),
             ];
             if let Some((name, vector)) = vectors.iter().find(|(_, vector)| !vector.is_finite()) {
                 return Err(wrong("contact", row, format!("has the {name} {vector}")));

@@ -165,8 +165,9 @@ impl FromStr for Limits {
             if !["x", "y", "z", "r", "phi"].contains(&name.as_str()) {
                 return Err(wrong());
             }
-            if low >= high {
-                return Err(format!("the range of {name} is empty"));
+            if low >= high || !(high - low).is_finite() {
+                let what = if low < high { "too long" } else { "empty" };
+                return Err(format!("the range of {name} is {what}"));
             }
             if limits.iter().any(|(other, ..)| *other == name) {
                 return Err(format!("{name} is given twice"));
@@ -351,6 +352,7 @@ mod tests {
             "x",
             "x=1",
             "x=2..1",
+            "x=-1e308..1e308",
             "q=0..1",
             "x=0..1,x=0..1",
             "x=nan..1",

@@ -1,27 +1,46 @@
 //! Fields at many widths of the kernel: where they do not depend on it, between the size of a particle and the size of the flow, they
 //! are fields (Goldhirsch 2010; Weinhart et al., *Granular Matter* 14, 289, 2012).
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::whole_file::write_whole;
 
 use crate::CgError;
 use crate::analysis::{Analysis, TimeMode};
 use crate::input::States;
-use crate::output::csv;
+use crate::output::{Format, chart, csv};
 
-/// Writes one table with the mean fields at each width: the width first, then coordinates and fields. The input is read once for each
-/// width; returns the number of frames and what is wrong with the rest of them.
+/// Writes the mean fields at each width, to each path as its ending says: a table (`.csv`) with the width first, then coordinates and fields, or a picture
+/// (`.svg`, `.png`) of the fields over the width. The input is read once for each width; returns the number of frames and what is wrong with the rest
+/// of them.
 ///
 /// # Errors
-/// Those of the input; when there is no frame or the file cannot be written.
+/// Those of the input; when there is no frame, a path has another ending, a picture cannot show so much, or a file cannot be written.
 pub fn write<'a>(
     analysis: &Analysis,
     widths: &[f64],
     states: impl Fn() -> States<'a>,
-    path: &Path,
+    paths: &[PathBuf],
 ) -> Result<(usize, Option<CgError>), CgError> {
-    let mut out = Vec::new();
+    let mut is_drawn = false;
+    for path in paths {
+        match Format::of(path)? {
+            Format::Csv => {}
+            Format::Svg | Format::Png => is_drawn = true,
+            _ => {
+                return Err(CgError::Input(format!(
+                    "{}: --scan writes a table, .csv, or pictures, .svg and .png",
+                    path.display()
+                )));
+            }
+        }
+    }
+    if is_drawn {
+        chart::refuse_widths(&analysis.evaluator, analysis.numbers())?;
+    }
+    let mut table = Vec::new();
+    let mut blocks = Vec::new();
     let mut told = (0, None);
     for (k, &width) in widths.iter().enumerate() {
         let mut analysis = Analysis {
@@ -35,14 +54,17 @@ pub fn write<'a>(
                 let heading = csv::header(&analysis.evaluator, &block, false);
                 let (units, names) = heading.split_once('\n').unwrap_or_default();
                 let units = units.strip_prefix("# units: ").unwrap_or(units);
-                out.extend(format!("# units: m,{units}\nwidth,{names}").into_bytes());
+                table.extend(format!("# units: m,{units}\nwidth,{names}").into_bytes());
             }
             let mut rows = Vec::new();
             csv::push_rows(&mut rows, &analysis.evaluator, &block, false);
             for row in rows.split_inclusive(|&byte| byte == b'\n') {
-                push_number(&mut out, width, NumberStyle::Shortest);
-                out.push(b',');
-                out.extend_from_slice(row);
+                push_number(&mut table, width, NumberStyle::Shortest);
+                table.push(b',');
+                table.extend_from_slice(row);
+            }
+            if is_drawn {
+                blocks.push((width, block));
             }
             Ok(())
         })?;
@@ -52,10 +74,14 @@ pub fn write<'a>(
             }));
         }
     }
-    std::fs::write(path, out).map_err(|source| CgError::File {
-        path: path.to_owned(),
-        action: "the file cannot be written",
-        source,
-    })?;
+    for path in paths {
+        let page = || chart::widths(&analysis.evaluator, &blocks);
+        let drawn = match Format::of(path)? {
+            Format::Svg => Some(page()?.svg()?.into_bytes()),
+            Format::Png => Some(page()?.image()?.png()?),
+            _ => None,
+        };
+        write_whole(path, drawn.as_ref().unwrap_or(&table))?;
+    }
     Ok(told)
 }

@@ -6,14 +6,14 @@ use glam::DVec3;
 use mercury_common::readable::shortened;
 
 use crate::CgError;
-use crate::analysis::{Analysis, Part, Reference, TimeMode};
+use crate::analysis::{Analysis, Part, Reference, TIME_CUTOFF, TimeMode};
 use crate::coordinates::{Coordinates, CylinderAxis, GridAxis, Place};
 use crate::evaluate::{Evaluator, Mirrors};
 use crate::fields::{FIELDS, Field, STANDARD};
 use crate::input::{Given, Needs, Source};
 use crate::kernel::{DEFAULT_CUTOFF, DEFAULT_TOLERANCE, KernelChoice, KernelShape, LineCut};
 use crate::options::{Cells, Limits, Spacing, Width};
-use crate::state::State;
+use crate::state::{Space, State};
 
 /// What is wanted, as far as it was said.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -62,6 +62,12 @@ pub struct Wanted {
 
 /// Most points of a grid that nobody has asked for.
 const MOST_POINTS: usize = 2_000_000;
+
+/// Most images of a particle: a kernel that sees more is so wide that fields are means over the domain, which other coordinates give at once.
+const MOST_IMAGES: f64 = 10_000.0;
+
+/// Most smoothed means that are open at a time, each of which takes the memory of a frame.
+const MOST_OPEN: f64 = 600.0;
 
 /// Most materials that are looked at one by one unless each is named: all fields are computed for each.
 const MOST_MATERIALS: usize = 256;
@@ -141,6 +147,7 @@ impl Wanted {
             couples: fields.iter().any(|field| field.needs_couples()),
             rotation: fields.iter().any(|field| field.needs_rotation())
                 && !self.fields.iter().any(|name| name == "all"),
+            identity: fields.iter().any(|field| field.needs_displacement()),
         };
         let source = Source::open(path, given, needs(&without))?;
         if !source.has_contacts() {
@@ -190,6 +197,30 @@ impl Wanted {
                 )));
             }
         }
+        for (a, mirrors) in self.mirrors.iter().enumerate() {
+            if mirrors.contains(&true) && !coordinates.kernel_axes()[a] {
+                let name = ["x", "y", "z"][a];
+                return Err(CgError::Input(format!(
+                    "--mirror: fields with the coordinates {coordinates} are means over {name}, along which there is nothing to mirror"
+                )));
+            }
+            let length = state.space.max[a] - state.space.min[a];
+            // Also where it is no number.
+            if *mirrors == [true; 2] && (length.is_nan() || length <= 0.0) {
+                let name = ["x", "y", "z"][a];
+                return Err(CgError::Input(format!(
+                    "--mirror: the domain has no length along {name}"
+                )));
+            }
+        }
+        if let Some(TimeMode::Smooth { width, step }) = self.time
+            && 2.0 * TIME_CUTOFF * width / step > MOST_OPEN
+        {
+            return Err(CgError::Input(format!(
+                "--smooth: the step must be at least {} of the width, got {step} s of {width} s",
+                2.0 * TIME_CUTOFF / MOST_OPEN
+            )));
+        }
         for a in 0..3 {
             let length = extent(state, &coordinates, &axis, a);
             // Also where it is no number.
@@ -205,13 +236,15 @@ impl Wanted {
         }
         let place = self.place(&coordinates, &axis, state, &kernel)?;
         let parts = self.parts(materials, state)?;
+        let evaluator = Evaluator {
+            axis,
+            mirrors: self.mirrors,
+            images: !self.compat,
+            ..Evaluator::new(coordinates, place, kernel)
+        };
+        refuse_many_images(&evaluator, &state.space)?;
         Ok(Analysis {
-            evaluator: Evaluator {
-                axis,
-                mirrors: self.mirrors,
-                images: !self.compat,
-                ..Evaluator::new(coordinates, place, kernel)
-            },
+            evaluator,
             fields,
             parts,
             time: self.time.unwrap_or(TimeMode::Frames),
@@ -436,6 +469,24 @@ impl Wanted {
     }
 }
 
+/// Refuses kernels that see so many periodic and mirror images that nobody would wait for them.
+///
+/// # Errors
+/// Where there are more than 10,000 of each particle.
+pub fn refuse_many_images(evaluator: &Evaluator, space: &Space) -> Result<(), CgError> {
+    let images = evaluator.images_of_each(space);
+    // Also where it is no number.
+    if images <= MOST_IMAGES {
+        return Ok(());
+    }
+    let width = evaluator.kernel.width;
+    let found = format!(
+        "--width: a kernel of {width} m sees {images:.3e} periodic and mirror images of each particle"
+    );
+    let help = "a smaller width, or coordinates over which fields are means";
+    Err(CgError::Input(format!("{found}\nhelp: {help}")))
+}
+
 fn extent(state: &State, coordinates: &Coordinates, axis: &CylinderAxis, a: usize) -> f64 {
     match coordinates {
         Coordinates::Cartesian(_) => state.space.extent(a),
@@ -504,12 +555,7 @@ fn usual_limits(
                 .map(|(a, b)| (0.0, a.min(b)))
                 .filter(|(_, r)| *r > 0.0)
         }
-        "z" if cylindrical => bounds(axis.along).map(|(low, high)| {
-            (
-                low - axis.through[axis.along],
-                high - axis.through[axis.along],
-            )
-        }),
+        "z" if cylindrical => bounds(axis.along),
         name => bounds(
             ["x", "y", "z"]
                 .iter()

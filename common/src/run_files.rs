@@ -7,9 +7,86 @@ use crate::error::FormatError;
 /// How the name of a run's native frames of particles ends.
 pub const FRAMES: &str = ".particles.arrow";
 
-/// Endings of files of particles, the first in a folder counting before the others: native frames, `.data`, the same packed, and the first
-/// file of a series.
-pub const PARTICLES: [&str; 5] = [FRAMES, ".data", ".data.gz", ".data.0000", ".data.0"];
+/// Endings of files of particles, the first in a folder counting before the others: native frames, `.data`, and the first file of a series; the text
+/// files may be packed, see [`Packing`].
+pub const PARTICLES: [&str; 4] = [FRAMES, ".data", ".data.0000", ".data.0"];
+
+/// A way in which text files are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Packing {
+    /// `gzip`.
+    Gzip,
+    /// `zstd`.
+    Zstd,
+    /// `xz`.
+    Xz,
+    /// `bzip2`.
+    Bzip2,
+}
+
+impl Packing {
+    /// All of them, in the order in which files are looked for.
+    pub const ALL: [Self; 4] = [Self::Gzip, Self::Zstd, Self::Xz, Self::Bzip2];
+
+    /// What is appended to the name of a file.
+    #[must_use]
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Gzip => ".gz",
+            Self::Zstd => ".zst",
+            Self::Xz => ".xz",
+            Self::Bzip2 => ".bz2",
+        }
+    }
+
+    /// The bytes that a packed file begins with.
+    #[must_use]
+    pub fn magic(self) -> &'static [u8] {
+        match self {
+            Self::Gzip => &[0x1f, 0x8b],
+            Self::Zstd => &[0x28, 0xb5, 0x2f, 0xfd],
+            Self::Xz => &[0xfd, b'7', b'z', b'X', b'Z', 0],
+            Self::Bzip2 => b"BZh",
+        }
+    }
+
+    /// The command that unpacks a file.
+    #[must_use]
+    pub fn command(self) -> &'static str {
+        match self {
+            Self::Gzip => "gunzip",
+            Self::Zstd => "unzstd",
+            Self::Xz => "unxz",
+            Self::Bzip2 => "bunzip2",
+        }
+    }
+
+    /// How a file is packed that begins with these bytes.
+    #[must_use]
+    pub fn of(start: &[u8]) -> Option<Self> {
+        // Files of zstd may begin with a frame that is to be passed over (RFC 8878, 3.1.2).
+        if let [0x50..=0x5f, 0x2a, 0x4d, 0x18, ..] = start {
+            return Some(Self::Zstd);
+        }
+        let mut all = Self::ALL.into_iter();
+        all.find(|packing| start.starts_with(packing.magic()))
+    }
+}
+
+/// The name without the ending of a packed file, and that ending: `chute.data` and `.gz` of `chute.data.gz`.
+///
+/// ```
+/// use mercury_common::run_files::plain_name;
+///
+/// assert_eq!(plain_name("chute.data.0012.xz"), ("chute.data.0012", ".xz"));
+/// assert_eq!(plain_name("chute.data"), ("chute.data", ""));
+/// ```
+#[must_use]
+pub fn plain_name(name: &str) -> (&str, &str) {
+    let mut endings = Packing::ALL.into_iter().map(Packing::ending);
+    let found = endings.find_map(|ending| Some((name.strip_suffix(ending)?, ending)));
+    found.unwrap_or((name, ""))
+}
 
 /// The file of a folder that holds the particles of its run.
 ///
@@ -34,8 +111,17 @@ pub fn particles_in(folder: &Path) -> Result<PathBuf, FormatError> {
         paths.push(entry.map_err(failed)?.path());
     }
     paths.sort();
-    for ending in PARTICLES {
-        let has = |path: &&PathBuf| path.to_string_lossy().ends_with(ending);
+    let packings = [""].into_iter();
+    let packings = packings.chain(Packing::ALL.map(Packing::ending));
+    let packings: Vec<&str> = packings.collect();
+    let endings = PARTICLES.iter().flat_map(|ending| {
+        let count = if *ending == FRAMES { 1 } else { packings.len() };
+        packings[..count]
+            .iter()
+            .map(move |packing| format!("{ending}{packing}"))
+    });
+    for ending in endings {
+        let has = |path: &&PathBuf| path.to_string_lossy().ends_with(&ending);
         let mut found = paths.iter().filter(has);
         match (found.next(), found.next()) {
             (None, _) => {}
@@ -53,17 +139,18 @@ pub fn particles_in(folder: &Path) -> Result<PathBuf, FormatError> {
     })
 }
 
-/// The number behind `.data.` of a file of a series, and the digits that it is written with.
+/// The number behind `.data.` of a file of a series, packed or not, and the digits that it is written with.
 ///
 /// ```
 /// use mercury_common::run_files::series_number;
 ///
 /// assert_eq!(series_number("chute.data.0012"), Some((12, 4)));
+/// assert_eq!(series_number("chute.data.7.gz"), Some((7, 1)));
 /// assert_eq!(series_number("chute.data.gz"), None);
 /// ```
 #[must_use]
 pub fn series_number(name: &str) -> Option<(u64, usize)> {
-    let (_, number) = name.rsplit_once(".data.")?;
+    let (_, number) = plain_name(name).0.rsplit_once(".data.")?;
     let digits = number.bytes().all(|b| b.is_ascii_digit());
     let value: u64 = number.parse().ok().filter(|_| digits)?;
     Some((value, number.len()))
@@ -76,10 +163,11 @@ pub fn series_from(path: &Path) -> Vec<PathBuf> {
     let Some((first, digits)) = series_number(&name) else {
         return vec![path.to_owned()];
     };
-    let (stem, _) = name.rsplit_once('.').unwrap_or((&name, ""));
+    let (plain, packing) = plain_name(&name);
+    let (stem, _) = plain.rsplit_once('.').unwrap_or((plain, ""));
     // MercuryDPM pads to four digits or not at all, and writes longer numbers in full.
     let width = if digits >= 4 { 4 } else { 0 };
-    let file = |k: u64| path.with_file_name(format!("{stem}.{k:0width$}"));
+    let file = |k: u64| path.with_file_name(format!("{stem}.{k:0width$}{packing}"));
     let files = (first..=u64::MAX).map(file);
     files.take_while(|path| path.exists()).collect()
 }
@@ -132,6 +220,8 @@ mod tests {
             ),
             (&["a.data.gz", "a.data", "b.ene"], "a.data"),
             (&["a.data.gz", "a.fstat.gz"], "a.data.gz"),
+            (&["a.data.xz", "a.data.zst"], "a.data.zst"),
+            (&["a.data.0.bz2", "a.data.1.bz2"], "a.data.0.bz2"),
             (&["a.data.0001", "a.data.0000"], "a.data.0000"),
             (&["a.data.0", "a.data.1"], "a.data.0"),
         ] {
@@ -173,6 +263,8 @@ mod tests {
             .map(|name| folder.path().join(name))
             .collect();
         assert_eq!(found, expected);
+        let packed = self::folder(&["a.data.0.xz", "a.data.1.xz", "a.data.2"]);
+        assert_eq!(series_from(&packed.path().join("a.data.0.xz")).len(), 2);
         let padded = self::folder(&["a.data.9998", "a.data.9999", "a.data.10000"]);
         assert_eq!(series_from(&padded.path().join("a.data.9998")).len(), 3);
         let single = folder.path().join("a.data");

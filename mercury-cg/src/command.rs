@@ -6,13 +6,14 @@ use std::sync::mpsc::sync_channel;
 
 use mercury_cg::CgError;
 use mercury_cg::analysis::{Analysis, TimeMode};
-use mercury_cg::input::{FrameChoice, Given, PAUSE, Source, States};
+use mercury_cg::input::{FrameChoice, Given, Source, States};
 use mercury_cg::options::{Scan, Width};
 use mercury_cg::output::{Format, Succession};
 use mercury_cg::scan;
-use mercury_cg::setup::mean_diameter;
-use mercury_cg::state::State;
+use mercury_cg::setup::{mean_diameter, refuse_many_images};
+use mercury_cg::state::{Contacts, State};
 use mercury_common::cli::Progress;
+use mercury_common::{machine, readable};
 
 use super::Arguments;
 use super::files::{self, Output};
@@ -35,24 +36,32 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
             let found = "--density, --fixed and --fstat: the frames of a run say it themselves";
             return Err(CgError::Input(found.to_owned()));
         }
-        Source::Run(run) => {
-            while follow && run.is_empty() && !end.exists() {
-                std::thread::sleep(PAUSE);
-                run.refresh();
-            }
-        }
+        Source::Run(_) => {}
         _ if follow => {
             let found = "--follow: only the Arrow frames of a run can be followed";
             return Err(CgError::Input(found.to_owned()));
         }
         _ => {}
     }
-    let first = match arguments.between(source.states(arguments.frames)).next() {
-        Some(state) => state?,
-        None => return Err(CgError::Input(nothing(&source))),
+    for note in source.notes().iter().filter(|_| !arguments.quiet) {
+        let _ = writeln!(std::io::stderr(), "note: {note}");
+    }
+    let first = match &mut source {
+        // Waits for it.
+        Source::Run(run) if follow => {
+            let states = Box::new(run.follow(arguments.frames, end.clone()));
+            arguments.between(states).next()
+        }
+        source => arguments.between(source.states(arguments.frames)).next(),
     };
+    let first = first.unwrap_or_else(|| Err(CgError::Input(nothing(&source))))?;
     let mut analysis = wanted.analysis(source.materials(), &first, fields)?;
     analysis.running = follow;
+    let expected = match &source {
+        Source::Run(run) if !follow => run.len(),
+        _ => 1 << 10,
+    };
+    refuse_beyond_memory(&analysis, &first, expected)?;
     if wanted.fields.is_empty() && !source.has_contacts() && !arguments.quiet {
         let note = "there are no contacts beside the particles; fields of contacts are left out";
         let _ = writeln!(std::io::stderr(), "note: {note}");
@@ -126,6 +135,11 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
         );
     }
     warn(&source, flowing == 0, damage, frames);
+    let mut fields = analysis.fields.iter();
+    if frames == 1 && fields.any(|field| field.needs_displacement()) {
+        let text = "displacements are zero: there is no frame before the only one";
+        let _ = writeln!(std::io::stderr(), "warning: {text}");
+    }
     Ok(report)
 }
 
@@ -136,6 +150,28 @@ fn end_of_run(input: &Path) -> PathBuf {
         input.join(name)
     } else {
         input.with_file_name(name)
+    }
+}
+
+/// Refuses what the machine's memory cannot hold, before it is asked for.
+fn refuse_beyond_memory(analysis: &Analysis, first: &State, frames: usize) -> Result<(), CgError> {
+    let particles = first.particles.len() as f64;
+    let contacts = first.contacts.as_ref().map_or(0, Contacts::len) as f64;
+    // Where each image is, and where it is sorted to.
+    let images = analysis.evaluator.images_of_each(&first.space) - 1.0;
+    let images = images * particles.max(contacts) * 2.0 * 64.0;
+    let needed = analysis.bytes(particles, contacts, frames as f64) + images;
+    match machine::memory() {
+        Some(memory) if needed > memory.total => {
+            let points = analysis.evaluator.place.len();
+            let found = format!(
+                "fields at {points} points take some {} of memory; this machine has {memory}",
+                readable::bytes(needed)
+            );
+            let help = "a coarser --grid, fewer --fields, --no-errors, or a smaller --width";
+            Err(CgError::Input(format!("{found}\nhelp: {help}")))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -215,24 +251,32 @@ fn scan_widths(
     scan: Scan,
     outputs: &[PathBuf],
 ) -> Result<String, CgError> {
-    let [output] = outputs else {
-        return Err(CgError::Input("--scan: one table, -o NAME.csv".to_owned()));
-    };
-    if files::is_parquet(output) || Format::of(output)? != Format::Csv {
-        let found = format!("{}: --scan writes a table, .csv", output.display());
-        return Err(CgError::Input(found));
-    }
-    if output.exists() && !arguments.force {
-        return Err(CgError::Exists(output.clone()));
+    for output in outputs {
+        let may = [Format::Csv, Format::Svg, Format::Png];
+        if files::is_parquet(output) || !may.contains(&Format::of(output)?) {
+            let found = format!(
+                "{}: --scan writes a table, .csv, or pictures, .svg and .png",
+                output.display()
+            );
+            return Err(CgError::Input(found));
+        }
+        if output.exists() && !arguments.force {
+            return Err(CgError::Exists(output.clone()));
+        }
     }
     let diameter = match scan.from {
         Width::Metres(_) => 1.0,
         Width::Diameters(_) => mean_diameter(first)?,
     };
     let widths = scan.widths(diameter);
+    let mut widest = analysis.clone();
+    widest.evaluator.kernel.width = widths.last().copied().unwrap_or(diameter);
+    refuse_many_images(&widest.evaluator, &first.space)?;
+    refuse_beyond_memory(&widest, first, 1 << 10)?;
     let states = || arguments.between(source.states(arguments.frames));
-    let (frames, damage) = scan::write(analysis, &widths, states, output)?;
+    let (frames, damage) = scan::write(analysis, &widths, states, outputs)?;
     warn(source, false, damage, frames);
     let (widths, frames) = (counted(widths.len(), "width"), counted(frames, "frame"));
-    Ok(format!("{widths} from {frames}: {}", output.display()))
+    let said = |output: &PathBuf| format!("{widths} from {frames}: {}\n", output.display());
+    Ok(outputs.iter().map(said).collect())
 }

@@ -31,8 +31,8 @@ Examples:
   mercury-cg drum --follow --coordinates XZ -o drum.vti
                                        a series for ParaView while the solver runs
 
-INPUT is a run folder, NAME.particles.arrow, NAME.data[.gz] (with NAME.fstat[.gz] beside it), NAME.data.0000 (a series), or \
-a .restart of MercuryDPM.
+INPUT is a run folder, NAME.particles.arrow, NAME.data (with NAME.fstat beside it), NAME.data.0000 (a series), or \
+a .restart of MercuryDPM; .data, .fstat and .restart may be packed (.gz, .zst, .xz, .bz2).
 The ending of -o says what is written: .csv and .parquet tables, .stat MercuryCG's layout, .vti image data for ParaView, .svg and .png \
 pictures of profiles (one coordinate) and maps (two).
 Fields with units and definitions: mercury-cg --list-fields.
@@ -84,8 +84,8 @@ struct Arguments {
     /// Its width in m, or in mean diameters as in 1.5d: standard deviation (gaussian) or radius (others) [default: 1d]
     #[arg(long, value_name = "WIDTH", help_heading = "Kernel")]
     width: Option<Width>,
-    /// Many widths at equal ratios, FROM..TO/COUNT as in 0.5d..4d/12: a table with the width as first column
-    #[arg(long, value_name = "WIDTHS", conflicts_with_all = ["width", "follow", "smooth", "exact", "fast"], help_heading = "Kernel")]
+    /// Many widths at equal ratios, FROM..TO/COUNT as in 0.5d..4d/12: a table with the width as first column, and pictures of fields over the width
+    #[arg(long, value_name = "WIDTHS", conflicts_with_all = ["width", "follow", "smooth"], help_heading = "Kernel")]
     scan: Option<Scan>,
     /// Where a gaussian is cut, in widths [default: 4]
     #[arg(long, value_name = "WIDTHS", value_parser = cutoff, help_heading = "Kernel")]

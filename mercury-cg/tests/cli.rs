@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use glam::DVec3;
+use mercury_common::frames::{FramesHeader, ParticleColumns, ParticleFrame, ParticleWriter};
 use mercury_tables::Table;
 use tempfile::TempDir;
 
@@ -185,7 +187,7 @@ fn parquet_holds_what_a_table_holds() {
             "widths.parquet",
         ],
         folder.path(),
-        "--scan writes a table, .csv",
+        "--scan writes a table, .csv, or pictures",
     );
 }
 
@@ -322,11 +324,38 @@ fn a_scan_has_the_width_in_front() {
             "--scan",
             "0.5d..2d/3",
             "--fields",
-            "density",
+            "density,stress_ratio",
             "-o",
             "a.csv",
+            "-o",
+            "a.svg",
+            "-o",
+            "a.png",
         ],
         folder.path(),
+    );
+    // A chart for each field with a line for each of the three heights.
+    let picture = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    for word in ["density", "stress ratio", "kernel width (", "z = 0.0"] {
+        assert!(picture.contains(word), "{word}");
+    }
+    assert!(
+        fs::read(folder.path().join("a.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    bad(
+        &[
+            input.to_str().unwrap(),
+            "--density",
+            "2500",
+            "--scan",
+            "1d..2d/3",
+            "-o",
+            "b.svg",
+        ],
+        folder.path(),
+        "pictures of a scan show at most 8 points",
     );
     let table = fs::read_to_string(folder.path().join("a.csv")).unwrap();
     let widths = column(&table, "width");
@@ -397,6 +426,64 @@ fn points_of_a_file_and_round_coordinates() {
             "velocity_z"
         ]
     );
+}
+
+/// Heights along the axis of a cylinder are those of the input, as profiles over z have them.
+#[test]
+fn heights_in_a_cylinder_are_heights() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let with = |words: &[&str]| {
+        let first = [input.to_str().unwrap(), "--density", "2500", "--grid"];
+        let words: Vec<&str> = first.iter().chain(words).copied().collect();
+        good(&words, folder.path());
+    };
+    let ends = ["--fields", "density", "--exact", "-o"];
+    let limits = ["--limits", "r=0..0.001"];
+    with(
+        &[
+            &["1x9", "--coordinates", "RZ"],
+            &limits[..],
+            &ends[..],
+            &["rz.csv"],
+        ]
+        .concat(),
+    );
+    with(&[&["9", "--coordinates", "Z"], &ends[..], &["z.csv"]].concat());
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let (rz, z) = (read("rz.csv"), read("z.csv"));
+    assert_eq!(column(&rz, "z"), column(&z, "z"));
+    // The packing fills the lower two thirds on the axis, too.
+    let both = column(&rz, "density")
+        .into_iter()
+        .zip(column(&z, "density"));
+    let in_packing = |on_axis: f64, mean: f64| (0.6..1.7).contains(&(on_axis / mean));
+    for (on_axis, mean) in both {
+        let fits = if mean > 500.0 {
+            in_packing(on_axis, mean)
+        } else {
+            on_axis < 500.0
+        };
+        assert!(fits, "{on_axis} {mean}");
+    }
+}
+
+#[test]
+fn one_frame_has_no_displacements() {
+    let folder = TempDir::new().unwrap();
+    let input = data("dense2k.data.gz");
+    let words = [
+        "--density",
+        "2500",
+        "--coordinates",
+        "O",
+        "--fields",
+        "displacement",
+    ];
+    let words = [&[input.to_str().unwrap()][..], &words, &["-o", "a.csv"]].concat();
+    let output = run(&words, folder.path());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("displacements are zero"), "{said}");
 }
 
 #[test]
@@ -481,6 +568,19 @@ fn mistakes_are_told_with_a_way_out() {
             "has a jump and no gradient",
         ),
         (&["--mirror", "w"][..], "expected faces"),
+        (
+            &["--coordinates", "Z", "--mirror", "-x"][..],
+            "means over x, along which there is nothing to mirror",
+        ),
+        (
+            &["--mirror", "-z,+z", "--width", "1e5", "--spacing", "0.01"][..],
+            "mirror images of each particle",
+        ),
+        (
+            &["--grid", "20000x20000x10", "--fields", "density"][..],
+            "of memory; this machine has",
+        ),
+        (&["--smooth", "1,1e-9"][..], "the step must be at least"),
         (&["--frames", "7"][..], "no frame is selected"),
         (&["--from", "1"][..], "no frame is selected"),
         (&["--follow"][..], "only the Arrow frames"),
@@ -545,6 +645,79 @@ fn mistakes_are_told_with_a_way_out() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     assert_eq!(names, ["a.csv"], "nothing is left behind");
+}
+
+/// A run of one particle, as far as it has come.
+struct Growing {
+    writer: ParticleWriter,
+    step: u64,
+}
+
+impl Growing {
+    fn begin(folder: &Path) -> Self {
+        let header = FramesHeader {
+            materials: vec!["glass".to_owned()],
+            domain: Some((DVec3::ZERO, DVec3::ONE)),
+            dimensions: Some(3),
+            ..FramesHeader::default()
+        };
+        let path = folder.join("a.particles.arrow");
+        let writer = ParticleWriter::create(path, &header, &ParticleColumns::default());
+        Self {
+            writer: writer.unwrap(),
+            step: 0,
+        }
+    }
+
+    /// One frame more: at the times 0, 1, 2 ... s.
+    fn go_on(&mut self) {
+        let frame = ParticleFrame {
+            time: self.step as f64,
+            step: self.step,
+            id: vec![0],
+            material: vec![0],
+            flags: vec![0],
+            mass: vec![1.0 + self.step as f64],
+            volume: vec![0.1],
+            radius: vec![0.1],
+            position: vec![DVec3::splat(0.5)],
+            velocity: vec![DVec3::ZERO],
+            ..ParticleFrame::default()
+        };
+        self.writer.append(frame).unwrap();
+        self.step += 1;
+    }
+}
+
+#[test]
+fn a_run_is_followed_from_a_time_that_it_has_not_reached() {
+    let folder = TempDir::new().unwrap();
+    let mut growing = Growing::begin(folder.path());
+    growing.go_on();
+    let words = [".", "--follow", "--from", "2", "--coordinates", "O"];
+    let child = Command::new(env!("CARGO_BIN_EXE_mercury-cg"))
+        .args(words)
+        .args(["--fields", "density", "--quiet", "-o", "f.csv"])
+        .current_dir(folder.path())
+        .stderr(std::process::Stdio::piped())
+        .spawn();
+    let mut child = child.unwrap();
+    // Long enough for who does not wait to give up.
+    for _ in 0..20 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        assert!(child.try_wait().unwrap().is_none(), "it did not wait");
+    }
+    for _ in 1..5 {
+        growing.go_on();
+    }
+    drop(growing);
+    fs::write(folder.path().join("summary.json"), "{}").unwrap();
+    let output = child.wait_with_output().unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && errors.is_empty(), "{errors}");
+    let table = fs::read_to_string(folder.path().join("f.csv")).unwrap();
+    assert_eq!(column(&table, "time"), [2.0, 3.0, 4.0]);
+    assert_eq!(column(&table, "density"), [3.0, 4.0, 5.0]);
 }
 
 #[test]

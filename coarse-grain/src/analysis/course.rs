@@ -18,13 +18,22 @@ use crate::sums::Sums;
 pub struct Course {
     frames: usize,
     dimensions: Option<u8>,
-    /// Where particles were in the frame that displacements are counted from.
-    before: Option<HashMap<u32, DVec3>>,
+    /// Where particles were in the frame before, and how far they had come since the frame that displacements are counted from.
+    before: Option<HashMap<u32, Way>>,
     open: VecDeque<Open>,
     /// The first output time of smoothed fields (s), and the number of the next one.
     next_time: Option<(f64, usize)>,
+    /// Of the frame before, where fields are smoothed, s.
+    last_time: Option<f64>,
     blocking: Blocking,
     kept: Kept,
+}
+
+/// Where a particle was, and how far it had come, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Way {
+    at: DVec3,
+    come: DVec3,
 }
 
 /// Memory that is used again: no part of what a course is.
@@ -123,11 +132,22 @@ impl Course {
             .iter()
             .any(|field| field.needs_displacement())
         {
-            state.displacement = Some(displacement(&state, self.before.as_ref()));
-            if analysis.reference == Reference::Previous || self.before.is_none() {
-                let positions = state.particles.id.iter().zip(&state.particles.position);
-                self.before = Some(positions.map(|(&id, &x)| (id, x)).collect());
-            }
+            let displacement = displacement(&state, self.before.as_ref());
+            let particles = state.particles.id.iter().zip(&state.particles.position);
+            let is_first = self.before.is_none();
+            let ways = particles
+                .zip(&displacement)
+                .filter_map(|((&id, &at), way)| {
+                    let come = match analysis.reference {
+                        Reference::Previous => DVec3::ZERO,
+                        // Who was not there in the first frame has no displacement since then.
+                        Reference::First if is_first => DVec3::ZERO,
+                        Reference::First => way.is_finite().then_some(*way)?,
+                    };
+                    Some((id, Way { at, come }))
+                });
+            self.before = Some(ways.collect());
+            state.displacement = Some(displacement);
         }
         let layout = analysis.layout();
         let (evaluator, scratch) = (&analysis.evaluator, &mut self.kept.0);
@@ -159,6 +179,7 @@ impl Course {
             }
             TimeMode::Smooth { width, step } => {
                 let reach = TIME_CUTOFF * width;
+                let last = self.last_time.replace(state.time);
                 // Output times whose weight has ended are complete.
                 while self
                     .open
@@ -177,7 +198,13 @@ impl Course {
                     if time - reach > state.time {
                         break;
                     }
-                    if time + reach >= state.time {
+                    if time + reach < state.time {
+                        let last = last.unwrap_or(state.time);
+                        return Err(CgError::Input(format!(
+                            "--smooth: no frame within {TIME_CUTOFF} widths of {width} s of t = {time}: there are frames at {last} and {} s\nhelp: a larger width",
+                            state.time
+                        )));
+                    } else {
                         self.open.push_back(Open::new(analysis, &state, time));
                     }
                     *next += 1;
@@ -228,11 +255,11 @@ impl Course {
     }
 }
 
-/// How far each particle has come, by the shortest way; NaN for those that were not there.
-fn displacement(state: &State, before: Option<&HashMap<u32, DVec3>>) -> Vec<DVec3> {
+/// How far each particle has come, from frame to frame by the shortest way; NaN for those that were not there.
+fn displacement(state: &State, before: Option<&HashMap<u32, Way>>) -> Vec<DVec3> {
     let particles = &state.particles;
     let way = |(id, x): (&u32, &DVec3)| match before.and_then(|before| before.get(id)) {
-        Some(from) => state.space.nearest(*x - *from),
+        Some(way) => way.come + state.space.nearest(*x - way.at),
         None => DVec3::NAN,
     };
     particles

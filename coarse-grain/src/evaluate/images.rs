@@ -62,23 +62,55 @@ impl Imager<'_> {
                 out.push(Image { at, mirrored });
             }
         };
-        if let Some(period) = self.space.period(axis) {
+        let mut push_all = |at: f64, period: f64, mirrored: bool| {
             let first = ((low - at) / period).ceil();
             let last = ((high - at) / period).floor();
             let mut k = first;
             while k <= last {
-                push(at + k * period, false);
+                push(at + k * period, mirrored);
                 k += 1.0;
             }
+        };
+        if let Some(period) = self.space.period(axis) {
+            push_all(at, period, false);
             return;
         }
-        push(at, false);
-        let faces = [self.space.min[axis], self.space.max[axis]];
-        for (face, mirrors) in faces.into_iter().zip(self.mirrors[axis]) {
-            if mirrors {
-                push(2.0 * face - at, true);
+        let [lower, upper] = [self.space.min[axis], self.space.max[axis]];
+        match self.mirrors[axis] {
+            // Mirrors see each other: mirror images of mirror images repeat after two lengths of the domain.
+            [true, true] => {
+                let period = 2.0 * (upper - lower);
+                push_all(at, period, false);
+                push_all(2.0 * lower - at, period, true);
+            }
+            [lower_mirrors, upper_mirrors] => {
+                push(at, false);
+                if lower_mirrors {
+                    push(2.0 * lower - at, true);
+                }
+                if upper_mirrors {
+                    push(2.0 * upper - at, true);
+                }
             }
         }
+    }
+
+    /// How many images something has in the mean, at most.
+    pub(crate) fn count(&self) -> f64 {
+        let along = |axis: usize| {
+            let seen = self.high[axis] - self.low[axis] + 2.0 * self.reach;
+            let length = self.space.max[axis] - self.space.min[axis];
+            match (self.resolved[axis], self.space.period(axis)) {
+                (false, _) => 1.0,
+                (true, Some(period)) => seen / period + 1.0,
+                (true, None) => match self.mirrors[axis] {
+                    [true, true] => seen / length + 2.0,
+                    [false, false] => 1.0,
+                    _ => 2.0,
+                },
+            }
+        };
+        (0..3).map(along).product()
     }
 
     /// All images that the points can see, in the order of the originals, in the place of what is in `placed`; `project` brings vectors into the

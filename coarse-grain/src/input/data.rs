@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mercury_common::error::FormatError;
 use mercury_common::formats::data::{DataFrame, DataReader};
 use mercury_common::formats::fstat::{FstatFrame, FstatReader};
-use mercury_common::run_files::series_from;
+use mercury_common::run_files::{Packing, plain_name, series_from};
 
 use super::restart::{Restart, read_restart};
 use super::{
@@ -23,6 +23,7 @@ pub struct DataSource {
     given: Given,
     needs: Needs,
     skipped: Skipped,
+    notes: Vec<String>,
 }
 
 /// Relative difference of times that print the same in MercuryDPM's ten digits.
@@ -42,11 +43,24 @@ impl DataSource {
             let place = name.rfind(".data").unwrap_or(name.len());
             path.with_file_name(format!("{}{ending}", &name[..place]))
         };
+        let mut notes = Vec::new();
         let restart = Some(beside(".restart"))
-            .filter(|path| path.exists() && given.density.is_none() && given.densities.is_empty());
+            .filter(|path| path.exists() && super::restart::is_of_mercury_dpm(path))
+            .map(|path| read_restart(&path));
         let restart = match restart {
-            Some(path) if super::restart::is_of_mercury_dpm(&path) => Some(read_restart(&path)?),
-            _ => None,
+            Some(Ok(restart)) => {
+                notes.extend(restart.notes.iter().cloned());
+                Some(restart)
+            }
+            // Whoever says densities can do without.
+            Some(Err(error)) if given.density.is_some() || !given.densities.is_empty() => {
+                notes.push(format!(
+                    "fixed particles and periodic faces are not known: {error}"
+                ));
+                None
+            }
+            Some(Err(error)) => return Err(error.into()),
+            None => None,
         };
         let mut contacts = Vec::new();
         if let Some(fstat) = &given.fstat {
@@ -54,18 +68,7 @@ impl DataSource {
             contacts.push(fstat.clone());
         } else {
             for path in &paths {
-                let twin = path
-                    .file_name()
-                    .unwrap_or_default()
-                    .to_string_lossy()
-                    .replacen(".data", ".fstat", 1);
-                let plain = twin.strip_suffix(".gz").unwrap_or(&twin).to_owned();
-                let packed = format!("{plain}.gz");
-                let found = [twin, plain, packed]
-                    .into_iter()
-                    .map(|name| path.with_file_name(name))
-                    .find(|path| path.exists());
-                contacts.extend(found);
+                contacts.extend(twin_of(path));
             }
         }
         let source = Self {
@@ -75,6 +78,7 @@ impl DataSource {
             given: given.clone(),
             needs,
             skipped: Skipped::default(),
+            notes,
         };
         source.refuse_what_is_missing(&beside(".fstat"))?;
         Ok(source)
@@ -111,6 +115,10 @@ impl DataSource {
 
     pub(super) fn has_contacts(&self) -> bool {
         !self.contacts.is_empty()
+    }
+
+    pub(super) fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     pub(super) fn skipped(&self) -> &Skipped {
@@ -193,11 +201,26 @@ impl DataSource {
             .restart
             .as_ref()
             .map_or(frame.dimensions, |restart| restart.particle_dimensions);
-        let periodic = self
-            .restart
-            .as_ref()
-            .map_or([false; 3], |restart| restart.state.space.periodic);
+        let mut space = Space {
+            min: frame.min,
+            max: frame.max,
+            periodic: [false; 3],
+            dimensions: frame.dimensions,
+        };
+        if let Some(Restart { state, .. }) = &self.restart {
+            for axis in (0..3).filter(|&axis| state.space.periodic[axis]) {
+                space.periodic[axis] = true;
+                (space.min[axis], space.max[axis]) = (state.space.min[axis], state.space.max[axis]);
+            }
+        }
         let rows = &frame.particles;
+        let before = twin.particles.replace(rows.len());
+        if let Some(before) = before.filter(|&before| self.needs.identity && rows.len() < before) {
+            return Err(wrong(format!(
+                "{} particles, {before} in the frame before: .data files do not say who is missing, so displacements cannot be known\nhelp: the Arrow frames of a run say it",
+                rows.len()
+            )));
+        }
         let mut particles = Particles::default();
         for (k, row) in rows.iter().enumerate() {
             let whole =
@@ -254,12 +277,7 @@ impl DataSource {
         };
         let state = State {
             time: frame.time,
-            space: Space {
-                min: frame.min,
-                max: frame.max,
-                periodic,
-                dimensions: frame.dimensions,
-            },
+            space,
             particles,
             contacts,
             displacement: None,
@@ -269,12 +287,28 @@ impl DataSource {
     }
 }
 
+/// The file of contacts beside one of particles: packed alike, plain, or packed in another way.
+fn twin_of(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let (plain, packing) = plain_name(&name);
+    let (stem, ending) = plain.split_at(plain.rfind(".data")?);
+    let number = ending.strip_prefix(".data")?;
+    let endings = Packing::ALL.map(Packing::ending);
+    [packing, ""]
+        .into_iter()
+        .chain(endings)
+        .map(|packing| path.with_file_name(format!("{stem}.fstat{number}{packing}")))
+        .find(|path| path.exists())
+}
+
 /// The file of contacts, read as far as the particles have come.
 struct Twin {
     paths: std::vec::IntoIter<PathBuf>,
     reader: Option<FstatReader<Box<dyn std::io::BufRead + Send>>>,
     current: Option<FstatFrame>,
     last_time: Option<f64>,
+    /// How many particles the frame before had.
+    particles: Option<usize>,
 }
 
 impl Twin {
@@ -284,6 +318,7 @@ impl Twin {
             reader: None,
             current: None,
             last_time: None,
+            particles: None,
         }
     }
 

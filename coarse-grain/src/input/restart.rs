@@ -20,6 +20,8 @@ pub struct Restart {
     pub densities: Vec<f64>,
     /// 2: discs, 3: spheres.
     pub particle_dimensions: u8,
+    /// What of it the fields do not see, and what was taken otherwise than it stands there.
+    pub notes: Vec<String>,
 }
 
 impl Restart {
@@ -97,7 +99,13 @@ impl<'a> Record<'a> {
 /// When the file cannot be read, is of another version, or lacks what particles and contacts are made of.
 pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
     let mut lines = LineReader::new(open_text(path)?, path);
-    let first = next(&mut lines)?.filter(|record| record.words().next() == Some("MercuryDPM"));
+    let first = next(&mut lines)?;
+    if let Some(old) = first.filter(|record| record.words().next() == Some("restart_version")) {
+        let found = format!("{}, from before MercuryDPM 1.0", old.text.trim());
+        let help = "its .data and .fstat can be read with --density";
+        return Err(old.error(found, "version 1.0 or 0.14").with_help(help));
+    }
+    let first = first.filter(|record| record.words().next() == Some("MercuryDPM"));
     let Some(first) = first else {
         let expected = "a restart file of MercuryDPM, which begins with that word";
         return Err(FormatError {
@@ -162,11 +170,15 @@ pub fn read_restart(path: &Path) -> Result<Restart, FormatError> {
                     let Some(record) = next(&mut lines)? else {
                         break;
                     };
-                    if record.words().next() == Some("PeriodicBoundary") {
-                        let normal = record.vector("normal")?;
-                        for axis in 0..3 {
-                            restart.state.space.periodic[axis] |= normal[axis].abs() > 0.5;
-                        }
+                    let name = record.words().next().unwrap_or_default();
+                    if name == "PeriodicBoundary" {
+                        push_periodic(&mut restart, record)?;
+                    } else if OTHER_PERIODS.contains(&name) {
+                        restart.notes.push(format!(
+                            "{}:{}: fields do not go on through this {name}",
+                            path.display(),
+                            record.line
+                        ));
                     }
                 }
             }
@@ -216,6 +228,62 @@ fn next<R: BufRead>(lines: &mut LineReader<R>) -> Result<Option<Record<'_>>, For
 fn cut(path: &Path, line: usize, what: &str) -> FormatError {
     let found = format!("the file ends within the {what}");
     FormatError::at(path, line, None, found, "a line for each")
+}
+
+/// Boundaries that let particles through to somewhere else in other ways than by a shift along an axis.
+const OTHER_PERIODS: [&str; 6] = [
+    "AngledPeriodicBoundary",
+    "CircularPeriodicBoundary",
+    "LeesEdwardsBoundary",
+    "TimeDependentPeriodicBoundary",
+    "ConstantMassFlowMaserBoundary",
+    "SubcriticalMaserBoundary",
+];
+
+/// The domain repeats from where the boundary is to where its other side is, wherever the box ends.
+fn push_periodic(restart: &mut Restart, record: Record<'_>) -> Result<(), FormatError> {
+    let (path, line) = (record.path.display(), record.line);
+    let normal = record.vector("normal")?;
+    let place = |names: [&str; 2]| {
+        let found = names
+            .into_iter()
+            .find_map(|name| record.try_numbers::<1>(name));
+        found.unwrap_or_else(|| record.numbers(names[0]))
+    };
+    let [left] = place(["distanceLeft", "position_left"])?;
+    let [right] = place(["distanceRight", "position_right"])?;
+    let Some(axis) = (0..3).find(|&axis| normal[axis].abs() > 1.0 - 1e-9) else {
+        restart.notes.push(format!(
+            "{path}:{line}: fields do not go on through a periodic boundary with the normal {normal}, along none of the axes"
+        ));
+        return Ok(());
+    };
+    let (low, high) = if normal[axis] > 0.0 {
+        (left, right)
+    } else {
+        (-right, -left)
+    };
+    let length = high - low;
+    if !(length > 0.0 && length.is_finite()) {
+        return Err(record.error(
+            format!("a period from {left} to {right}"),
+            "a length above 0",
+        ));
+    }
+    let space = &mut restart.state.space;
+    let name = ["x", "y", "z"][axis];
+    if (space.min[axis] - low)
+        .abs()
+        .max((space.max[axis] - high).abs())
+        > 1e-6 * length
+    {
+        restart.notes.push(format!(
+            "{path}:{line}: the domain is periodic along {name} from {low} to {high}, and is taken to end there"
+        ));
+    }
+    (space.min[axis], space.max[axis]) = (low, high);
+    space.periodic[axis] = true;
+    Ok(())
 }
 
 fn push_particle(restart: &mut Restart, record: Record<'_>) -> Result<u64, FormatError> {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use mercury_common::error::FormatError;
 use mercury_common::frames::{
-    BodyFrame, BodyReader, ContactFrame, ContactReader, FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader,
-    ParticleFrame, ParticleReader,
+    BodyFrame, BodyReader, ContactFrame, ContactReader, FLAG_FIXED, FLAG_PRESCRIBED, FrameReader,
+    FramesHeader, ParticleFrame, ParticleReader,
 };
 
 use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
@@ -19,9 +19,10 @@ use crate::state::{Contacts, Particles, Partner, Space, State};
 pub struct RunSource {
     path: PathBuf,
     particles: ParticleReader,
+    /// Whether the run wrote contacts; they are only opened where they are needed.
+    has_contacts: bool,
     contacts: Option<ContactReader>,
     bodies: Option<BodyReader>,
-    needs: Needs,
     skipped: Skipped,
 }
 
@@ -35,13 +36,14 @@ impl RunSource {
             .to_owned();
         let beside = |kind: &str| PathBuf::from(format!("{prefix}.{kind}.arrow"));
         let contacts = beside("contacts");
-        if needs.contacts && !contacts.exists() {
+        let has_contacts = contacts.exists();
+        if needs.contacts && !has_contacts {
             return Err(CgError::Input(format!(
                 "{}: there is no such file; fields of contacts need it\nhelp: `fstat = true` in [output] of the scene makes it, --fields chooses fields without contacts",
                 contacts.display()
             )));
         }
-        let contacts = if contacts.exists() {
+        let contacts = if needs.contacts {
             Some(ContactReader::open(contacts)?)
         } else {
             None
@@ -56,20 +58,12 @@ impl RunSource {
                 "{name}: no angular velocities: nothing turns in this run, so there are no fields of rotation"
             )));
         }
-        let needs = if contacts.is_some() {
-            needs
-        } else {
-            Needs {
-                contacts: false,
-                ..needs
-            }
-        };
         Ok(Self {
             path: path.to_owned(),
             particles,
+            has_contacts,
             contacts,
             bodies,
-            needs,
             skipped: Skipped::default(),
         })
     }
@@ -83,7 +77,7 @@ impl RunSource {
     }
 
     pub(super) fn has_contacts(&self) -> bool {
-        self.contacts.is_some()
+        self.has_contacts
     }
 
     pub(super) fn skipped(&self) -> &Skipped {
@@ -113,20 +107,39 @@ impl RunSource {
         self.particles.refresh()
     }
 
+    /// What is wrong behind the last frame of one of the files.
+    fn damage(&self) -> Option<CgError> {
+        let bodies = self.bodies.as_ref().map(BodyReader::frames);
+        let contacts = self.contacts.as_ref().map(ContactReader::frames);
+        let mut files = [Some(self.particles.frames()), bodies, contacts]
+            .into_iter()
+            .flatten();
+        let damage = files.find_map(FrameReader::damage)?;
+        Some(damage.clone().into())
+    }
+
     /// The chosen states, see [`Source::states`](super::Source::states).
     #[must_use]
     pub fn states(&self, choice: FrameChoice) -> States<'_> {
-        let damage = self
-            .particles
-            .frames()
-            .damage()
-            .cloned()
-            .map(|damage| Err(damage.into()));
+        let damage = self.damage().map(Err);
         let count = self.len();
         if choice == FrameChoice::Last {
-            // The last one that has contacts, if they are needed.
-            let last = (0..count).rev().find_map(|k| self.state(k).transpose());
-            return Box::new(last.into_iter().chain(damage));
+            // The last one that is whole and has contacts, if they are needed; what is wrong behind it is told.
+            let mut wrong = None;
+            let mut last = None;
+            for k in (0..count).rev() {
+                match self.state(k) {
+                    Ok(Some(state)) => {
+                        last = Some(Ok(state));
+                        break;
+                    }
+                    Ok(None) => {}
+                    Err(error) => {
+                        wrong.get_or_insert(Err(error));
+                    }
+                }
+            }
+            return Box::new(last.into_iter().chain(wrong.or(damage)));
         }
         let wanted = (0..count).filter(move |&k| choice.has(k));
         let mut stopped = false;
@@ -136,75 +149,68 @@ impl RunSource {
         Box::new(states.take_while(move |item| !std::mem::replace(&mut stopped, item.is_err())))
     }
 
-    /// The chosen states as they come, until a file says that the run is over and all that is there has been given.
+    /// The chosen states as they come, until a file says that the run is over and all that is there has been given. After an error nothing
+    /// follows.
     pub fn follow(
         &mut self,
         choice: FrameChoice,
         end: PathBuf,
     ) -> impl Iterator<Item = Result<State, CgError>> + Send + '_ {
         let mut next = 0;
+        let mut stopped = false;
         std::iter::from_fn(move || {
-            loop {
+            while !stopped {
                 // Asked first: what was written before the end was told is seen by the look that follows.
                 let over = end.exists();
                 self.refresh();
-                while next < self.len() && !choice.ends_before(next) {
-                    // The contacts of a frame are written after its particles.
-                    let waits = self.needs.contacts && !over && self.contacts_lag(next);
-                    if waits {
-                        break;
-                    }
+                // Contacts and bodies of a frame are written after its particles.
+                while next < self.len()
+                    && !choice.ends_before(next)
+                    && (over || !self.is_behind(next))
+                {
                     let k = next;
                     next += 1;
                     if choice.has(k)
                         && let Some(state) = self.state(k).transpose()
                     {
+                        stopped = state.is_err();
                         return Some(state);
                     }
                 }
                 if choice.ends_before(next) || (over && next >= self.len()) {
-                    return None;
+                    stopped = true;
+                    return self.damage().filter(|_| over).map(Err);
                 }
                 std::thread::sleep(PAUSE);
             }
+            None
         })
     }
 
-    /// Whether contacts may still come for a frame.
-    fn contacts_lag(&self, k: usize) -> bool {
+    /// Whether contacts or bodies may still come for a frame.
+    fn is_behind(&self, k: usize) -> bool {
+        let bodies = self.bodies.as_ref().map(BodyReader::frames);
+        let contacts = self.contacts.as_ref().map(ContactReader::frames);
         let step = self.particles.frames().info(k).map(|info| info.step);
-        let last = self
-            .contacts
-            .as_ref()
-            .and_then(|contacts| contacts.frames().infos().last());
-        step.is_some_and(|step| last.is_none_or(|last| last.step < step))
+        step.is_some_and(|step| {
+            let mut beside = [bodies, contacts].into_iter().flatten();
+            beside.any(|frames| ends_before(frames, step))
+        })
     }
 
     /// Frame `k`; nothing if contacts are needed and there are none of its time.
     ///
     /// # Errors
-    /// When the frames are damaged or do not fit together.
+    /// When the frames are damaged or do not fit together, or the file of contacts or bodies is cut before this frame.
     pub fn state(&self, k: usize) -> Result<Option<State>, CgError> {
         let frame = self.particles.frame(k)?;
-        let twin = if self.needs.contacts {
-            self.contacts.as_ref()
-        } else {
-            None
-        };
-        let contacts = match twin {
+        let contacts = match &self.contacts {
             None => None,
             Some(contacts) => {
-                let same = contacts
-                    .frames()
-                    .infos()
-                    .position(|info| info.step == frame.step);
-                let Some(same) = same else {
-                    let nearest = contacts
-                        .frames()
-                        .infos()
-                        .map(|info| info.time)
-                        .find(|&time| time >= frame.time);
-                    self.skipped.add(frame.time, nearest);
+                let Some(same) = frame_of(contacts.frames(), frame.step)? else {
+                    let times = || contacts.frames().infos().map(|info| info.time);
+                    let nearest = times().find(|&time| time >= frame.time);
+                    self.skipped.add(frame.time, nearest.or(times().last()));
                     return Ok(None);
                 };
                 Some(contacts.frame(same)?)
@@ -213,10 +219,7 @@ impl RunSource {
         let bodies = match &self.bodies {
             None => None,
             Some(bodies) => {
-                let same = bodies
-                    .frames()
-                    .infos()
-                    .position(|info| info.step == frame.step);
+                let same = frame_of(bodies.frames(), frame.step)?;
                 let missing = || {
                     FormatError::of_file(
                         bodies.frames().path(),
@@ -233,6 +236,23 @@ impl RunSource {
             })?;
         check(&state, &self.path.display().to_string())?;
         Ok(Some(state))
+    }
+}
+
+/// Whether a file has no frame of this step or a later one.
+fn ends_before(frames: &FrameReader, step: u64) -> bool {
+    frames.infos().last().is_none_or(|last| last.step < step)
+}
+
+/// The number of the frame of a step, if there is one.
+///
+/// # Errors
+/// When the file is cut before it: the frame was there.
+fn frame_of(frames: &FrameReader, step: u64) -> Result<Option<usize>, FormatError> {
+    let found = frames.infos().position(|info| info.step == step);
+    match frames.damage() {
+        Some(damage) if found.is_none() && ends_before(frames, step) => Err(damage.clone()),
+        _ => Ok(found),
     }
 }
 

@@ -16,6 +16,7 @@ const ALL: Needs = Needs {
     contacts: true,
     couples: false,
     rotation: false,
+    identity: false,
 };
 
 fn given() -> Given {
@@ -95,21 +96,73 @@ fn the_last_number_of_all_is_a_series_of_one() {
     assert!(!last.has(0));
 }
 
+/// How test files are packed.
+type Packer = (&'static str, fn(&[u8]) -> Vec<u8>);
+const PACKERS: [Packer; 4] = [
+    ("gz", |text| {
+        let mut writer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut writer, text).unwrap();
+        writer.finish().unwrap()
+    }),
+    ("zst", |text| {
+        let frame =
+            ruzstd::encoding::compress_to_vec(text, ruzstd::encoding::CompressionLevel::Fastest);
+        // Frames that are to be passed over may stand between.
+        [&[0x50, 0x2a, 0x4d, 0x18, 3, 0, 0, 0, 1, 2, 3], &frame[..]].concat()
+    }),
+    ("xz", |text| {
+        let options = lzma_rust2::XzOptions::default();
+        let mut writer = lzma_rust2::XzWriter::new(Vec::new(), options).unwrap();
+        std::io::Write::write_all(&mut writer, text).unwrap();
+        writer.finish().unwrap()
+    }),
+    ("bz2", |text| {
+        let mut writer = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::fast());
+        std::io::Write::write_all(&mut writer, text).unwrap();
+        writer.finish().unwrap()
+    }),
+];
+
 #[test]
 fn compressed_files_and_series_are_read_alike() {
     let folder = TempDir::new().unwrap();
     miniature(folder.path(), &["0", "0.1"]);
     let plain = states(&folder.path().join("Mini.data"), &given(), ALL).unwrap();
-    let packed = folder.path().join("packed");
-    fs::create_dir(&packed).unwrap();
-    for kind in ["data", "fstat"] {
-        let text = fs::read(folder.path().join(format!("Mini.{kind}"))).unwrap();
-        let file = fs::File::create(packed.join(format!("Mini.{kind}.gz"))).unwrap();
-        let mut writer = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
-        std::io::Write::write_all(&mut writer, &text).unwrap();
-        writer.finish().unwrap();
+    for (name, pack) in PACKERS {
+        let packed = folder.path().join(name);
+        fs::create_dir(&packed).unwrap();
+        let mut cut = Vec::new();
+        for kind in ["data", "fstat"] {
+            let text = fs::read(folder.path().join(format!("Mini.{kind}"))).unwrap();
+            // Two files packed apart, one behind the other.
+            let half = text.len() / 2;
+            let whole = [pack(&text[..half]), pack(&text[half..])].concat();
+            cut = whole[..whole.len() - 12].to_vec();
+            fs::write(packed.join(format!("Mini.{kind}.{name}")), whole).unwrap();
+        }
+        assert_eq!(states(&packed, &given(), ALL).unwrap(), plain, "{name}");
+        // A series, with contacts that are not packed.
+        let series = folder.path().join(format!("{name}-series"));
+        fs::create_dir(&series).unwrap();
+        miniature(&series, &["0"]);
+        let data = fs::read(series.join("Mini.data")).unwrap();
+        fs::remove_file(series.join("Mini.data")).unwrap();
+        fs::write(series.join(format!("Mini.data.0000.{name}")), pack(&data)).unwrap();
+        fs::rename(series.join("Mini.fstat"), series.join("Mini.fstat.0000")).unwrap();
+        assert_eq!(
+            states(&series, &given(), ALL).unwrap(),
+            plain[..1],
+            "{name}"
+        );
+        // What is cut is told, with the file.
+        fs::write(packed.join(format!("Mini.fstat.{name}")), cut).unwrap();
+        let message = error(&packed, &given(), ALL);
+        let expected = format!("Mini.fstat.{name}:");
+        assert!(
+            message.contains(&expected) && message.contains("the file cannot be read"),
+            "{message}"
+        );
     }
-    assert_eq!(states(&packed, &given(), ALL).unwrap(), plain);
     for (k, time) in ["0", "0.1"].iter().enumerate() {
         let part = folder.path().join(format!("part{k}"));
         fs::create_dir(&part).unwrap();
@@ -204,6 +257,8 @@ fn frames_without_contacts_of_their_time_are_counted() {
     );
     let last = source.states(FrameChoice::Last).next().unwrap().unwrap();
     assert_eq!(last.time, 0.2);
+    // However often they are met.
+    assert_eq!(source.skipped().0, 1);
 }
 
 #[test]
@@ -493,6 +548,63 @@ fn a_cut_file_of_frames_gives_the_whole_ones() {
     );
 }
 
+/// Wherever the file of contacts is cut, it is named as cut, after the frames whose contacts are whole.
+#[test]
+fn a_cut_file_of_contacts_is_told_as_cut() {
+    let folder = TempDir::new().unwrap();
+    run(folder.path(), false);
+    let path = folder.path().join("a.contacts.arrow");
+    let end = folder.path().join("summary.json");
+    fs::write(&end, "{}").unwrap();
+    let bytes = fs::read(&path).unwrap();
+    let mut seen = [0; 3];
+    for length in (0..bytes.len()).step_by(8) {
+        fs::write(&path, &bytes[..length]).unwrap();
+        let mut source = match Source::open(folder.path(), &Given::default(), ALL) {
+            Ok(source) => source,
+            Err(error) => {
+                let message = error.to_string();
+                assert!(message.contains("a.contacts.arrow: "), "{message}");
+                continue;
+            }
+        };
+        let all: Vec<_> = source.states(FrameChoice::All).collect();
+        let last: Vec<_> = source.states(FrameChoice::Last).collect();
+        let Source::Run(run) = &mut source else {
+            panic!("not a run")
+        };
+        let followed: Vec<_> = run.follow(FrameChoice::All, end.clone()).collect();
+        let whole = all.len() - 1;
+        seen[whole] += 1;
+        let expected = [0.0, 2.0];
+        for (found, times) in [
+            (&all, &expected[..whole]),
+            (&followed, &expected[..whole]),
+            (&last, &expected[whole.saturating_sub(1)..whole]),
+        ] {
+            let (damage, good) = found.split_last().unwrap();
+            let good = good.iter().map(|state| state.as_ref().unwrap().time);
+            assert_eq!(good.collect::<Vec<_>>(), times, "{length}");
+            let message = damage.as_ref().unwrap_err().to_string();
+            let plural = if whole == 1 { "frame" } else { "frames" };
+            assert!(
+                message.contains("a.contacts.arrow: ")
+                    && message.contains(&format!("behind {whole} whole {plural}")),
+                "{message}"
+            );
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 0), "{seen:?}");
+    // Fields without contacts do not need the file.
+    fs::write(&path, &bytes[..9]).unwrap();
+    let needs = Needs {
+        contacts: false,
+        ..ALL
+    };
+    let found = states(folder.path(), &Given::default(), needs).unwrap();
+    assert_eq!(found.len(), 3);
+}
+
 #[test]
 fn restart_files_of_other_kinds_are_refused() {
     let folder = TempDir::new().unwrap();
@@ -523,7 +635,7 @@ fn restart_files_of_other_kinds_are_refused() {
         (
             "MercuryDPM 1.0",
             "restart_version 3",
-            "another kind of file",
+            "from before MercuryDPM 1.0",
         ),
         ("MercuryDPM 1.0", "MercuryDPM 9.9", "version 9.9"),
         ("density 2", "density", "density without its numbers"),
@@ -541,6 +653,157 @@ fn restart_files_of_other_kinds_are_refused() {
         fs::write(&path, good.replace(from, to)).unwrap();
         let message = read_restart(&path).unwrap_err().to_string();
         assert!(message.contains(expected), "{message}");
+    }
+}
+
+/// A restart file for the miniature: the upper sphere is fixed.
+fn restart_beside(folder: &Path, boundaries: &[&str]) {
+    let text = format!(
+        "MercuryDPM 1.0 name Mini\nxMin -1 xMax 1 yMin -1 yMax 1 zMin 0 zMax 3\ntimeStep 1e-4 time 0.5\n\
+        systemDimensions 3 particleDimensions 3 gravity 0 0 -2\nSpecies 1\nLinearViscoelasticSpecies id 0 density 2\nWalls 0\n\
+        Boundaries {}\n{}Particles 2\n\
+        BaseParticle id 0 indSpecies 0 position 0 0 0.496 velocity 0 0 0 angularVelocity 0 0 0 radius 0.5 invMass 1\n\
+        BaseParticle id 1 indSpecies 0 position 0 0 1.494 velocity 0 0 0 angularVelocity 0 0 0 radius 0.5 invMass 0\nInteractions 0\n",
+        boundaries.len(),
+        boundaries
+            .iter()
+            .map(|line| format!("{line}\n"))
+            .collect::<String>(),
+    );
+    fs::write(folder.join("Mini.restart"), text).unwrap();
+}
+
+#[test]
+fn densities_that_are_given_leave_the_rest_of_the_restart_file() {
+    let folder = TempDir::new().unwrap();
+    miniature(folder.path(), &["0"]);
+    let path = folder.path().join("Mini.data");
+    restart_beside(
+        folder.path(),
+        &["PeriodicBoundary id 0 normal 1 0 0 distanceLeft -1 distanceRight 1 shift 2 0 0"],
+    );
+    for (given, mass) in [
+        (given(), 1.0),
+        (Given::default(), std::f64::consts::PI / 3.0),
+    ] {
+        let source = Source::open(&path, &given, ALL).unwrap();
+        let state = source.states(FrameChoice::All).next().unwrap().unwrap();
+        assert_eq!(state.particles.flowing, [true, false]);
+        assert_eq!(state.space.periodic, [true, false, false]);
+        assert!((state.particles.mass[0] - mass).abs() < 1e-15);
+        assert!(source.notes().is_empty(), "{:?}", source.notes());
+    }
+    // What cannot be read is only missed by whoever gives no density.
+    let restart = folder.path().join("Mini.restart");
+    let text = fs::read_to_string(&restart).unwrap();
+    fs::write(&restart, text.replace("MercuryDPM 1.0", "MercuryDPM 9.9")).unwrap();
+    let source = Source::open(&path, &given(), ALL).unwrap();
+    let notes = source.notes().join("\n");
+    assert!(
+        notes.contains("fixed particles and periodic faces are not known")
+            && notes.contains("version 9.9"),
+        "{notes}"
+    );
+    assert!(error(&path, &Given::default(), ALL).contains("version 9.9"));
+}
+
+#[test]
+fn periods_are_where_the_restart_file_says() {
+    let folder = TempDir::new().unwrap();
+    miniature(folder.path(), &["0"]);
+    restart_beside(
+        folder.path(),
+        &[
+            "PeriodicBoundary id 0 normal -1 0 0 distanceLeft -0.75 distanceRight 0.5 shift 1.25 0 0",
+            "PeriodicBoundary id 1 normal 0.6 0.8 0 distanceLeft -1 distanceRight 1 shift 2 0 0",
+            "LeesEdwardsBoundary id 2 left 0.3 right 0.4 down 0.5 up 0.6 shift 0.1 vel 0.2",
+        ],
+    );
+    for name in ["Mini.data", "Mini.restart"] {
+        let source = Source::open(&folder.path().join(name), &Given::default(), ALL).unwrap();
+        let state = source.states(FrameChoice::All).next().unwrap().unwrap();
+        assert_eq!(state.space.periodic, [true, false, false]);
+        assert_eq!((state.space.min.x, state.space.max.x), (-0.5, 0.75));
+        assert_eq!(state.space.period(0), Some(1.25));
+        let notes = source.notes();
+        assert_eq!(notes.len(), 3, "{notes:?}");
+        for (note, expected) in notes.iter().zip([
+            "Mini.restart:9: the domain is periodic along x from -0.5 to 0.75, and is taken to end there",
+            "Mini.restart:10: fields do not go on through a periodic boundary with the normal [0.6, 0.8, 0]",
+            "Mini.restart:11: fields do not go on through this LeesEdwardsBoundary",
+        ]) {
+            assert!(note.contains(expected), "{note}");
+        }
+    }
+    restart_beside(
+        folder.path(),
+        &["PeriodicBoundary id 0 normal 1 0 0 distanceLeft 1 distanceRight 1"],
+    );
+    let message = error(&folder.path().join("Mini.data"), &Given::default(), ALL);
+    assert!(
+        message.contains("Mini.restart:9: a period from 1 to 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn who_is_missing_from_data_files_nobody_knows() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("Few.data");
+    let row = "0 0 0.5 0 0 0 0.5 0 0 0 0 0 0 0\n";
+    let frame =
+        |time: u32, count: usize| format!("{count} {time} -1 -1 0 1 1 3\n{}", row.repeat(count));
+    let counts = [2, 3, 3, 1];
+    let text: String = (0..)
+        .zip(counts)
+        .map(|(t, count)| frame(t, count))
+        .collect();
+    fs::write(&path, text).unwrap();
+    let needs = Needs {
+        identity: true,
+        ..Needs::default()
+    };
+    let source = Source::open(&path, &given(), needs).unwrap();
+    let found: Vec<_> = source.states(FrameChoice::All).collect();
+    assert_eq!(found.len(), 4);
+    let message = found[3].as_ref().unwrap_err().to_string();
+    assert!(
+        message.contains("frame 3 at t = 3: 1 particles, 3 in the frame before")
+            && message.contains("displacements cannot be known"),
+        "{message}"
+    );
+    // Nobody else minds.
+    assert_eq!(states(&path, &given(), Needs::default()).unwrap().len(), 4);
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_wherever_they_stand() {
+    let folder = TempDir::new().unwrap();
+    run(folder.path(), false);
+    let source = Source::open(folder.path(), &Given::default(), ALL).unwrap();
+    let good = source.states(FrameChoice::All).next().unwrap().unwrap();
+    assert!(check(&good, "a").is_ok());
+    type Spoil = (&'static str, fn(&mut State));
+    let spoil: [Spoil; 5] = [
+        ("angular velocity", |s| {
+            s.particles.angular_velocity[0].x = f64::NAN
+        }),
+        ("spin", |s| s.particles.spin[1].z = f64::INFINITY),
+        ("way to its particle", |s| {
+            s.contacts.as_mut().unwrap().arm[0].y = f64::NAN
+        }),
+        ("way to its partner", |s| {
+            s.contacts.as_mut().unwrap().partner_arm[0].y = f64::NAN
+        }),
+        ("couple", |s| {
+            s.contacts.as_mut().unwrap().couple[0].y = f64::NAN
+        }),
+    ];
+    for (name, spoil) in spoil {
+        let mut bad = good.clone();
+        spoil(&mut bad);
+        let message = check(&bad, "a").unwrap_err().to_string();
+        assert!(message.contains(name), "{message}");
     }
 }
 

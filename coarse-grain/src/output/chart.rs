@@ -50,15 +50,93 @@ pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<Char
     let columns = if charts.len() < 3 { charts.len() } else { 3 };
     let mut page = ChartPage::new("", columns, charts);
     page.title = match time {
-        TimeMode::Average => format!(
-            "Mean of {} frames, t = {} to {} s",
-            block.frames,
-            seconds(block.span.0),
-            seconds(block.span.1)
-        ),
+        TimeMode::Average => mean_of(block),
         _ => format!("t = {} s", seconds(block.time)),
     };
     Ok(page)
+}
+
+/// Most points that are told apart in charts over the width.
+const MOST_LINES: usize = 8;
+
+/// A page of means at many widths of the kernel: a chart for each component of each field, over the logarithm of the width, with a line for each point and
+/// its standard errors (doubled: 95 %) as bands. Where a field does not depend on the width, its lines are level.
+///
+/// # Errors
+/// When there are more points or charts than can be shown, see [`refuse_widths`].
+pub fn widths(evaluator: &Evaluator, blocks: &[(f64, Block)]) -> Result<ChartPage, CgError> {
+    let columns = blocks.first().map_or(&[][..], |(_, block)| &block.columns);
+    refuse_widths(evaluator, columns.len())?;
+    let names = evaluator.coordinates.names();
+    let label = |point: usize| -> String {
+        let at = evaluator.place.coordinates(point);
+        let parts = names.iter().zip(at);
+        let parts: Vec<String> = parts
+            .map(|(name, at)| format!("{name} = {}", seconds(at)))
+            .collect();
+        parts.join(", ")
+    };
+    let chart = |k: usize| {
+        let first = &columns[k];
+        let name = named(first);
+        let mut chart = Chart::new(
+            &name,
+            Axis::log("kernel width", "m"),
+            Axis::linear(&first.field.name.replace('_', " "), &unit(first)),
+        );
+        for point in 0..evaluator.place.len() {
+            let line = |shift: f64| -> Vec<(f64, f64)> {
+                let at = |(width, block): &(f64, Block)| {
+                    let column = &block.columns[k];
+                    let error = column.errors.as_ref().map_or(0.0, |errors| errors[point]);
+                    (*width, column.values[point] + shift * error)
+                };
+                blocks.iter().map(at).collect()
+            };
+            // The band takes the colour of the line before it.
+            chart = chart.with(Series::marked_line(&label(point), line(0.0)));
+            if first.errors.is_some() {
+                chart = chart.with(Series::band("", line(-2.0), line(2.0)));
+            }
+        }
+        chart
+    };
+    let charts: Vec<Chart> = (0..columns.len()).map(chart).collect();
+    let across = charts.len().clamp(1, 3);
+    let mut page = ChartPage::new("", across, charts);
+    if let Some((_, block)) = blocks.first() {
+        page.title = mean_of(block);
+    }
+    Ok(page)
+}
+
+/// Refuses what [`widths`] cannot show: more points than lines are told apart, or more columns than charts fit on a page.
+///
+/// # Errors
+/// Just these.
+pub fn refuse_widths(evaluator: &Evaluator, columns: usize) -> Result<(), CgError> {
+    let points = evaluator.place.len();
+    if points > MOST_LINES {
+        let found =
+            format!("pictures of a scan show at most {MOST_LINES} points, and there are {points}");
+        let help = "--grid 5, --coordinates O, or --points; a .csv takes any number";
+        return Err(CgError::Input(format!("{found}\nhelp: {help}")));
+    }
+    if columns > MOST {
+        let found = format!("{columns} charts do not fit on a page, at most {MOST} do");
+        return Err(CgError::Input(format!("{found}\nhelp: --fields chooses")));
+    }
+    Ok(())
+}
+
+/// Which frames a mean is of.
+fn mean_of(block: &Block) -> String {
+    format!(
+        "Mean of {} frames, t = {} to {} s",
+        block.frames,
+        seconds(block.span.0),
+        seconds(block.span.1)
+    )
 }
 
 /// A time for people: sums of steps end in round-off.
@@ -124,6 +202,8 @@ fn profiles(block: &Block, x: &GridAxis, axis: &Axis) -> Vec<Chart> {
             } else {
                 component(column)
             };
+            // The band takes the colour of the line before it.
+            chart = chart.with(Series::line(&name, at(&column.values)));
             if let Some(errors) = &column.errors {
                 let edge = |sign: f64| {
                     let values: Vec<f64> = column
@@ -136,7 +216,6 @@ fn profiles(block: &Block, x: &GridAxis, axis: &Axis) -> Vec<Chart> {
                 };
                 chart = chart.with(Series::band("", edge(-1.0), edge(1.0)));
             }
-            chart = chart.with(Series::line(&name, at(&column.values)));
         }
         chart
     };
@@ -149,6 +228,16 @@ fn component(column: &Column) -> String {
     column.name[known..].trim_start_matches('_').to_owned()
 }
 
+/// The title of a chart of one component.
+fn named(column: &Column) -> String {
+    let component = component(column);
+    if component.is_empty() {
+        title(column)
+    } else {
+        format!("{} {component}", title(column))
+    }
+}
+
 fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> Vec<Chart> {
     let edges = |axis: &GridAxis| -> Vec<f64> {
         (0..=axis.count)
@@ -156,12 +245,7 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
             .collect()
     };
     let chart = |column: &Column| {
-        let component = component(column);
-        let name = if component.is_empty() {
-            title(column)
-        } else {
-            format!("{} {component}", title(column))
-        };
+        let name = named(column);
         // Our grids run fastest along the last coordinate, maps along x.
         let value = |row: usize, k: usize| column.values[k * y.count + row];
         let cells = (0..y.count).flat_map(|row| (0..x.count).map(move |k| (row, k)));
@@ -184,6 +268,55 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
 mod tests {
     use super::*;
     use crate::fields::{Field, STANDARD};
+
+    /// Bands have the colours of their lines, in profiles and over widths.
+    #[test]
+    fn bands_follow_their_lines() {
+        use crate::coordinates::Coordinates;
+        use crate::kernel::{KernelChoice, KernelShape};
+        use mercury_pictures::charts::Shape;
+        let axis = GridAxis {
+            min: 0.0,
+            max: 1.0,
+            count: 2,
+        };
+        let evaluator = Evaluator::new(
+            Coordinates::Cartesian([false, false, true]),
+            Place::Grid(vec![axis]),
+            KernelChoice::new(KernelShape::Lucy, 0.1),
+        );
+        let field = Field::by_name("velocity").unwrap();
+        let column = |component: usize| Column {
+            field,
+            part: None,
+            component,
+            name: format!("velocity_{}", ["x", "y", "z"][component]),
+            values: vec![1.0 + component as f64; 2],
+            errors: Some(vec![0.1; 2]),
+        };
+        let block = Block {
+            time: 1.0,
+            span: (0.0, 1.0),
+            frames: 9,
+            space: Default::default(),
+            columns: (0..3).map(column).collect(),
+            sums: None,
+        };
+        let profile = page(&evaluator, TimeMode::Average, &block).unwrap();
+        let blocks = [(0.1, block.clone()), (0.2, block)];
+        let over_widths = widths(&evaluator, &blocks).unwrap();
+        assert_eq!((profile.charts.len(), over_widths.charts.len()), (1, 3));
+        for (chart, pairs) in [(&profile.charts[0], 3), (&over_widths.charts[0], 2)] {
+            assert_eq!(chart.series.len(), 2 * pairs);
+            for pair in chart.series.chunks_exact(2) {
+                assert!(matches!(
+                    pair[0].shape,
+                    Shape::Line(_) | Shape::MarkedLine(_)
+                ));
+                assert!(matches!(pair[1].shape, Shape::Band { .. }));
+            }
+        }
+    }
 
     #[test]
     fn maps_of_the_standard_fields_fit_on_a_page() {

@@ -64,7 +64,7 @@ fn cylindrical_fields_keep_mass_and_turn_vectors() {
             angle: true,
             along: true,
         },
-        Place::Points(vec![vec![0.3, angle, 0.4]]),
+        Place::Points(vec![vec![0.3, angle, 0.9]]),
         exact(KernelShape::Gaussian, w),
     );
     round.axis = evaluator.axis;
@@ -137,7 +137,8 @@ fn an_axis_may_be_any_and_turns_with_the_state() {
     );
     about_x.axis = CylinderAxis {
         along: 0,
-        through: DVec3::new(0.0, 0.5, 0.5),
+        // Heights are those of the input, wherever on the axis its point is.
+        through: DVec3::new(7.0, 0.5, 0.5),
     };
     let mut about_z = about_x.clone();
     about_z.axis = CylinderAxis {

@@ -113,6 +113,43 @@ fn a_mirror_keeps_all_mass_inside() {
     );
 }
 
+/// Mirrors that face each other see each other: nothing is lost however wide the kernel is, and deep images stand where reflections put them.
+#[test]
+fn mirrors_see_each_other() {
+    let mut state = packing(60, 15, false);
+    state.space.periodic = [true, true, false];
+    let coordinates = Coordinates::Cartesian([false, false, true]);
+    let total = totals(&state, &all());
+    for width in [0.4, 1.5] {
+        let evaluator = Evaluator {
+            mirrors: [[false; 2], [false; 2], [true; 2]],
+            ..Evaluator::new(
+                coordinates,
+                Place::Grid(vec![axis(0.0, 1.0, 40)]),
+                exact(KernelShape::Gaussian, width),
+            )
+        };
+        let sums = evaluator.sums(&state, &all(), None);
+        let found = integral(&sums, Sum::Mass, 1.0 / 40.0);
+        close(&found, total.at(Sum::Mass, 0), 1e-12, "mass");
+        // As the cosine series of the same says: the n-th term decays as exp(-(n pi w)^2 / 2).
+        let p = &state.particles;
+        for point in 0..sums.points {
+            let z = (point as f64 + 0.5) / 40.0;
+            let pi = std::f64::consts::PI;
+            let term = |k: usize, n: f64| {
+                let decay = libm::exp(-0.5 * (n * pi * width) * (n * pi * width));
+                2.0 * decay * libm::cos(n * pi * p.position[k].z) * libm::cos(n * pi * z)
+            };
+            let expected: f64 = (0..p.len())
+                .filter(|&k| p.flowing[k])
+                .map(|k| p.mass[k] * (1.0 + (1..12).map(|n| term(k, f64::from(n))).sum::<f64>()))
+                .sum();
+            close(sums.at(Sum::Mass, point), &[expected], 1e-12, "density");
+        }
+    }
+}
+
 /// The state and its mirror image below z = 0: what is axial, as angular velocities and couples are, turns as a product of two vectors does.
 fn with_mirror_image(state: &State) -> State {
     let polar = |v: DVec3| DVec3::new(v.x, v.y, -v.z);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FormatError;
 use crate::formats::number::parse_number;
+use crate::run_files::Packing;
 
 /// The longest line, in bytes. No format of ours or of those we read has longer ones; a compressed file of a few kilobytes may.
 pub const LONGEST_LINE: usize = 1 << 24;
@@ -118,10 +119,14 @@ pub(crate) fn not_text(path: &Path, line_number: usize, line: &[u8]) -> FormatEr
         "a byte that is not text",
         "a text file in UTF-8",
     );
-    if line_number == 1 && line.starts_with(&[0x1f, 0x8b]) {
-        error.with_help("the file is compressed: unpack it first (gunzip)")
-    } else {
-        error
+    match Packing::of(line).filter(|_| line_number == 1) {
+        Some(packing) => {
+            let command = packing.command();
+            error.with_help(format!(
+                "the file is compressed: unpack it first ({command})"
+            ))
+        }
+        None => error,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::{Course, Open};
+use super::{Course, Open, Way};
 use crate::analysis::words::{Reader, Words};
 use crate::analysis::{Analysis, TimeMode};
 use crate::average::Blocking;
@@ -22,9 +22,10 @@ impl Course {
             // The same memory is the same words.
             before.sort_unstable_by_key(|(id, _)| **id);
             words.count(before.len());
-            for (&id, &position) in before {
+            for (&id, way) in before {
                 words.count(id as usize);
-                words.vector(position);
+                words.vector(way.at);
+                words.vector(way.come);
             }
         }
         words.count(self.open.len());
@@ -36,6 +37,8 @@ impl Course {
             words.number(first);
             words.count(next);
         }
+        words.flag(self.last_time.is_some());
+        words.number(self.last_time.unwrap_or(0.0));
         self.blocking.put(&mut words);
         words.0
     }
@@ -52,7 +55,11 @@ impl Course {
         };
         let before = if words.flag()? {
             let count = words.count()?;
-            let entry = |_| Some((words.word()?.try_into().ok()?, words.vector()?));
+            let entry = |_| {
+                let id = words.word()?.try_into().ok()?;
+                let (at, come) = (words.vector()?, words.vector()?);
+                Some((id, Way { at, come }))
+            };
             Some((0..count).map(entry).collect::<Option<HashMap<_, _>>>()?)
         } else {
             None
@@ -65,6 +72,8 @@ impl Course {
         } else {
             None
         };
+        let (is_known, time) = (words.flag()?, words.number()?);
+        let last_time = is_known.then_some(time);
         let numbers = analysis.numbers() * analysis.evaluator.place.len();
         let blocking = Blocking::take(&mut words, numbers)?;
         let is_mean = analysis.time == TimeMode::Average;
@@ -75,6 +84,7 @@ impl Course {
             before,
             open,
             next_time,
+            last_time,
             blocking,
             ..Self::default()
         })
