@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mercury_cg::CgError;
-use mercury_cg::analysis::{Analysis, Reference, TIME_CUTOFF, TimeMode};
+use mercury_cg::analysis::{Analysis, Reference, TimeMode};
 use mercury_cg::input::equal_ball;
 use mercury_cg::kernel::KernelShape;
 use mercury_cg::options::{Cells, Limits, Spacing, Width, mirrors};
@@ -16,9 +16,6 @@ use crate::state::{FIXED, PRESCRIBED};
 
 /// Most field tables of a scene: what is due of them is a bit each.
 pub const MOST_FIELDS: usize = 64;
-
-/// Most smoothed means that are open at a time, each of which takes the memory of a look.
-const MOST_OPEN: f64 = 600.0;
 
 /// Most smoothed means.
 const MOST_MEANS: f64 = 1e7;
@@ -139,13 +136,6 @@ pub(super) fn fields(
 
 /// What is wrong with a width and a step (s) of smoothing over looks every `interval` (s) until `end` (s).
 fn smoothing([width, step]: [f64; 2], interval: f64, end: f64) -> Option<String> {
-    // Each mean whose weight has not ended is open.
-    if 2.0 * TIME_CUTOFF * width / step > MOST_OPEN {
-        return Some(format!(
-            "the step must be at least {} of the width, got {step} s of {width} s",
-            2.0 * TIME_CUTOFF / MOST_OPEN
-        ));
-    }
     if end / step > MOST_MEANS {
         return Some(format!("means every {step} s are more than {MOST_MEANS:e}"));
     }
