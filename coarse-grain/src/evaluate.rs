@@ -6,6 +6,7 @@
 mod gather;
 mod grid;
 mod images;
+mod instructions;
 mod lattice;
 mod layers;
 mod spread;

@@ -10,6 +10,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::instructions::{Instructions, Task};
 use super::lattice::Lattice;
 use super::spread::{Layer, Placed};
 use super::weights::{GaussianRows, PolynomialRows, RowWeights, Seen};
@@ -139,9 +140,9 @@ fn slabs<W: RowWeights, const F: usize>(
     let spans: Vec<Range<u32>> = (layer.placed.par_iter().with_min_len(1024))
         .map(|place| units.span(lattice, kernel, place))
         .collect();
+    let instructions = Instructions::widest();
     let add_all = |range: Range<usize>, sums: &mut [[f64; F]], members: &[u32]| {
-        let (begin, end) = (range.start as u32, range.end as u32);
-        let mut slab = Slab {
+        let slab = Slab {
             lattice,
             kernel,
             layer,
@@ -153,13 +154,12 @@ fn slabs<W: RowWeights, const F: usize>(
             },
             sums,
         };
-        let mut rows = rows();
-        for &k in members {
-            let span = &spans[k as usize];
-            if span.start < end && span.end > begin {
-                slab.add(&layer.placed[k as usize], &mut rows);
-            }
-        }
+        instructions.run(AddAll {
+            slab,
+            rows: rows(),
+            spans: &spans,
+            members,
+        });
     };
     let groups = groups(
         &spans,
@@ -372,7 +372,33 @@ struct Slab<'a, const F: usize> {
     sums: &'a mut [[f64; F]],
 }
 
+/// All of some places that reach a part of the grid are added to it.
+struct AddAll<'a, W, const F: usize> {
+    slab: Slab<'a, F>,
+    rows: W,
+    spans: &'a [Range<u32>],
+    members: &'a [u32],
+}
+
+impl<W: RowWeights, const F: usize> Task for AddAll<'_, W, F> {
+    #[inline(always)]
+    fn run(mut self) {
+        let (begin, end) = (
+            self.slab.units.range.start as u32,
+            self.slab.units.range.end as u32,
+        );
+        let placed = &self.slab.layer.placed;
+        for &k in self.members {
+            let span = &self.spans[k as usize];
+            if span.start < end && span.end > begin {
+                self.slab.add(&placed[k as usize], &mut self.rows);
+            }
+        }
+    }
+}
+
 impl<const F: usize> Slab<'_, F> {
+    #[inline(always)]
     fn add<W: RowWeights>(&mut self, place: &Placed, rows: &mut W) {
         let axes = &self.lattice.axes;
         let window = if place.segment == DVec3::ZERO {
@@ -422,6 +448,7 @@ impl<const F: usize> Slab<'_, F> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sums::Spread;
 
     #[test]
     fn shares_cover_the_units_of_a_group_and_are_even() {
@@ -447,6 +474,103 @@ mod tests {
                 shares.windows(2).all(|pair| pair[0].end == pair[1].start),
                 "{shares:?}"
             );
+        }
+    }
+
+    /// What is spread is the same to the bit whatever instructions the processor has.
+    #[test]
+    fn the_bytes_do_not_depend_on_instructions() {
+        use crate::coordinates::GridAxis;
+        use crate::kernel::{KernelChoice, KernelShape};
+        let axis = |count: usize| GridAxis {
+            min: 0.0,
+            max: 1.0,
+            count,
+        };
+        let lattice = Lattice::new([true; 3], &[axis(7), axis(9), axis(11)]);
+        let mut stream = mercury_common::random::Stream::new(7, "instructions", 0);
+        let mut vector = |low: f64, high: f64| {
+            let mut number = || stream.uniform_in(low, high);
+            DVec3::new(number(), number(), number())
+        };
+        let placed: Vec<Placed> = (0..40)
+            .map(|row| Placed {
+                centre: vector(-0.1, 1.1),
+                // From none to many widths long.
+                segment: vector(-1.0, 1.0) * f64::from(row % 8) * 0.1,
+                row,
+                mirrored: (row % 3) as u8,
+            })
+            .collect();
+        let layer = |spread: Spread| Layer {
+            spread,
+            width: 9,
+            parity: (0..9).map(|k| k as u8).collect(),
+            values: (0..9 * 40).map(|k| libm::sin(f64::from(k))).collect(),
+            placed: placed.clone(),
+            spare: Vec::new(),
+            origin: DVec3::ZERO,
+        };
+        let spread_by = |instructions: Instructions, kernel: &Kernel, layer: &Layer| {
+            let mut sums = vec![[0.0; 10]; lattice.len()];
+            let units = Units::of(&lattice);
+            let spans: Vec<Range<u32>> = (layer.placed.iter())
+                .map(|place| units.span(&lattice, kernel, place))
+                .collect();
+            let members: Vec<u32> = (0..40).collect();
+            let slab = Slab {
+                lattice: &lattice,
+                kernel,
+                layer,
+                first: 0,
+                ball: Window::ball(kernel),
+                units,
+                sums: &mut sums,
+            };
+            let (spans, members) = (&spans[..], &members[..]);
+            if kernel.polynomial().is_some() {
+                let rows = PolynomialRows::new(kernel, &lattice, layer.spread);
+                instructions.run(AddAll {
+                    slab,
+                    rows,
+                    spans,
+                    members,
+                });
+            } else {
+                let rows = GaussianRows::new(kernel, &lattice, layer.spread);
+                instructions.run(AddAll {
+                    slab,
+                    rows,
+                    spans,
+                    members,
+                });
+            }
+            sums.into_flattened()
+                .into_iter()
+                .map(f64::to_bits)
+                .collect::<Vec<u64>>()
+        };
+        for (shape, tolerance) in [
+            (KernelShape::Gaussian, 1e-3),
+            (KernelShape::Gaussian, 1e-9),
+            (KernelShape::Lucy, 1e-3),
+        ] {
+            let choice = KernelChoice {
+                tolerance,
+                ..KernelChoice::new(shape, 0.1)
+            };
+            let kernel = Kernel::new(choice, 3);
+            for spread in [
+                Spread::Particles,
+                Spread::Gradients,
+                Spread::Lines,
+                Spread::Moments,
+            ] {
+                let layer = layer(spread);
+                let [common, widest] = [Instructions::COMMON, Instructions::widest()]
+                    .map(|instructions| spread_by(instructions, &kernel, &layer));
+                assert!(common.iter().any(|&bits| bits != 0) && common == widest);
+            }
         }
     }
 

@@ -26,7 +26,7 @@ impl LatticeAxis {
     };
 
     /// The points between two coordinates.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn between(&self, low: f64, high: f64) -> Range<usize> {
         let begin = whole((low - self.first) * self.inverse_step, self.count);
         let scaled = (high - self.first) * self.inverse_step;
@@ -38,14 +38,14 @@ impl LatticeAxis {
         begin..end.max(begin)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(&self, k: usize) -> f64 {
         self.first + k as f64 * self.step
     }
 }
 
 /// The next whole number at or above, within 0 and `most`.
-#[inline]
+#[inline(always)]
 fn whole(x: f64, most: usize) -> usize {
     if x <= 0.0 {
         return 0;

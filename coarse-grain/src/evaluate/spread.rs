@@ -58,7 +58,7 @@ impl Layer {
     ///
     /// For gradients, `grad phi(r - x) = slope(|r - x|) (r - x)`: what is spread by the slope is q and q x, so that the gradient of sum q phi
     /// is r sum(q slope) - sum(q x slope); both are counted from `origin`, which keeps the difference sharp.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn load(&self, placed: &Placed, first: usize, out: &mut [f64]) {
         let row = &self.values[placed.row as usize * self.width..][..self.width];
         let signed = |k: usize| {

@@ -38,7 +38,7 @@ pub(crate) struct Seen<'a, const F: usize> {
 
 impl<const F: usize> Seen<'_, F> {
     /// All planes, and in each all rows that have points: where they are along the second axis, the first of the points, and the points.
-    #[inline]
+    #[inline(always)]
     fn each_row<P>(
         &mut self,
         bounds: &mut Bounds,
@@ -71,7 +71,7 @@ impl<const F: usize> Seen<'_, F> {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn add_to<const F: usize>(point: &mut [f64; F], weight: f64, values: &[f64; F]) {
     for (sum, value) in point.iter_mut().zip(values) {
         *sum += weight * value;
@@ -121,7 +121,7 @@ impl<'a> GaussianRows<'a> {
     }
 
     /// Makes the tables of N nodes from `from` on.
-    #[inline]
+    #[inline(always)]
     fn fill<const N: usize>(&mut self, lattice: &Lattice, from: usize) {
         let inverse = self.inverse;
         let nodes: [f64; N] = std::array::from_fn(|q| self.nodes[from + q]);
@@ -164,6 +164,7 @@ impl<'a> GaussianRows<'a> {
     }
 
     /// Adds what N nodes from `from` on give.
+    #[inline(always)]
     fn add_nodes<const N: usize, const F: usize>(
         &mut self,
         from: usize,
@@ -174,6 +175,8 @@ impl<'a> GaussianRows<'a> {
         let [tx, ty, tz] = &self.tables;
         let [tx, ty, tz] = [tx, ty, tz].map(|table| table.as_chunks::<N>().0);
         let begins = [0, 1, 2].map(|a| self.ranges[a].start);
+        // A copy, of which the compiler knows that nothing is written to it: it stays in registers.
+        let values = *values;
         let weights = &self.weights[from..from + N];
         let plane =
             |i: usize| -> [f64; N] { std::array::from_fn(|q| weights[q] * tx[i - begins[0]][q]) };
@@ -186,13 +189,14 @@ impl<'a> GaussianRows<'a> {
                 for q in 1..N {
                     weight += factors[q] * z[q];
                 }
-                add_to(point, weight, values);
+                add_to(point, weight, &values);
             }
         });
     }
 }
 
 impl RowWeights for GaussianRows<'_> {
+    #[inline(always)]
     fn begin(&mut self, placed: &Placed, ranges: &[Range<usize>; 3]) {
         self.placed = *placed;
         self.ranges = ranges.clone();
@@ -229,6 +233,7 @@ impl RowWeights for GaussianRows<'_> {
         self.weights.resize(filled, 0.0);
     }
 
+    #[inline(always)]
     fn add<const F: usize>(&mut self, seen: &mut Seen<'_, F>, values: &[f64; F]) {
         match self.nodes.len() {
             1 => self.add_nodes::<1, F>(0, seen, values),
@@ -271,11 +276,13 @@ impl<'a> PolynomialRows<'a> {
 }
 
 impl RowWeights for PolynomialRows<'_> {
+    #[inline(always)]
     fn begin(&mut self, placed: &Placed, _: &[Range<usize>; 3]) {
         self.placed = *placed;
         self.length = placed.segment.length();
     }
 
+    #[inline(always)]
     fn add<const F: usize>(&mut self, seen: &mut Seen<'_, F>, values: &[f64; F]) {
         let (mut bounds, mut row) = (
             std::mem::take(&mut self.bounds),
@@ -298,6 +305,7 @@ impl RowWeights for PolynomialRows<'_> {
 
 impl PolynomialRows<'_> {
     /// The weights of the points of a row from `first` on.
+    #[inline(always)]
     fn weigh(&self, i: usize, j: usize, first: usize, row: &mut [f64]) {
         let Some(polynomial) = self.kernel.polynomial() else {
             return;

@@ -16,7 +16,7 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// Room for so many rows.
-    #[inline]
+    #[inline(always)]
     fn hold(&mut self, rows: usize) -> (&mut [[u32; LANES]], &mut [[u32; LANES]]) {
         let groups = rows.div_ceil(LANES);
         if self.firsts.len() < groups {
@@ -28,7 +28,7 @@ impl Bounds {
 
     /// First point and end of each row, in order; the end lies before or at the first point where there is none. For the rows of the plane
     /// that was asked for last; behind them are others.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         let (firsts, ends) = (self.firsts.as_flattened(), self.ends.as_flattened());
         firsts.iter().copied().zip(ends.iter().copied())
@@ -45,13 +45,13 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 const NEARLY_HALF: f64 = 0.5 - 1e-11;
 
 /// The larger of two numbers; unlike `f64::max` one instruction, since it says nothing of what is no number.
-#[inline]
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// The smaller of two numbers.
-#[inline]
+#[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
@@ -88,6 +88,7 @@ impl Window {
     }
 
     /// The region of a segment.
+    #[inline(always)]
     pub(crate) fn around(kernel: &Kernel, segment: DVec3) -> Self {
         let length = segment.length();
         let ball = Self::ball(kernel);
@@ -123,7 +124,7 @@ impl Window {
     }
 
     /// What `own`, a part of the grid, has in the window around `centre` in its plane `i`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn plane(
         &self,
         axes: &[LatticeAxis; 3],
@@ -171,7 +172,7 @@ impl Window {
     /// With a = n . d for what is known of the distance d from the middle, row by row: the middle of what lies inside is flatness nz a / steepness, its half
     /// length the root of reach^2 - dx^2 - dy^2 + flatness a^2 / steepness, over the root of the steepness. The one is linear in dy, the other a root of
     /// a polynomial of degree two. Heights are counted in points from the first of the row.
-    #[inline]
+    #[inline(always)]
     fn rows<const CAPPED: bool>(
         &self,
         [_, y, z]: &[LatticeAxis; 3],

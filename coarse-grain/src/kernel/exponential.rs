@@ -12,7 +12,7 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 ///
 /// exp(x) = 2^k exp(r) with |r| <= ln 2 / 2, and Taylor's polynomial of degree 13 for exp(r). No branch and no table, so that the processor
 /// works on several of them at once.
-#[inline]
+#[inline(always)]
 pub(crate) fn exponential(x: f64) -> f64 {
     let x = x.clamp(-700.0, 700.0);
     let rounded = x * LOG2_E + ROUND;
