@@ -21,12 +21,14 @@ Examples:
   mercury-export parquet drum --table contacts   all contacts of all frames in one table
   mercury-export parquet repose-study            the table of a study: repose-study/study.parquet
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
+  mercury-export particles bed.lmp               the same from a dump or data file of LAMMPS or LIGGGHTS, with what the scene says
   mercury-export lammps drum                     a dump that OVITO and LAMMPS read
   mercury-export png drum --frames last          the last frame as a picture, drum/png/drum.0050.png
   mercury-export png drum --strip 5 --size 1600x420   five frames side by side
   mercury-export gif drum --colour material --size 640x480   a film in drum/film/drum.gif
 
-INPUT is a run folder, NAME.particles.arrow, NAME.data, NAME.data.0000 (a series), NAME.disp or NAME.xballs.
+INPUT is a run folder, NAME.particles.arrow, NAME.data, NAME.data.0000 (a series), NAME.disp, NAME.xballs, or a dump \
+(dump custom) or data file (read_data) of spheres of LAMMPS or LIGGGHTS in SI units, whatever its name.
 Exit codes: 0 done (also if the input was cut: its good frames are there, and a warning says so), 1 a file could not be \
 written, 2 wrong usage or input.";
 
@@ -90,7 +92,7 @@ pub(crate) enum Command {
         #[arg(long, value_enum, default_value_t)]
         table: TableName,
     },
-    /// The particle table that scenes read, one file per frame
+    /// The particle table that scenes read, one file per frame, and what a scene says to start from it
     Particles {
         #[command(flatten)]
         common: Common,

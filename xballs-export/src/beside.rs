@@ -11,6 +11,9 @@ pub(crate) fn missing(source: &Source, kind: &str, why: &str, help: &str) -> Exp
     let folder = source.folder();
     let table = folder.join(format!("{}.{kind}.arrow", source.prefix()));
     let is_data = matches!(source, Source::Data(_));
+    if matches!(source, Source::Lammps(_)) {
+        return ExportError::Input(format!("{path}: this file holds no {kind}\nhelp: {help}"));
+    }
     ExportError::Input(if is_data && table.exists() {
         format!(
             "{path}: a .data file holds no {kind}; those of this run lie in {}\nhelp: give the run folder: {}",

@@ -41,7 +41,7 @@ pub(crate) fn reader<'a>(
 ) -> Result<Option<&'a BodyReader>, ExportError> {
     match source {
         Source::Run(run) => Ok(run.bodies(help)?),
-        Source::Data(_) => Ok(None),
+        Source::Data(_) | Source::Lammps(_) => Ok(None),
     }
 }
 

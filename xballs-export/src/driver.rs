@@ -30,6 +30,8 @@ pub struct Outcome {
     pub damage: Option<FormatError>,
     /// Frames that are in the files: fewer than `frames` in a film strip.
     pub written: usize,
+    /// What to do with the files, in lines to copy.
+    pub to_copy: String,
     /// What the user should know.
     pub notes: Vec<String>,
     /// What the user must know: something is not in the files that was asked for.

@@ -42,4 +42,4 @@ pub use bodies::ClumpsAs;
 pub use driver::{Job, Outcome, Sink, export};
 pub use error::ExportError;
 pub use selection::{FrameChoice, Region, Selection};
-pub use source::{Snapshot, Source, Table};
+pub use source::{LammpsSource, Snapshot, Source, Table};

@@ -189,6 +189,9 @@ fn report(job: &Job, quiet: bool, outcome: Outcome, files: &[PathBuf]) {
             out += &format!("  ... {}\n", name(last));
         }
     }
+    if !quiet {
+        out += &outcome.to_copy;
+    }
     let _ = write!(std::io::stdout(), "{out}");
     for note in outcome.notes.iter().filter(|_| !quiet) {
         let _ = writeln!(std::io::stderr(), "note: {note}");

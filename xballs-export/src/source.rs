@@ -1,6 +1,7 @@
-//! Where frames come from: a run folder, a file of frames, `.data` files, or a script of XBalls that names one.
+//! Where frames come from: a run folder, a file of frames, `.data` files, a script of XBalls that names one, or files of LAMMPS and LIGGGHTS.
 
 mod data;
+mod lammps;
 mod run;
 mod tables;
 
@@ -14,6 +15,7 @@ use mercury_common::run_files::{FRAMES, particles_in, series_number};
 use crate::{ExportError, FrameChoice};
 use data::DataSource;
 pub(crate) use data::EULER;
+pub use lammps::LammpsSource;
 pub(crate) use run::RunSource;
 pub(crate) use tables::Frames;
 pub use tables::Table;
@@ -101,11 +103,13 @@ pub enum Source {
     Run(Box<RunSource>),
     /// `.data` in one file or a numbered series.
     Data(DataSource),
+    /// A dump or data file of LAMMPS or LIGGGHTS.
+    Lammps(LammpsSource),
 }
 
 impl Source {
     /// Opens a run folder, `<prefix>.particles.arrow`, `.data`, the first of a series `.data.0000`, or a script `.disp` or
-    /// `.xballs`, whose `.data` file is taken.
+    /// `.xballs`, whose `.data` file is taken; or a dump or data file of LAMMPS or LIGGGHTS, whatever its name.
     ///
     /// # Errors
     /// When there is nothing of this kind, several runs lie in the folder, or the file cannot be opened.
@@ -116,6 +120,9 @@ impl Source {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if name.ends_with(FRAMES) {
             return Ok(Self::Run(Box::new(RunSource::open(path)?)));
+        }
+        if let Some(found) = LammpsSource::recognise(path) {
+            return Ok(Self::Lammps(found));
         }
         if name.ends_with(".disp") || name.ends_with(".xballs") {
             let named = crate::xballs_script::Script::read(path)?.data;
@@ -130,7 +137,7 @@ impl Source {
             "there is no such file or folder"
         };
         let error = FormatError {
-            expected: "a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file"
+            expected: "a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file, or a dump or data file of LAMMPS or LIGGGHTS"
                 .to_owned(),
             ..FormatError::of_file(path, found)
         };
@@ -143,6 +150,7 @@ impl Source {
         match self {
             Self::Run(run) => run.prefix(),
             Self::Data(data) => data.prefix(),
+            Self::Lammps(file) => file.prefix(),
         }
     }
 
@@ -152,6 +160,7 @@ impl Source {
         match self {
             Self::Run(run) => run.path(),
             Self::Data(data) => data.path(),
+            Self::Lammps(file) => file.path(),
         }
     }
 
@@ -170,7 +179,7 @@ impl Source {
     pub fn len_hint(&self) -> Option<usize> {
         match self {
             Self::Run(run) => Some(run.len()),
-            Self::Data(_) => None,
+            Self::Data(_) | Self::Lammps(_) => None,
         }
     }
 
@@ -180,6 +189,7 @@ impl Source {
         match self {
             Self::Run(run) => Box::new(run.frames(choice)),
             Self::Data(data) => data.frames(choice),
+            Self::Lammps(file) => file.frames(choice),
         }
     }
 }

@@ -295,8 +295,7 @@ fn damaged_native_frames_give_their_good_ones_and_one_message() {
 #[test]
 fn inputs_that_are_none_are_refused_in_words() {
     let place = folder_with_data("");
-    let expected =
-        "expected a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file";
+    let expected = "expected a folder of mercury-solve, a .particles.arrow, .data, .disp or .xballs file, or a dump or data file of LAMMPS or LIGGGHTS";
     refused(
         place.path(),
         &["vtu", "nothing"],
@@ -433,6 +432,70 @@ fn a_scene_can_read_the_particles_of_a_run() {
         place.path(),
         &["particles", "run"],
         "run/run.particles.arrow: the frame has clumps (body 2), which a table of spheres cannot hold\n",
+    );
+}
+
+/// Out as LIGGGHTS reads it, back, and into a scene: the same spheres, and lines that are a scene with time and output.
+#[test]
+fn files_of_liggghts_and_lammps_become_scenes() {
+    let place = folder_with_data(DATA);
+    let table = |path: &str| {
+        let path = place.path().join(path);
+        let rows = mercury_common::formats::particle_csv::read_particle_csv(path).unwrap();
+        let spheres = rows
+            .iter()
+            .map(|row| (row.position.to_array(), row.radius, row.velocity.to_array()));
+        spheres.collect::<Vec<_>>()
+    };
+    succeeds(place.path(), &["particles", "old.data", "-o", "direct"]);
+    let density = ["liggghts", "old.data", "-o", "out", "--density", "2500"];
+    succeeds(place.path(), &density);
+    succeeds(place.path(), &["lammps", "old.data", "-o", "out"]);
+    for (input, file) in [
+        ("out/old.0000.lmp", "old.0000.0000.csv"),
+        ("out/old.lammpstrj", "old.0000.csv"),
+    ] {
+        let said = succeeds(
+            place.path(),
+            &["particles", input, "-o", "back", "--frames", "0"],
+        );
+        assert_eq!(
+            table(&format!("back/{file}")),
+            table("direct/old.0000.csv"),
+            "{input}"
+        );
+        let (_, lines) = said.split_once(":\n\n").unwrap_or_else(|| panic!("{said}"));
+        assert!(lines.contains(&format!("file = \"{file}\"")), "{lines}");
+        let stated = input.ends_with("lmp");
+        assert_eq!(
+            lines.contains("density = 2500.0   # kg/m3\n"),
+            stated,
+            "{lines}"
+        );
+        let scene = format!("time = {{ end = 1.0 }}\noutput = {{ interval = 0.1 }}\n{lines}");
+        let path = place.path().join("back/scene.toml");
+        let files = mercury_common::scene::Files::MustExist;
+        mercury_common::scene::parse_scene(&path, &scene, &[], files)
+            .unwrap_or_else(|e| panic!("{e}"));
+    }
+    // And a picture of a dump is one of its spheres.
+    succeeds(
+        place.path(),
+        &[
+            "png",
+            "out/old.lammpstrj",
+            "--frames",
+            "0",
+            "--size",
+            "200x200",
+            "-o",
+            "png",
+        ],
+    );
+    refused(
+        place.path(),
+        &["csv", "out/old.lammpstrj", "--table", "contacts"],
+        "out/old.lammpstrj: this file holds no contacts\nhelp: fstat = true in [output] of the scene writes them\n",
     );
 }
 

@@ -110,6 +110,24 @@ impl<R: BufRead> Iterator for EnergyReader<R> {
     }
 }
 
+impl EnergyRow {
+    /// The numbers in the order of [`COLUMNS`].
+    #[must_use]
+    pub fn values(&self) -> [f64; COLUMNS.len()] {
+        let c = self.center_of_mass;
+        [
+            self.time,
+            self.gravitational,
+            self.translational_kinetic,
+            self.rotational_kinetic,
+            self.elastic,
+            c.x,
+            c.y,
+            c.z,
+        ]
+    }
+}
+
 /// Appends the header line.
 pub fn write_header(style: NumberStyle, out: &mut Vec<u8>) {
     for (index, name) in COLUMNS.iter().enumerate() {
@@ -126,18 +144,7 @@ pub fn write_header(style: NumberStyle, out: &mut Vec<u8>) {
 
 /// Appends one row: right-aligned columns of 16 characters with [`NumberStyle::Digits`], else single blanks.
 pub fn write_row(row: &EnergyRow, style: NumberStyle, out: &mut Vec<u8>) {
-    let c = row.center_of_mass;
-    let values = [
-        row.time,
-        row.gravitational,
-        row.translational_kinetic,
-        row.rotational_kinetic,
-        row.elastic,
-        c.x,
-        c.y,
-        c.z,
-    ];
-    for (index, value) in values.into_iter().enumerate() {
+    for (index, value) in row.values().into_iter().enumerate() {
         if index > 0 {
             out.push(b' ');
         }

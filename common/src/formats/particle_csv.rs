@@ -10,15 +10,39 @@ mod writer;
 
 use glam::DVec3;
 
-pub use reader::{parse_particle_csv, read_particle_csv};
+pub use reader::{
+    parse_particle_csv, parse_particle_table, read_particle_csv, read_particle_table,
+};
 pub use writer::{push_particle_csv, write_particle_csv};
+
+/// A table, and what of it nobody reads.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ParticleTable {
+    /// The particles.
+    pub rows: Vec<ParticleRow>,
+    /// Names of columns that say nothing a start needs: ids, masses, and whatever else tables of other programs hold.
+    pub ignored: Vec<String>,
+}
+
+/// A clump of a table instead of a sphere.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClumpCells {
+    /// Name of the template.
+    pub name: String,
+    /// From the principal frame to the global one, [w, x, y, z], of any length but 0; the identity without its columns.
+    pub orientation: [f64; 4],
+    /// Factor on all lengths, positive; 1 without its column.
+    pub scale: f64,
+}
 
 /// One particle of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticleRow {
-    /// Centre in m.
+    /// Centre in m; of a clump its centre of mass.
     pub position: DVec3,
-    /// Radius in m, positive.
+    /// What it is if it is a clump.
+    pub clump: Option<Box<ClumpCells>>,
+    /// Radius in m, positive; of a clump 0.
     pub radius: f64,
     /// Name of the material, if the table has one for this particle.
     pub material: Option<String>,
@@ -33,7 +57,7 @@ pub struct ParticleRow {
 }
 
 /// The names a header may use; the first four must be there.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 18] = [
     "x",
     "y",
     "z",
@@ -46,10 +70,27 @@ const COLUMNS: [&str; 12] = [
     "wy",
     "wz",
     "film_volume",
+    "clump",
+    "scale",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
 ];
+
+/// Columns that tables of other programs have, and that a start does not need.
+const IGNORED: [&str; 15] = [
+    "id", "type", "mol", "body", "state", "mass", "density", "volume", "element", "fx", "fy", "fz",
+    "tx", "ty", "tz",
+];
+
+/// Position of `radius` in [`COLUMNS`].
+const RADIUS: usize = 3;
+/// Position of `clump` in [`COLUMNS`], which is no number either; what only clumps have stands behind it.
+const CLUMP: usize = 12;
 
 /// How many of [`COLUMNS`] must be there.
 const REQUIRED: usize = 4;
 
-/// Position of `material` in [`COLUMNS`], the only column that is not a number.
+/// Position of `material` in [`COLUMNS`], which is no number.
 const MATERIAL: usize = 4;

@@ -69,6 +69,8 @@ pub struct InsertionState {
     pub credit: Credit,
     /// The sizes that came in, by ingredient of the mixture; of ingredients of one size nothing.
     pub sizes: Vec<PlacedSizes>,
+    /// What came in of each ingredient; of those behind the last that came nothing.
+    pub brought: Vec<Tally>,
 }
 
 impl InsertionState {
@@ -342,17 +344,24 @@ impl Insertion {
             velocity.z = 0.0;
         }
         let inserted = &mut self.state.inserted;
+        let index = pending.ingredient as usize;
+        let known = self.state.brought.len().max(index + 1);
+        self.state.brought.resize(known, Tally::default());
+        let of_ingredient = &mut self.state.brought[index];
         match new {
             New::Particle(new) => {
                 let new = NewParticle { velocity, ..new };
                 let (record, mass, prescribed) = new.build(setting.materials, setting.dimensions);
                 particles.push(record, mass, prescribed);
                 inserted.count(&record, mass, setting.dimensions);
+                of_ingredient.count(&record, mass, setting.dimensions);
             }
             New::Body(new) => {
                 let new = NewBody { velocity, ..new };
                 new.add_to(particles, setting.clumps);
-                inserted.count_body(&new.body(setting.clumps));
+                let body = new.body(setting.clumps);
+                inserted.count_body(&body);
+                of_ingredient.count_body(&body);
             }
         }
         true
@@ -439,7 +448,8 @@ crate::state::plain!(InsertionState {
     pending,
     drawn,
     credit,
-    sizes
+    sizes,
+    brought
 });
 
 impl Plain for Limit {

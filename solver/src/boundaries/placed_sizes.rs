@@ -53,6 +53,26 @@ impl PlacedSizes {
                 .sum::<u64>()
     }
 
+    /// The diameter (m) below which this share of them lies; of sizes in classes that of the distribution `sizes` at the class.
+    #[must_use]
+    pub fn quantile(&self, share: f64, sizes: &SizeDistribution) -> f64 {
+        let n = self.number();
+        // The first that has at least this share at or below it.
+        let rank = ((share * n as f64).ceil() as u64).clamp(1, n.max(1)) - 1;
+        if self.classes.is_empty() {
+            let mut diameters = self.diameters.clone();
+            diameters.sort_unstable_by(f64::total_cmp);
+            return diameters.get(rank as usize).copied().unwrap_or(0.0);
+        }
+        let mut below = 0;
+        let class = self.classes.iter().position(|&count| {
+            below += u64::from(count);
+            below > rank
+        });
+        let classes = self.classes.len() as f64;
+        sizes.sample_diameter((class.unwrap_or(0) as f64 + 0.5) / classes)
+    }
+
     /// The largest distance of their cumulative numbers from those of `sizes` (Kolmogorov 1933); of sizes in classes the largest at
     /// the bounds of the classes, which lacks less than 1.6e-5.
     #[must_use]

@@ -66,6 +66,7 @@ pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Stu
             .push(result.map_err(|problem| Failure::input(format!("--result {text}: {problem}")))?);
     }
     study.plots.extend(arguments.plot.iter().cloned());
+    study.check_names().map_err(Failure::input)?;
     Ok(Some(study))
 }
 

@@ -77,13 +77,14 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut notes = Vec::new();
     let mut walls = walls(scene, &mut errors);
     let clumps = super::clumps::clumps(scene, &mut warnings, &mut notes, &mut errors);
-    let start = starting_particles(
+    let mut start = starting_particles(
         scene,
         clumps.as_deref(),
         most_sites,
         &mut warnings,
         &mut errors,
     );
+    notes.append(&mut start.remarks);
     let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
     let regions = regions(scene, &start, &mut errors);

@@ -387,7 +387,7 @@ fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
 
 /// Mean volume of the particles (m^3), or mean area of discs (m^2), by number.
 #[must_use]
-pub(super) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
+pub(crate) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
     if dimensions != 2 {
         return sizes.mean_volume();
     }

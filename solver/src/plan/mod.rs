@@ -51,6 +51,7 @@ pub use fields::{FieldPlan, MOST_FIELDS};
 pub use guard::{Guard, GuardPolicy};
 pub use head::{Head, checkpoint_paths};
 pub use insertions::expected_number;
+pub(crate) use insertions::mean_volume;
 pub use largest::{Largest, largest, lattice_grains};
 pub use memory::{Memory, StartBytes};
 pub use notes::Notes;

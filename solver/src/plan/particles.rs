@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-use mercury_common::formats::particle_csv::read_particle_csv;
+use glam::{DQuat, DVec3};
+use mercury_common::formats::particle_csv::{ClumpCells, ParticleTable, read_particle_table};
 use mercury_common::random::Stream;
 use mercury_common::readable;
 use mercury_common::scene::{
     ClumpPlace, Lattice, Located, MaterialIndex, Orientation, ParticleSource, ParticleValues,
-    Place, Scene, SceneError, Start,
+    Place, Scene, SceneError, Start, nearest,
 };
 
 use super::earlier::{Earlier, take_up};
@@ -42,6 +42,8 @@ pub(super) struct StartingParticles {
     pub table: Counted,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
+    /// What is to be said of tables.
+    pub remarks: Vec<String>,
     /// Runs whose last states are among them.
     pub earlier: Vec<Earlier>,
 }
@@ -205,7 +207,7 @@ pub(super) fn starting_particles(
                 file,
                 material,
                 fixed,
-            } => match read_particle_csv(&file.value) {
+            } => match read_particle_table(&file.value) {
                 Err(mut error) => {
                     // The reader's advice comes behind the line of the scene, as all advice does.
                     let help = error.help.take();
@@ -215,25 +217,25 @@ pub(super) fn starting_particles(
                         None => error,
                     });
                 }
-                Ok(rows) if rows.is_empty() => {
+                Ok(ParticleTable { rows, .. }) if rows.is_empty() => {
                     let message = format!("{} has a header and no particle", file.display());
                     let error = file.error(message);
                     errors.push(error.with_help(
                         "is it the right file? A scene without particles names no table",
                     ));
                 }
-                Ok(rows) => {
+                Ok(ParticleTable { rows, ignored }) => {
                     start.note_table(&file.value, rows.len());
+                    if !ignored.is_empty() {
+                        start.remarks.push(format!(
+                            "{}: not needed and not read: {}",
+                            file.display(),
+                            ignored.join(", ")
+                        ));
+                    }
                     for row in rows {
                         let of_row = |message: String| {
                             file.error(format!("{}:{}: {message}", file.display(), row.line))
-                        };
-                        let index = match row_material(scene, row.material.as_deref(), material) {
-                            Ok(index) => index,
-                            Err(message) => {
-                                errors.push(of_row(message));
-                                break;
-                            }
                         };
                         let moves =
                             row.velocity != DVec3::ZERO || row.angular_velocity != DVec3::ZERO;
@@ -241,6 +243,35 @@ pub(super) fn starting_particles(
                             errors.push(of_row("a fixed particle has a velocity".to_owned()));
                             break;
                         }
+                        if let Some(cells) = &row.clump {
+                            match clump_of_row(scene, cells, row.material.as_deref()) {
+                                Ok(body) => {
+                                    start.bodies.push(NewBody {
+                                        position: images.wrap(row.position),
+                                        velocity: row.velocity,
+                                        angular_velocity: row.angular_velocity,
+                                        fixed: *fixed,
+                                        ..body
+                                    });
+                                    start.typed_bodies.push(Typed {
+                                        entry,
+                                        line: Some(row.line),
+                                    });
+                                    continue;
+                                }
+                                Err(message) => {
+                                    errors.push(of_row(message));
+                                    break;
+                                }
+                            }
+                        }
+                        let index = match row_material(scene, row.material.as_deref(), material) {
+                            Ok(index) => index,
+                            Err(message) => {
+                                errors.push(of_row(message));
+                                break;
+                            }
+                        };
                         if row.film_volume > 0.0 {
                             let row = format!("{}:{}", file.display(), row.line);
                             errors.push(film_of_a_row(&file.place, &row));
@@ -423,6 +454,38 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
             crate::state::MaterialIndex::new(values.material.0 as u32),
         )
     }
+}
+
+/// The clump of a row of a table, at rest at the origin.
+fn clump_of_row(
+    scene: &Scene,
+    cells: &ClumpCells,
+    material: Option<&str>,
+) -> Result<NewBody, String> {
+    let name = &cells.name;
+    let index = scene.clumps.iter().position(|clump| *clump.name == **name);
+    let index = index.ok_or_else(|| {
+        let known = scene.clumps.iter().map(|clump| clump.name.as_str());
+        match nearest(name, known) {
+            Some(near) => format!("there is no clump named `{name}`; did you mean `{near}`?"),
+            None => format!("there is no clump named `{name}`: a table [clumps.{name}] makes one"),
+        }
+    })?;
+    if let Some(material) = material {
+        return Err(format!(
+            "the clump `{name}` has the material `{material}` here: leave the cell empty, [clumps.{name}] names it"
+        ));
+    }
+    let largest = cells
+        .orientation
+        .iter()
+        .fold(0.0_f64, |most, part| most.max(part.abs()));
+    let [w, x, y, z] = cells.orientation.map(|part| part / largest);
+    Ok(NewBody {
+        orientation: DQuat::from_xyzw(x, y, z, w).normalize(),
+        scale: cells.scale,
+        ..NewBody::at(DVec3::ZERO, index as u32)
+    })
 }
 
 /// A body of a clump that moves as its entry says, at the origin.

@@ -242,7 +242,7 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
             max_speed,
         } => Component::Servo(Servo {
             axis: **axis,
-            target: target(wall, aim)?,
+            target: target(wall, **axis, aim)?,
             max_speed: **max_speed,
             from,
             until,
@@ -250,8 +250,8 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
     })
 }
 
-/// What a servo aims at.
-fn target(wall: &SceneWall, aim: &ServoTarget) -> Result<Target, SceneError> {
+/// What a servo along `axis` aims at.
+fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, SceneError> {
     Ok(match aim {
         ServoTarget::Force(load) => Target::Force(course(load, "force")?),
         ServoTarget::Pressure {
@@ -263,12 +263,18 @@ fn target(wall: &SceneWall, aim: &ServoTarget) -> Result<Target, SceneError> {
                 wall.shape,
                 SceneShape::Box { .. } | SceneShape::Plane { .. } | SceneShape::Disc { .. }
             );
+            let place = match load {
+                Load::Constant(number) => &number.place,
+                Load::Rows(rows) => &rows.place,
+                Load::Table(file) => &file.place,
+            };
+            if let Some(what) = edge_on(wall, axis) {
+                let message = format!("{what} has no area as seen along the axis of the servo");
+                return Err(place.error(message).with_help(
+                    "turn the axis to the wall's normal, or give `area`; of a box name the faces that are pressed: sides = [\"+z\"]",
+                ));
+            }
             if !has_one {
-                let place = match load {
-                    Load::Constant(number) => &number.place,
-                    Load::Rows(rows) => &rows.place,
-                    Load::Table(file) => &file.place,
-                };
                 let error = place.error(
                     "needs an `area`: of planes, boxes and discs it follows from the shape, of this wall it does not",
                 );
@@ -279,6 +285,35 @@ fn target(wall: &SceneWall, aim: &ServoTarget) -> Result<Target, SceneError> {
             Target::Pressure(course(load, "pressure")?, Area::OfWall)
         }
     })
+}
+
+/// What of a flat wall stands edge-on to a direction, and stays so.
+fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
+    let turns = |motion: &SceneMotion| {
+        matches!(
+            motion.kind,
+            MotionKind::Rotation { .. } | MotionKind::Table { .. }
+        )
+    };
+    // Less than this is round-off of directions that were meant to be at right angles.
+    let is_edge_on =
+        |normal: DVec3| normal.dot(axis).abs() <= 1e-9 * normal.length() * axis.length();
+    if wall.motion.iter().any(turns) {
+        return None;
+    }
+    match &wall.shape {
+        SceneShape::Plane { normal, .. } if is_edge_on(**normal) => Some("the plane".to_owned()),
+        SceneShape::Disc { axis: normal, .. } if is_edge_on(**normal) => {
+            Some("the disc".to_owned())
+        }
+        SceneShape::Box { sides } => {
+            let face = sides
+                .iter()
+                .find(|face| is_edge_on(DVec3::AXES[face.axis]))?;
+            Some(format!("the face {}", face.name()))
+        }
+        _ => None,
+    }
 }
 
 /// A load in time; `column` names it in a table.

@@ -2,8 +2,10 @@
 
 use mercury_common::readable::rounded;
 
-use crate::boundaries::{Boundaries, InsertionPlan, InsertionState, Limit, Total, volume_within};
-use crate::plan::Plan;
+use crate::boundaries::{
+    Boundaries, Ingredient, InsertionPlan, InsertionState, Limit, Total, volume_within,
+};
+use crate::plan::{Plan, mean_volume};
 
 /// The probability with which random sizes of the right distribution are called wrong.
 const LEVEL: f64 = 0.01;
@@ -17,6 +19,7 @@ pub(super) fn told(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     let mut lines = Vec::new();
     for (insertion, state) in (plan.physics().insertions().iter()).zip(boundaries.insertions()) {
         lines.push(amounts(plan, insertion, state));
+        lines.extend(composition(plan, insertion, state));
         lines.extend(sizes(plan, insertion, state));
     }
     lines
@@ -62,6 +65,43 @@ fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> St
     text
 }
 
+/// The shares of a mixture's ingredients, by mass and by number, beside those that were asked for.
+fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
+    let used = (insertion.mixture.iter().enumerate()).filter(|(_, part)| part.share > 0.0);
+    if used.clone().count() < 2 || state.inserted.number == 0 {
+        return None;
+    }
+    let asked_mass = |part: &Ingredient| {
+        let density = plan.physics().materials()[part.material.index()].density;
+        part.share * density * mean_volume(&part.sizes, plan.physics().dimensions())
+    };
+    let all_mass: f64 = used.clone().map(|(_, part)| asked_mass(part)).sum();
+    let all_shares: f64 = used.clone().map(|(_, part)| part.share).sum();
+    let percent = |share: f64| rounded(100.0 * share, 3);
+    let parts: Vec<String> = used
+        .map(|(index, part)| {
+            let brought = state.brought.get(index).copied().unwrap_or_default();
+            format!(
+                "{} {} % of the mass ({} % asked for) and {} % of the number ({} %)",
+                name(plan, part),
+                percent(brought.mass / state.inserted.mass),
+                percent(asked_mass(part) / all_mass),
+                percent(brought.number as f64 / state.inserted.number as f64),
+                percent(part.share / all_shares)
+            )
+        })
+        .collect();
+    Some(format!("composition: {}", parts.join(", ")))
+}
+
+/// What an ingredient is made of.
+fn name<'a>(plan: &'a Plan, part: &Ingredient) -> &'a str {
+    match part.clump {
+        Some(clump) => &plan.physics().clumps()[clump as usize].name,
+        None => &plan.physics().materials()[part.material.index()].name,
+    }
+}
+
 /// The largest distance of the cumulative numbers from those of each ingredient's distribution, and what follows.
 fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<String> {
     let several = insertion.mixture.len() > 1;
@@ -72,14 +112,16 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
         };
         let n = placed.number() as f64;
         let largest = placed.distance(&part.sizes);
-        let name = match (several, part.clump) {
-            (false, _) => String::new(),
-            (true, Some(clump)) => format!(" of {}", plan.physics().clumps()[clump as usize].name),
-            (true, None) => format!(
-                " of {}",
-                plan.physics().materials()[part.material.index()].name
-            ),
+        let name = match several {
+            false => String::new(),
+            true => format!(" of {}", name(plan, part)),
         };
+        let quantiles = [10, 50, 90].map(|percent| {
+            let share = f64::from(percent) / 100.0;
+            let came = rounded(1e3 * placed.quantile(share, &part.sizes), 4);
+            let asked = rounded(1e3 * part.sizes.sample_diameter(share), 4);
+            format!("d{percent} {came} ({asked})")
+        });
         let verdict = if insertion.by_quota && state.limit != Limit::Total {
             "of a quota that is not complete".to_owned()
         } else if insertion.by_quota {
@@ -108,7 +150,8 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
             )
         };
         lines.push(format!(
-            "sizes{name}: largest distance from the distribution asked for {}, {verdict}",
+            "sizes{name}: {} mm by number (asked for); largest distance from the distribution asked for {}, {verdict}",
+            quantiles.join(", "),
             rounded(largest, 3)
         ));
     }

@@ -2,6 +2,7 @@
 
 mod budget;
 pub mod checkpoint;
+mod exits;
 mod insertions;
 mod long_steps;
 mod memory;
@@ -734,6 +735,7 @@ fn report(
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries()),
         servos: servos::told(engine),
+        exits: exits::told(engine, options),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,

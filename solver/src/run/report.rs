@@ -25,6 +25,8 @@ pub struct Report {
     pub folder: String,
     /// What insertions brought, and whether their sizes are right, a line each.
     pub insertions: Vec<String>,
+    /// What left by faces, deletions and planes, a line each.
+    pub exits: Vec<String>,
     /// What servos were to hold and held, a line each.
     pub servos: Vec<String>,
     /// Why a run that would have ended at rest came to its end before.
@@ -113,6 +115,9 @@ impl fmt::Display for Report {
         )?;
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
+        }
+        for line in &self.exits {
+            writeln!(f, "  left       {line}")?;
         }
         for line in &self.servos {
             writeln!(f, "  servo      {line}")?;

@@ -12,7 +12,7 @@ pub mod table;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use results::NamedResult;
@@ -80,7 +80,47 @@ pub struct StudyRun {
     pub values: Vec<Option<String>>,
 }
 
+/// Columns of every study's table beside its keys and results, as far as they are known before a run.
+const COLUMNS: [&str; 18] = [
+    "run",
+    "status",
+    "problem",
+    "steps",
+    "time",
+    "time_step",
+    "particles",
+    "contacts",
+    "wall_contacts",
+    "wall_seconds",
+    "particle_steps_per_second",
+    "threads",
+    "coordination_number",
+    "energy_kinetic",
+    "energy_rotational",
+    "inserted",
+    "deleted",
+    "warnings",
+];
+
 impl Study {
+    /// Whether the table can hold all results: each has a name of its own.
+    ///
+    /// # Errors
+    /// The name that another column has.
+    pub fn check_names(&self) -> Result<(), StudyError> {
+        let mut known: BTreeSet<&str> = COLUMNS.into_iter().collect();
+        known.extend(self.keys.iter().map(String::as_str));
+        match (self.results.iter()).find(|result| !known.insert(result.name.as_str())) {
+            Some(twice) => {
+                let name = &twice.name;
+                let problem = format!("the table has another column `{name}`");
+                Err(StudyError::new(format!("result `{name}`"), problem)
+                    .with_help("call the result something else"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The `KEY=VALUE` of a run, in the order in which they apply.
     #[must_use]
     pub fn overrides(&self, run: &StudyRun) -> Vec<String> {
@@ -146,11 +186,29 @@ fn named(
     }
     let short = short_names(keys);
     let mut known = BTreeSet::new();
-    let mut found = Vec::with_capacity(runs.len());
+    let mut known_values = BTreeMap::new();
+    let mut found: Vec<StudyRun> = Vec::with_capacity(runs.len());
     for (given, values) in runs {
+        let is_named = given.is_some();
         let name = given.unwrap_or_else(|| name_of(&short, &values));
         if !known.insert(name.to_lowercase()) {
             let problem = format!("two runs would be `{name}`");
+            return Err(StudyError::new(place, problem).with_help("each value stands once"));
+        }
+        // However they are written: 5 mm is 0.005.
+        let same: Vec<Option<String>> = (keys.iter().zip(&values))
+            .map(|(key, value)| {
+                let text = table::plain(Some(value.as_ref()?));
+                Some(table::number(key, &text).map_or(text, |number| format!("{number:?}")))
+            })
+            .collect();
+        let before = known_values.insert(same, found.len());
+        // Who gives a name means it.
+        if let Some(before) = before.filter(|_| !is_named) {
+            let problem = format!(
+                "the runs `{}` and `{name}` are the same",
+                found[before].name
+            );
             return Err(StudyError::new(place, problem).with_help("each value stands once"));
         }
         found.push(StudyRun { name, values });

@@ -82,6 +82,11 @@ fn range(text: &str) -> Result<Option<Vec<String>>, String> {
     let (high, count) = rest.split_once('/').ok_or_else(wrong)?;
     let high: f64 = high.trim().parse().map_err(|_| wrong())?;
     let count: usize = count.trim().parse().map_err(|_| wrong())?;
+    if count > MOST_VALUES {
+        return Err(format!(
+            "`{text}` has {count} values, more than {MOST_VALUES}"
+        ));
+    }
     if !(low.is_finite() && high.is_finite()) || low == high || !(2..=MOST_VALUES).contains(&count)
     {
         return Err(wrong());

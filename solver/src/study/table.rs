@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
+use mercury_common::units::{Dimension, Quantity};
+
 use super::Study;
 
 /// Name of the file in the study's folder.
@@ -126,16 +128,28 @@ impl StudyTable {
         text
     }
 
-    /// The numbers of a column by row.
+    /// The numbers of a column by row, those with units in SI.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Option<Vec<Option<f64>>> {
         let place = self.columns.iter().position(|column| column == name)?;
         Some(
             self.rows
                 .iter()
-                .map(|row| row[place].parse().ok())
+                .map(|row| number(name, &row[place]))
                 .collect(),
         )
+    }
+}
+
+/// The number that a cell of this column is, in SI (degrees where the key says so).
+pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
+    if let Ok(number) = cell.parse() {
+        return Some(number);
+    }
+    let quantity = Quantity::parse(cell).ok()?;
+    match column.ends_with("degrees") {
+        true => quantity.value(Dimension::DEGREES).ok(),
+        false => Some(quantity.si()),
     }
 }
 
@@ -148,7 +162,7 @@ fn quoted(cell: &str) -> String {
 }
 
 /// A value of a scene as a table shows it: a string without its quotes.
-fn plain(value: Option<&str>) -> String {
+pub(super) fn plain(value: Option<&str>) -> String {
     let value = value.unwrap_or_default();
     let inner = value
         .strip_prefix('"')

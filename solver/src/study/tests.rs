@@ -51,6 +51,11 @@ fn a_grid_has_every_combination_once() {
 fn what_stands_twice_or_is_too_much_is_refused() {
     for (texts, part) in [
         (vec!["a=1,1"], "two runs would be `a=1`"),
+        (
+            vec!["a=5 mm,0.005"],
+            "the runs `a=5mm` and `a=0.005` are the same",
+        ),
+        (vec!["a=1,1.0"], "the runs `a=1` and `a=1.0` are the same"),
         (vec!["a=1", "a=2"], "the key `a` stands twice"),
         (vec!["a=0..1/200", "b=0..1/200"], "40000 runs"),
     ] {
@@ -239,6 +244,40 @@ fn plots_have_a_line_for_each_other_value_and_join_seeds() {
     assert!(
         error(&study(&["title=a,b"]), "x").contains("no key of the study has different numbers")
     );
+}
+
+#[test]
+fn values_with_units_are_drawn_over_their_si_numbers() {
+    let study = study(&["radius=5 mm,10 mm", "rotate.degrees=30 deg,1 rev"]);
+    let table = table(&study, "x", &[1.0, 2.0, 3.0, 4.0]);
+    let numbers =
+        |key: &str| -> Vec<f64> { table.numbers(key).unwrap().into_iter().flatten().collect() };
+    assert_eq!(numbers("radius"), [0.005, 0.005, 0.01, 0.01]);
+    assert_eq!(numbers("rotate.degrees"), [30.0, 360.0, 30.0, 360.0]);
+    assert!(plot::page(&study, &table, "x").is_ok());
+}
+
+#[test]
+fn results_have_names_of_their_own() {
+    let result = |text: &str| super::results::NamedResult::parse(text).unwrap();
+    for (results, name) in [
+        (
+            vec![result("h=max(particles.z)"), result("h=min(particles.z)")],
+            "h",
+        ),
+        (vec![result("run=max(particles.z)")], "run"),
+        (vec![result("seed=max(particles.z)")], "seed"),
+    ] {
+        let study = Study {
+            results,
+            ..study(&["seed=1,2"])
+        };
+        let error = study.check_names().unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("another column `{name}`")),
+            "{error}"
+        );
+    }
 }
 
 #[test]

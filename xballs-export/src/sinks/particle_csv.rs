@@ -1,13 +1,17 @@
 //! The particle table that scenes read, so that a run can begin where another one ended.
 
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
 use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
+use mercury_common::readable::rounded;
 
 use super::{Encode, FilePerFrame};
 use crate::output::Output;
-use crate::{ExportError, Snapshot};
+use crate::{ExportError, Outcome, Sink, Snapshot};
 
 /// The rows of a frame.
 ///
@@ -36,6 +40,7 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     };
     let row = |row: usize| ParticleRow {
         position: position[row],
+        clump: None,
         radius: radius[row],
         material: name(row),
         velocity: velocity[row],
@@ -46,8 +51,104 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
     Ok((0..radius.len()).map(row).collect())
 }
 
-/// `<prefix>.0000.csv`, ...: the table of every selected frame. A frame without positions or radii, or with clumps, is refused.
-pub fn particle_tables(output: &Output) -> FilePerFrame<'_, impl Encode> {
+/// `<prefix>.0000.csv`, ...: the table of every selected frame, and what a scene says to start from the last of them. A frame without
+/// positions or radii, or with clumps, is refused.
+pub fn particle_tables(output: &Output) -> impl Sink + '_ {
+    ParticleTables {
+        tables: tables(output),
+        scene: String::new(),
+    }
+}
+
+struct ParticleTables<S> {
+    tables: S,
+    /// Of the last frame, all but the name of its table.
+    scene: String,
+}
+
+impl<S: Sink> Sink for ParticleTables<S> {
+    fn write(&mut self, snapshot: Snapshot) -> Result<(), ExportError> {
+        self.scene = scene_lines(&snapshot)?;
+        self.tables.write(snapshot)
+    }
+
+    fn finish(self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
+        let files = Box::new(self.tables).finish(outcome)?;
+        if let Some(name) = files.last().and_then(|file| file.file_name()) {
+            let name = name
+                .to_string_lossy()
+                .replace('\\', "\\\\")
+                .replace('"', "\\\"");
+            outcome.to_copy = format!(
+                "for a scene beside {name}:\n\n{}file = \"{name}\"\n",
+                self.scene
+            );
+        }
+        Ok(files)
+    }
+}
+
+/// What a scene needs besides its time and output: the domain, a material for each that occurs, and the particles up to the name of their table.
+fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
+    let (min, max) = snapshot.domain()?;
+    let mut text = format!(
+        "[domain]\nmin = {:?}\nmax = {:?}\n",
+        min.to_array(),
+        max.to_array()
+    );
+    let axes = ["x", "y", "z"].into_iter().zip(snapshot.header.periodic);
+    let periodic: Vec<&str> = axes.filter(|axis| axis.1).map(|axis| axis.0).collect();
+    if !periodic.is_empty() {
+        let _ = writeln!(text, "periodic = {periodic:?}");
+    }
+    let material = snapshot
+        .column("material")
+        .and_then(Column::as_u32)
+        .unwrap_or(&[]);
+    let names = &snapshot.header.materials;
+    let mut used: Vec<u32> = material.to_vec();
+    used.sort_unstable();
+    used.dedup();
+    // A table names materials only where the input does.
+    used.retain(|index| (*index as usize) < names.len());
+    let density = |index: Option<u32>| {
+        let row = match index {
+            Some(index) => material.iter().position(|of| *of == index)?,
+            None => 0,
+        };
+        let of = |name: &str| snapshot.numbers(name).ok()?.get(row).copied();
+        let density = rounded(of("mass")? / of("volume")?, DIGITS);
+        (density > 0.0 && density.is_finite()).then_some(density)
+    };
+    let mut entry = |name: &str, density: Option<f64>| {
+        let (density, remark) = match density {
+            Some(density) => (density, ""),
+            None => (2500.0, ": the input does not say"),
+        };
+        let _ = write!(
+            text,
+            "\n[materials.{name:?}]\ndensity = {density:?}   # kg/m3{remark}\n\
+             normal = {{ law = \"hertz\", youngs_modulus = 1e7, poisson_ratio = 0.3, restitution = 0.8 }}   # Pa: choose\n\
+             tangential = {{ law = \"mindlin\", friction = 0.5 }}\n"
+        );
+    };
+    for &index in &used {
+        entry(&names[index as usize], density(Some(index)));
+    }
+    if used.is_empty() {
+        entry("grain", density(None));
+    }
+    text += "\n[[particles]]\n";
+    if used.is_empty() {
+        text += "material = \"grain\"\n";
+    }
+    Ok(text)
+}
+
+/// Beyond these there is round-off of a quotient.
+const DIGITS: usize = 12;
+
+fn tables(output: &Output) -> FilePerFrame<'_, impl Encode> {
     let encode = |snapshot: &Snapshot, out: &mut Vec<u8>| {
         let rows = particle_rows(snapshot)?;
         push_particle_csv(&rows, NumberStyle::Shortest, out)

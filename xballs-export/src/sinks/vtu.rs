@@ -308,7 +308,7 @@ impl Sink for Vtu<'_> {
 fn run_of(source: &Source) -> Option<&RunSource> {
     match source {
         Source::Run(run) => Some(run.as_ref()),
-        Source::Data(_) => None,
+        Source::Data(_) | Source::Lammps(_) => None,
     }
 }
 

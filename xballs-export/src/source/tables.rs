@@ -69,7 +69,7 @@ impl<'a> Frames<'a> {
             Table::Contacts => {
                 let reader = match source {
                     Source::Run(run) => run.contacts(SPHERES)?,
-                    Source::Data(_) => None,
+                    Source::Data(_) | Source::Lammps(_) => None,
                 };
                 let help = "fstat = true in [output] of the scene writes them";
                 let reader = reader.ok_or_else(|| beside::missing(source, "contacts", "", help))?;

@@ -6,22 +6,32 @@ use glam::DVec3;
 use strsim::levenshtein;
 
 use super::cells::{Cell, Cells, detect_separator};
-use super::{COLUMNS, MATERIAL, ParticleRow, REQUIRED};
+use super::{
+    CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, ParticleRow, ParticleTable, RADIUS, REQUIRED,
+};
 use crate::error::FormatError;
 use crate::formats::lines::{not_text, shorten};
 use crate::formats::number::parse_number;
+
+/// The rows of [`read_particle_table`].
+///
+/// # Errors
+/// As there.
+pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
+    Ok(read_particle_table(path)?.rows)
+}
 
 /// Reads a particle table.
 ///
 /// # Errors
 /// If the file cannot be read; if a column is unknown, missing or named twice; if a line has another
-/// number of cells than the header; if a cell is not a finite number; if a radius is not positive or a film
-/// volume is negative.
-pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
+/// number of cells than the header; if a cell is not a finite number; if a radius or scale is not positive, a film
+/// volume is negative, or an orientation is of length 0.
+pub fn read_particle_table(path: impl AsRef<Path>) -> Result<ParticleTable, FormatError> {
     let path = path.as_ref();
     let bytes = crate::formats::read_bytes(path)?;
     match std::str::from_utf8(&bytes) {
-        Ok(text) => parse_particle_csv(path, text),
+        Ok(text) => parse_particle_table(path, text),
         Err(error) => {
             let valid = &bytes[..error.valid_up_to()];
             let line_start = valid
@@ -35,11 +45,19 @@ pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, For
     }
 }
 
+/// The rows of [`parse_particle_table`].
+///
+/// # Errors
+/// As [`read_particle_table`].
+pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
+    Ok(parse_particle_table(path, text)?.rows)
+}
+
 /// Reads a particle table from memory; `path` is only used in messages.
 ///
 /// # Errors
-/// As [`read_particle_csv`].
-pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
+/// As [`read_particle_table`].
+pub fn parse_particle_table(path: &Path, text: &str) -> Result<ParticleTable, FormatError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text
         .lines()
@@ -62,7 +80,15 @@ pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, F
         );
     };
     let header = Header::parse(header)?;
-    lines.map(|line| header.row(line)).collect()
+    let rows = lines
+        .map(|line| header.row(line))
+        .collect::<Result<_, _>>()?;
+    let ignored = header.names.iter().zip(&header.columns);
+    let ignored = ignored.filter(|(_, column)| column.is_none());
+    Ok(ParticleTable {
+        rows,
+        ignored: ignored.map(|(name, _)| name.clone()).collect(),
+    })
 }
 
 /// A line of the table with its place.
@@ -88,8 +114,10 @@ impl Line<'_> {
 /// What the columns of the table are.
 struct Header {
     separator: u8,
-    /// For each cell of a line the index of its name in [`COLUMNS`].
-    columns: Vec<usize>,
+    /// For each cell of a line the index of its name in [`COLUMNS`]; none: nobody reads it.
+    columns: Vec<Option<usize>>,
+    /// The names.
+    names: Vec<String>,
     /// Line of the header, for messages.
     line: usize,
 }
@@ -118,10 +146,11 @@ impl Header {
         }
         let mut columns = Vec::with_capacity(cells.len());
         for cell in &cells {
-            let Some(column) = COLUMNS.iter().position(|name| *name == cell.text) else {
+            let column = COLUMNS.iter().position(|name| *name == cell.text);
+            if column.is_none() && !IGNORED.contains(&cell.text) {
                 return Err(unknown_column(line, *cell));
-            };
-            if columns.contains(&column) {
+            }
+            if column.is_some() && columns.contains(&column) {
                 return Err(line.error(
                     cell.start,
                     format!("column {} a second time", cell.text),
@@ -130,7 +159,10 @@ impl Header {
             }
             columns.push(column);
         }
-        if let Some(missing) = (0..REQUIRED).find(|column| !columns.contains(column)) {
+        let has = |column: usize| columns.contains(&Some(column));
+        // A table of clumps alone needs no radii.
+        let needed = (0..REQUIRED).filter(|&column| column != RADIUS || !has(CLUMP));
+        if let Some(missing) = needed.into_iter().find(|&column| !has(column)) {
             return Err(line
                 .error(
                     0,
@@ -142,8 +174,16 @@ impl Header {
                     line.text.trim()
                 )));
         }
+        let turns = (CLUMP + 2..COLUMNS.len())
+            .filter(|&column| has(column))
+            .count();
+        if has(CLUMP) && !matches!(turns, 0 | 4) {
+            let found = "an orientation in part";
+            return Err(line.error(0, found, "all of qw, qx, qy and qz, or none"));
+        }
         Ok(Self {
             separator,
+            names: cells.iter().map(|cell| cell.text.to_owned()).collect(),
             columns,
             line: line.number,
         })
@@ -162,27 +202,71 @@ impl Header {
     }
 
     fn cells_of(&self, line: Line<'_>) -> Result<ParticleRow, FormatError> {
-        let mut values = [0.0; COLUMNS.len()];
-        let mut material = None;
+        let mut found = [None; COLUMNS.len()];
         let mut cells = Cells::new(line.text, self.separator);
         for &column in &self.columns {
             let Some(cell) = cells.next() else {
                 return Err(self.wrong_count(line));
             };
-            if column == MATERIAL {
-                material = (!cell.text.is_empty()).then(|| cell.text.to_owned());
-            } else {
-                values[column] = number(line, cell, column)?;
+            if let Some(column) = column {
+                found[column] = Some(cell);
             }
         }
         if cells.next().is_some() {
             return Err(self.wrong_count(line));
         }
+        let text = |column: usize| {
+            let cell = found[column].filter(|cell| !cell.text.is_empty())?;
+            Some(cell.text.to_owned())
+        };
+        let clump = text(CLUMP);
+        // 1 for the scale and the first number of an orientation that nobody gives.
+        let mut values = [0.0; COLUMNS.len()];
+        (values[CLUMP + 1], values[CLUMP + 2]) = (1.0, 1.0);
+        for (column, cell) in found.into_iter().enumerate() {
+            let Some(cell) = cell.filter(|_| column != MATERIAL && column != CLUMP) else {
+                continue;
+            };
+            // Spheres have no scale and orientation, clumps no radius.
+            let is_needless = if column == RADIUS {
+                clump.is_some()
+            } else {
+                column > CLUMP && clump.is_none()
+            };
+            if !(is_needless && cell.text.is_empty()) {
+                values[column] = number(line, cell, column)?;
+            }
+        }
+        if clump.is_none() && found[RADIUS].is_none() {
+            return Err(line
+                .error(0, "a sphere without a radius", "a column radius")
+                .with_help("a row without the name of a clump is a sphere"));
+        }
+        let clump = clump.map(|name| {
+            let orientation = [0, 1, 2, 3].map(|part| values[CLUMP + 2 + part]);
+            Box::new(ClumpCells {
+                name,
+                orientation,
+                scale: values[CLUMP + 1],
+            })
+        });
+        if clump
+            .as_ref()
+            .is_some_and(|clump| clump.orientation == [0.0; 4])
+        {
+            let at = found[CLUMP + 2].map_or(0, |cell| cell.start);
+            return Err(line.error(
+                at,
+                "an orientation of length 0",
+                "qw, qx, qy, qz of another length",
+            ));
+        }
         let vector = |first: usize| DVec3::new(values[first], values[first + 1], values[first + 2]);
         Ok(ParticleRow {
             position: vector(0),
-            radius: values[3],
-            material,
+            radius: if clump.is_some() { 0.0 } else { values[RADIUS] },
+            clump,
+            material: text(MATERIAL),
             velocity: vector(5),
             angular_velocity: vector(8),
             film_volume: values[11],
@@ -209,7 +293,7 @@ impl Header {
             b';' => "semicolon",
             _ => "tab",
         };
-        error.with_help(format!("cells are separated by {name} here, as in the header; an unused cell of the material may be empty, a number may not"))
+        error.with_help(format!("cells are separated by {name} here, as in the header; an unused cell of the material or clump may be empty, a number may not"))
     }
 }
 
@@ -233,6 +317,7 @@ fn number(line: Line<'_>, cell: Cell<'_>, column: usize) -> Result<f64, FormatEr
         "radius" if value <= 0.0 => Err(line
             .error(cell.start, found(), "a radius above 0")
             .with_help("radii are in m; remove the particle if it should not be there")),
+        "scale" if value <= 0.0 => Err(line.error(cell.start, found(), "a factor above 0")),
         "film_volume" if value < 0.0 => {
             Err(line.error(cell.start, found(), "a volume of at least 0 (m^3)"))
         }
@@ -244,7 +329,11 @@ fn unknown_column(line: Line<'_>, cell: Cell<'_>) -> FormatError {
     let error = line.error(
         cell.start,
         format!("unknown column \"{}\"", shorten(cell.text)),
-        format!("one of {}", COLUMNS.join(", ")),
+        format!(
+            "one of {}; not read, but no mistake: {}",
+            COLUMNS.join(", "),
+            IGNORED.join(", ")
+        ),
     );
     let lower = cell.text.to_lowercase();
     // A header cell may be a whole misread file: names are short.

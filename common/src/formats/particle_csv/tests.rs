@@ -21,6 +21,7 @@ fn written(rows: &[ParticleRow]) -> String {
 fn columns_in_any_order_with_any_separator() {
     let expected = ParticleRow {
         position: DVec3::new(1.0, 2.0, 3.0),
+        clump: None,
         radius: 0.5,
         material: Some("glass".into()),
         velocity: DVec3::new(0.0, -4.0, 0.0),
@@ -58,6 +59,53 @@ fn optional_columns_default_to_zero() {
     let row = &read("x,y,z,radius,material\n1,2,3,4,\n").unwrap()[0];
     assert_eq!(row.material, None);
     assert!(read("x,y,z,radius\n").unwrap().is_empty());
+}
+
+#[test]
+fn columns_that_nobody_needs_are_named() {
+    let table = parse_particle_table(
+        Path::new("p.csv"),
+        "id,x,mass,y,z,type,radius\n7,1,?,2,3,b,4\n",
+    )
+    .unwrap();
+    assert_eq!(table.ignored, ["id", "mass", "type"]);
+    assert_eq!(
+        (table.rows[0].position, table.rows[0].radius),
+        (DVec3::new(1.0, 2.0, 3.0), 4.0)
+    );
+}
+
+#[test]
+fn clumps_stand_beside_spheres() {
+    let rows =
+        read("clump,x,y,z,radius,scale,qw,qx,qy,qz,vx\nrod,1,2,3,,2,0,0,1,0,5\n,1,2,3,4,,,,,,0\n")
+            .unwrap();
+    let clump = rows[0].clump.as_ref().unwrap();
+    assert_eq!((clump.name.as_str(), clump.scale), ("rod", 2.0));
+    assert_eq!(clump.orientation, [0.0, 0.0, 1.0, 0.0]);
+    assert_eq!((rows[0].radius, rows[0].velocity.x), (0.0, 5.0));
+    assert_eq!((&rows[1].clump, rows[1].radius), (&None, 4.0));
+    // Of clumps alone: no radii, and what is not said is the identity.
+    let rows = read("x,y,z,clump\n1,2,3,rod\n").unwrap();
+    let clump = rows[0].clump.as_ref().unwrap();
+    assert_eq!(
+        (clump.scale, clump.orientation),
+        (1.0, [1.0, 0.0, 0.0, 0.0])
+    );
+    for (text, part) in [
+        ("x,y,z,clump\n1,2,3,\n", "a sphere without a radius"),
+        ("x,y,z,clump,qw\n1,2,3,rod,1\n", "an orientation in part"),
+        (
+            "x,y,z,clump,qw,qx,qy,qz\n1,2,3,rod,0,0,0,0\n",
+            "an orientation of length 0",
+        ),
+        ("x,y,z,clump,scale\n1,2,3,rod,0\n", "\"0\" in column scale"),
+        ("x,y,z,clump,scale\n1,2,3,rod,\n", "\"\" in column scale"),
+    ] {
+        let error = read(text).unwrap_err().to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    assert!(push_particle_csv(&rows, NumberStyle::Shortest, &mut Vec::new()).is_err());
 }
 
 #[test]
@@ -275,7 +323,7 @@ prop_compose! {
         material in prop::option::of("[a-z#;\u{e4}][a-z, ;#\u{e4}]{0,5}[a-z]"), film_volume in prop_oneof![Just(0.0), 0.0..1.0],
     ) -> ParticleRow {
         ParticleRow {
-            position: DVec3::from_array(x), radius, material, velocity: DVec3::from_array(v),
+            position: DVec3::from_array(x), clump: None, radius, material, velocity: DVec3::from_array(v),
             angular_velocity: DVec3::from_array(w), film_volume, line: 0,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{COLUMNS, MATERIAL, ParticleRow};
+use super::{CLUMP, COLUMNS, MATERIAL, ParticleRow};
 use crate::error::FormatError;
 use crate::formats::number::{NumberStyle, push_number};
 
@@ -24,7 +24,7 @@ pub fn write_particle_csv(
 /// Appends a table. The columns material and film_volume are left out if no particle uses them.
 ///
 /// # Errors
-/// A message if the name of a material is empty or has a quote, a line end, or blanks at its ends: such a name would not
+/// A message if there is a clump among them, or the name of a material is empty or has a quote, a line end, or blanks at its ends: such a name would not
 /// read back.
 pub fn push_particle_csv(
     particles: &[ParticleRow],
@@ -38,7 +38,8 @@ pub fn push_particle_csv(
     let used = |index: usize| match COLUMNS[index] {
         "material" => with_material,
         "film_volume" => with_film,
-        _ => true,
+        // It writes spheres only.
+        _ => index < CLUMP,
     };
     let columns: Vec<usize> = (0..COLUMNS.len()).filter(|&index| used(index)).collect();
 
@@ -47,6 +48,9 @@ pub fn push_particle_csv(
     out.push(b'\n');
     out.reserve(particles.len() * 200);
     for particle in particles {
+        if particle.clump.is_some() {
+            return Err("a table of spheres cannot hold a clump".to_owned());
+        }
         let (x, v, w) = (
             particle.position,
             particle.velocity,

@@ -476,6 +476,16 @@ fn targets_of_servos_are_judged() {
             ),
         ),
         (
+            "shape = \"disc\"\naxis = [1, 0, 0]\norigin = [0, 0, 0.9]\nradius = 0.1",
+            "pressure = 1e3",
+            format!("{key}.pressure: the disc has no area as seen along the axis of the servo"),
+        ),
+        (
+            "shape = \"box\"",
+            "pressure = 1e3",
+            format!("{key}.pressure: the face -x has no area as seen along the axis of the servo"),
+        ),
+        (
             plane,
             "force = 1.0, pressure = 1e3",
             format!("{key}.force: cannot be given together with `pressure`: choose one"),

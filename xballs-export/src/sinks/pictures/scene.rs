@@ -37,7 +37,7 @@ impl<'a> Scenery<'a> {
     ) -> Result<Self, ExportError> {
         let run = match source {
             Source::Run(run) => Some(run.as_ref()),
-            Source::Data(_) => None,
+            Source::Data(_) | Source::Lammps(_) => None,
         };
         let contacts = if choice.contacts {
             let found = run.map(|run| run.contacts("without --contacts the particles are drawn"));

@@ -1,0 +1,90 @@
+//! What left a run: by which face of the domain, into which deletion, and through which plane.
+
+use std::fs;
+
+use mercury_common::readable::rounded;
+use mercury_common::surfaces::FACES;
+
+use super::RunOptions;
+use crate::boundaries::Tally;
+use crate::step::Engine;
+
+/// A line for each face and deletion that somebody left by, and for each plane that counts.
+pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
+    let (plan, boundaries) = (engine.plan(), engine.boundaries());
+    let amount = |tally: &Tally| format!("{}, {} kg", tally.number, rounded(tally.mass, 6));
+    let mut lines = Vec::new();
+    for (face, tally) in FACES.iter().zip(boundaries.faces()) {
+        if tally.number > 0 {
+            lines.push(format!("through the face {face}: {}", amount(tally)));
+        }
+    }
+    for (deletion, tally) in (plan.physics().deletions().iter()).zip(boundaries.deletions()) {
+        lines.push(format!("into `{}`: {}", deletion.name, amount(tally)));
+    }
+    if plan.outputs().fluxes().is_empty() {
+        return lines;
+    }
+    // The counts of a run that was resumed stand in its file only.
+    let path = options
+        .folder
+        .join(format!("{}.flux.csv", plan.outputs().prefix()));
+    let text = fs::read_to_string(path).unwrap_or_default();
+    for flux in plan.outputs().fluxes() {
+        if let Some([forward, backward, mass]) = crossed(&text, &flux.name) {
+            lines.push(format!(
+                "through `{}`: {forward} along its normal and {backward} back, {} kg in all",
+                flux.name,
+                rounded(mass, 6)
+            ));
+        }
+    }
+    lines
+}
+
+/// Sums over the rows of a plane: who crossed along its normal and back, and the mass that did (kg), back counted negative.
+fn crossed(text: &str, name: &str) -> Option<[f64; 3]> {
+    let mut lines = text.lines();
+    // From the end of a line: names and materials in front of the numbers may hold commas.
+    let header: Vec<&str> = lines.next()?.split(',').rev().collect();
+    let mut places = [0; 3];
+    for (place, column) in places.iter_mut().zip(["forward", "backward", "mass"]) {
+        *place = header.iter().position(|found| *found == column)?;
+    }
+    // A name with a comma stands in quotes.
+    let quoted = format!("\"{}\"", name.replace('"', "\"\""));
+    let mut sums = [0.0; 3];
+    for line in lines {
+        // The time stands before the name.
+        let Some((_, rest)) = line.split_once(',') else {
+            continue;
+        };
+        let rest = rest
+            .strip_prefix(&quoted)
+            .or_else(|| rest.strip_prefix(name));
+        let Some(rest) = rest.and_then(|rest| rest.strip_prefix(',')) else {
+            continue;
+        };
+        for (sum, place) in sums.iter_mut().zip(places) {
+            let cell = rest.rsplit(',').nth(place);
+            *sum += cell
+                .and_then(|cell| cell.parse::<f64>().ok())
+                .unwrap_or(0.0);
+        }
+    }
+    Some(sums)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_a_plane_are_summed() {
+        let text = "time,name,material,forward,backward,mass\n0,gate,m,0,0,0\n1,gate,\"m, n\",3,1,0.5\n1,\"a, b\",m,9,9,9\n2,gate,m,2,0,0.25\n";
+        assert_eq!(crossed(text, "gate"), Some([5.0, 1.0, 0.75]));
+        assert_eq!(crossed(text, "a, b"), Some([9.0, 9.0, 9.0]));
+        assert_eq!(crossed(text, "ga"), Some([0.0; 3]));
+        assert_eq!(crossed("", "gate"), None);
+    }
+}

@@ -1,0 +1,280 @@
+//! Where the values of results are read: the tables, energies and last frame of a run.
+
+use std::path::Path;
+
+use mercury_common::formats::ene::{self, EnergyReader};
+use mercury_common::frames::{Column, FLAG_FIXED, FrameReader};
+use mercury_common::scene::{listed, nearest};
+
+/// The fields of a line of a table, a quote inside quotes doubled.
+fn fields(line: &str) -> Vec<String> {
+    let (mut fields, mut field, mut in_quotes) = (Vec::new(), String::new(), false);
+    let mut letters = line.chars().peekable();
+    while let Some(c) = letters.next() {
+        match c {
+            '"' if in_quotes && letters.peek() == Some(&'"') => {
+                letters.next();
+                field.push('"');
+            }
+            '"' => in_quotes = !in_quotes,
+            ',' if !in_quotes => fields.push(std::mem::take(&mut field)),
+            _ => field.push(c),
+        }
+    }
+    fields.push(field);
+    fields
+}
+
+/// The values of a column in the rows of a name and times.
+pub(super) fn rows(
+    text: &str,
+    name: &str,
+    material: Option<&str>,
+    column: &str,
+    (from, to): (f64, f64),
+) -> Result<Vec<f64>, String> {
+    let mut lines = text.lines();
+    let header = fields(lines.next().unwrap_or_default());
+    let place = |wanted: &str| {
+        let found = header.iter().position(|name| name == wanted);
+        found.ok_or_else(|| format!("there is no column `{wanted}`"))
+    };
+    let (time_at, name_at, column_at) = (place("time")?, place("name")?, place(column)?);
+    let material_at = header.iter().position(|name| name == "material");
+    let (mut names, mut materials, mut values) =
+        (Vec::<String>::new(), Vec::<String>::new(), Vec::new());
+    for line in lines {
+        let row = fields(line);
+        // The last line of a run that was killed.
+        if row.len() != header.len() {
+            continue;
+        }
+        if row[name_at] != name {
+            if !names.contains(&row[name_at]) {
+                names.push(row[name_at].clone());
+            }
+            continue;
+        }
+        if let Some(at) = material_at {
+            if !materials.contains(&row[at]) {
+                materials.push(row[at].clone());
+            }
+            if material.is_some_and(|material| material != row[at]) {
+                continue;
+            }
+        }
+        let number = |at: usize| {
+            row[at]
+                .parse::<f64>()
+                .map_err(|_| format!("`{}` is no number", row[at]))
+        };
+        if (from..=to).contains(&number(time_at)?) {
+            values.push(number(column_at)?);
+        }
+    }
+    if materials.is_empty() && !names.is_empty() && values.is_empty() && !text.contains(name) {
+        return Err(format!(
+            "nothing is named `{name}`; there are: {}",
+            listed(names.iter().map(String::as_str))
+        ));
+    }
+    if material.is_none() && materials.len() > 1 {
+        return Err(format!(
+            "`{name}` has rows of several materials: name one of {}",
+            listed(materials.iter().map(String::as_str))
+        ));
+    }
+    if let Some(material) =
+        material.filter(|material| !materials.iter().any(|known| known == material))
+    {
+        return Err(format!(
+            "`{name}` has no rows of `{material}`; there are: {}",
+            listed(materials.iter().map(String::as_str))
+        ));
+    }
+    Ok(values)
+}
+
+/// A column of `.ene` between two times, s.
+pub(super) fn energies(
+    folder: &Path,
+    prefix: &str,
+    column: &str,
+    (from, to): (f64, f64),
+) -> Result<Vec<f64>, String> {
+    let path = folder.join(format!("{prefix}.ene"));
+    let reader = EnergyReader::open(&path).map_err(|error| error.to_string())?;
+    let mut values = Vec::new();
+    for row in reader {
+        let row = row.map_err(|error| error.to_string())?;
+        let at = ene::COLUMNS
+            .iter()
+            .position(|name| *name == column)
+            .unwrap_or(0);
+        if (from..=to).contains(&row.time) {
+            values.push(row.values()[at]);
+        }
+    }
+    Ok(values)
+}
+
+/// Columns of the last frame, rows of what is fixed left out.
+fn last_frame(folder: &Path, prefix: &str, columns: &[&str]) -> Result<Vec<Vec<f64>>, String> {
+    let path = folder.join(format!("{prefix}.particles.arrow"));
+    let reader = FrameReader::open(&path).map_err(|error| error.to_string())?;
+    let last = reader
+        .len()
+        .checked_sub(1)
+        .ok_or_else(|| format!("{}: there are no frames", path.display()))?;
+    let frame = reader.frame(last).map_err(|error| error.to_string())?;
+    let specs = reader.schema().columns();
+    let column = |name: &str| {
+        let place = specs.iter().position(|spec| spec.name == name);
+        place.and_then(|place| frame.columns.get(place))
+    };
+    let is_fixed = |row: usize| matches!(column("state"), Some(Column::U8(bits)) if bits[row] & FLAG_FIXED != 0);
+    let free: Vec<usize> = (0..frame.rows()).filter(|&row| !is_fixed(row)).collect();
+    let numbers = |name: &&str| -> Result<Vec<f64>, String> {
+        let values = column(name).and_then(Column::as_f64).ok_or_else(|| {
+            let known: Vec<&str> = (specs.iter().zip(&frame.columns))
+                .filter(|(_, column)| column.as_f64().is_some())
+                .map(|(spec, _)| spec.name.as_str())
+                .collect();
+            let hint = match nearest(name, known.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are: {}", listed(known.iter().copied())),
+            };
+            format!(
+                "{}: there is no column `{name}` of numbers; {hint}",
+                path.display()
+            )
+        })?;
+        Ok(free.iter().map(|&row| values[row]).collect())
+    };
+    columns.iter().map(numbers).collect()
+}
+
+/// A column of the last frame, without what is fixed; `speed`, too.
+pub(super) fn particles(folder: &Path, prefix: &str, column: &str) -> Result<Vec<f64>, String> {
+    if column == "speed" {
+        let v = last_frame(folder, prefix, &["vx", "vy", "vz"])?;
+        let squares = v[0]
+            .iter()
+            .zip(&v[1])
+            .zip(&v[2])
+            .map(|((x, y), z)| x * x + y * y + z * z);
+        return Ok(squares.map(f64::sqrt).collect());
+    }
+    Ok(last_frame(folder, prefix, &[column])?.swap_remove(0))
+}
+
+/// The slope of a heap about a vertical (z) axis in degrees: that of the straight line through the highest grain in each ring of
+/// a mean diameter's width, from the axis to where the surface is two grains high. The axis goes through the mean place of all
+/// grains.
+pub(super) fn slope(folder: &Path, prefix: &str) -> Result<f64, String> {
+    let columns = last_frame(folder, prefix, &["x", "y", "z", "radius"])?;
+    let [x, y, z, radius] = &columns[..] else {
+        return Err("there are no places".to_owned());
+    };
+    surface_slope(x, y, z, radius).ok_or_else(|| {
+        "there is no heap: fewer than three rings are higher than two grains".to_owned()
+    })
+}
+
+fn surface_slope(x: &[f64], y: &[f64], z: &[f64], radius: &[f64]) -> Option<f64> {
+    let count = x.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
+    let (x0, y0, diameter) = (mean(x), mean(y), 2.0 * mean(radius));
+    let floor = z
+        .iter()
+        .zip(radius)
+        .map(|(z, r)| z - r)
+        .fold(f64::INFINITY, f64::min);
+    let mut highest = Vec::<f64>::new();
+    for row in 0..x.len() {
+        let (dx, dy) = (x[row] - x0, y[row] - y0);
+        let distance = (dx * dx + dy * dy).sqrt();
+        let ring = (distance / diameter) as usize;
+        // Who rolled far away is no part of the heap.
+        if ring < 10_000 {
+            highest.resize(highest.len().max(ring + 1), 0.0);
+            highest[ring] = highest[ring].max(z[row] + radius[row] - floor);
+        }
+    }
+    let foot = highest.iter().position(|&height| height < 2.0 * diameter);
+    let flank = &highest[..foot.unwrap_or(highest.len())];
+    if flank.len() < 3 {
+        return None;
+    }
+    // Least squares over the rings.
+    let n = flank.len() as f64;
+    let at = |k: usize| (k as f64 + 0.5) * diameter;
+    let middle = (0..flank.len()).map(at).sum::<f64>() / n;
+    let height = flank.iter().sum::<f64>() / n;
+    let over: f64 = flank
+        .iter()
+        .enumerate()
+        .map(|(k, h)| (at(k) - middle) * (h - height))
+        .sum();
+    let under: f64 = (0..flank.len())
+        .map(|k| (at(k) - middle) * (at(k) - middle))
+        .sum();
+    Some(libm::atan(-over / under).to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_of_a_cone_is_its_angle() {
+        // Grains of diameter 1 on the surface of a cone of 30 degrees, at the middles of 20 rings.
+        let (mut x, mut y, mut z) = (Vec::new(), Vec::new(), Vec::new());
+        for ring in 0..20 {
+            for part in 0..36 {
+                let (r, a) = (
+                    f64::from(ring) + 0.5,
+                    f64::from(part) * std::f64::consts::TAU / 36.0,
+                );
+                x.push(7.0 + r * a.cos());
+                y.push(r * a.sin() - 3.0);
+                z.push((20.0 - r) * 30f64.to_radians().tan());
+            }
+        }
+        let angle = surface_slope(&x, &y, &z, &vec![0.5; x.len()]).unwrap();
+        // The mean of the places is the axis to round-off; which of a ring's grains is highest does not matter.
+        assert!((angle - 30.0).abs() < 1e-9, "{angle}");
+        assert_eq!(surface_slope(&x[..4], &y[..4], &z[..4], &[0.5; 4]), None);
+        assert_eq!(surface_slope(&[], &[], &[], &[]), None);
+    }
+
+    #[test]
+    fn values_of_rows() {
+        let table =
+            "time,name,material,fx\n0,a,m,1\n0,\"b, c\",m,7\n1,a,m,3\n1,a,n,9\n2,a,m,5\n2,a";
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(
+            rows(table, "a", Some("m"), "fx", all).unwrap(),
+            [1.0, 3.0, 5.0]
+        );
+        assert_eq!(
+            rows(table, "a", Some("m"), "fx", (0.5, 1.5)).unwrap(),
+            [3.0]
+        );
+        assert_eq!(rows(table, "b, c", None, "fx", all).unwrap(), [7.0]);
+        for (name, material, part) in [
+            ("a", None, "several materials: name one of m, n"),
+            ("a", Some("o"), "no rows of `o`; there are: m, n"),
+            ("q", None, "nothing is named `q`; there are: a, b, c"),
+        ] {
+            let error = rows(table, name, material, "fx", all).unwrap_err();
+            assert!(error.contains(part), "{error}");
+        }
+        assert!(
+            rows(table, "a", Some("m"), "fy", all)
+                .unwrap_err()
+                .contains("`fy`")
+        );
+        assert!(rows("", "a", None, "fx", all).is_err());
+    }
+}
