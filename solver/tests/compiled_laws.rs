@@ -226,6 +226,49 @@ fn the_number_of_lanes_changes_no_byte_of_any_law() {
     assert!(touching > 20, "{touching} touch");
 }
 
+/// Ten materials in one heap, so many that those of one law are not put side by side any more: nine more kinds of sphere, one
+/// layer each, which all meet the first.
+#[test]
+fn the_number_of_lanes_changes_no_byte_of_ten_materials() {
+    let mut more = String::new();
+    for k in 0..9 {
+        let (stiffness, friction) = (120.0 + 10.0 * f64::from(k), 0.1 * f64::from(k));
+        let low = f64::from(k) * 0.0042 - 0.0185;
+        let high = low + 0.0021;
+        more.push_str(&format!(
+            r#"
+            [materials.m{k}]
+            density = 1800.0
+            normal = {{ law = "linear", stiffness = {stiffness}, restitution = 0.6 }}
+            tangential = {{ law = "linear", stiffness_ratio = 0.2857, friction = {friction} }}
+            [[particles]]
+            material = "m{k}"
+            radius = 1e-3
+            lattice = {{ min = [0.0021, 0.0111, {low}], max = [0.0181, 0.0191, {high}], spacing = 0.00205 }}
+            velocity = [0.3, -1.5, 0]
+        "#
+        ));
+    }
+    let plan = falling(&[LINEAR, LINEAR_FRICTION], 3, "interval = 0.01", &more);
+    let touching = same_in_every_width("ten materials", &plan, 1600);
+    assert!(touching > 10, "{touching} touch");
+}
+
+/// Pebbles of clumps, whose contacts may be damped by another mass, through periodic faces.
+#[test]
+fn the_number_of_lanes_changes_no_byte_of_clumps() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/clumps/drum.toml");
+    let fall = "insertions.fill.velocity.mean=[0,0,-1]";
+    for mass in ["body", "contact-point"] {
+        let mass = format!("contact.clump_mass={mass:?}");
+        let changes = [mass.clone(), fall.into()];
+        let scene = read_scene(&file, &changes).unwrap();
+        let plan = Arc::new(plan(&scene).unwrap());
+        let touching = same_in_every_width(&mass, &plan, 1200);
+        assert!(touching > 50, "{mass}: {touching} touch");
+    }
+}
+
 #[test]
 fn the_number_of_lanes_changes_no_byte_of_a_benchmark() {
     let bench = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/bench");

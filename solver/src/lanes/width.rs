@@ -1,12 +1,12 @@
 //! How many lanes, chosen when the program runs.
 
+use super::Real;
 #[cfg(target_arch = "x86_64")]
-use super::registers::Two;
-use super::{Lanes, Real};
+use super::registers::{Eight, Four, Two};
 
 /// Two numbers, where registers hold them without being asked for it.
 #[cfg(not(target_arch = "x86_64"))]
-type Two = Lanes<2>;
+type Two = super::Lanes<2>;
 
 /// Work that can be done in lanes of any number.
 pub trait Task {
@@ -52,7 +52,7 @@ impl Width {
             #[cfg(target_arch = "x86_64")]
             4 if has_avx2() => Some(Self(Kind::Four)),
             #[cfg(target_arch = "x86_64")]
-            8 if has_avx2() => Some(Self(Kind::Eight)),
+            8 if has_avx512() => Some(Self(Kind::Eight)),
             _ => None,
         }
     }
@@ -60,8 +60,9 @@ impl Width {
     /// The fastest of this processor; of those that were measured: elsewhere than on x86-64, one.
     #[must_use]
     pub fn fastest() -> Self {
-        let fastest = if cfg!(target_arch = "x86_64") { 2 } else { 1 };
-        Self::of(4).or(Self::of(fastest)).unwrap_or(Self::ONE)
+        let always = if cfg!(target_arch = "x86_64") { 2 } else { 1 };
+        let wider = Self::of(8).or(Self::of(4));
+        wider.or(Self::of(always)).unwrap_or(Self::ONE)
     }
 
     /// Its number of lanes.
@@ -85,10 +86,10 @@ impl Width {
             Kind::Two => task.run::<Two>(),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: nobody has a `Width` of this kind but from `of`, which has asked the processor for the features.
-            Kind::Four => unsafe { with_avx2::<T, super::registers::Four>(task) },
+            Kind::Four => unsafe { with_avx2(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
-            Kind::Eight => unsafe { with_avx2::<T, Lanes<8>>(task) },
+            Kind::Eight => unsafe { with_avx512(task) },
         }
     }
 }
@@ -101,9 +102,20 @@ fn has_avx2() -> bool {
         && is_x86_feature_detected!("popcnt")
 }
 
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    has_avx2() && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
+}
+
 // Not with fused multiply-add, which would change the bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
-fn with_avx2<T: Task, L: Real>(task: T) -> T::Output {
-    task.run::<L>()
+fn with_avx2<T: Task>(task: T) -> T::Output {
+    task.run::<Four>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt,avx512f,avx512dq")]
+fn with_avx512<T: Task>(task: T) -> T::Output {
+    task.run::<Eight>()
 }

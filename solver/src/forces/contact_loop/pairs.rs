@@ -64,6 +64,9 @@ where
         let Some(nobody) = rows.own.first() else {
             return;
         };
+        if block.slots.is_empty() {
+            return;
+        }
         let mut found = Found::new(nobody);
         let first_row = block.rows.start;
         for slots in block.slots.chunks_mut(CHUNK) {
@@ -157,7 +160,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             change.keep_first(rest.len());
             change.make(rest);
             let is_real = |slot: &&u8| usize::from(**slot) < base + rest.len();
-            count += found.near[count..all].iter().filter(is_real).count();
+            count += found.slot[count..all].iter().filter(is_real).count();
         }
         count
     }
@@ -203,7 +206,6 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             }
         }
         let places = packed_places(acts).wrapping_add(base as u64 * 0x0101_0101_0101_0101);
-        found.near[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
         found.slot[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
         found.offset[0].put(*count, offset.x.packed(acts));
         found.offset[1].put(*count, offset.y.packed(acts));
@@ -265,8 +267,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 action
             } else {
                 // Each law to its lane; who is there twice must find its history as it was.
-                let mut own: [_; MOST_LANES] =
-                    std::array::from_fn(|k| slots[at[k % L::LANES]].history);
+                let mut own = [Default::default(); MOST_LANES];
+                for (own, &at) in own[..L::LANES].iter_mut().zip(&at) {
+                    *own = slots[at].history;
+                }
                 let mut actions = [Action::NONE; MOST_LANES];
                 for k in 0..L::LANES {
                     let law = &self.laws[pair(k)];
@@ -456,8 +460,6 @@ struct Found<'a> {
     b: [&'a Particle; ROOM],
 
     // As they were found, in the order of the slots.
-    /// Slot in the chunk.
-    near: [u8; ROOM],
     /// x_A - x_B, of the image of B that is listed, m.
     offset: [Column; 3],
     /// Its square, m^2.
@@ -500,7 +502,6 @@ impl<'a> Found<'a> {
         Self {
             a: [nobody; ROOM],
             b: [nobody; ROOM],
-            near: [0; ROOM],
             offset: [Column::ZERO; 3],
             squared: Column::ZERO,
             reach: Column::ZERO,
@@ -550,8 +551,9 @@ impl<'a> Found<'a> {
         materials: usize,
         lanes: usize,
     ) -> Option<usize> {
+        let found: [u8; CHUNK] = std::array::from_fn(|k| self.slot[k]);
         let (mut least, mut most) = (u32::MAX, 0);
-        for (pair, &at) in self.pair.iter_mut().zip(&self.near[..count]) {
+        for (pair, &at) in self.pair.iter_mut().zip(&self.slot[..count]) {
             let at = usize::from(at);
             let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
             // That of two materials is the same both ways.
@@ -593,7 +595,7 @@ impl<'a> Found<'a> {
             }
         }
         for (slot, &from) in self.slot[..end].iter_mut().zip(&self.turn) {
-            *slot = self.near[usize::from(from)];
+            *slot = found[usize::from(from) % CHUNK];
         }
         self.is_sorted = true;
         Some(end)
