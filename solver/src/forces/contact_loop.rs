@@ -31,7 +31,7 @@ use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
 use memory::Memory;
-use pairs::Pairs;
+use pairs::{Numbers, Pairs};
 pub(super) use slots::FREE;
 use slots::{HELD, IMAGE, Slot, WallSlot};
 
@@ -502,12 +502,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         finish: &Finish<'_>,
     ) -> MotionBound {
         let mut fastest = MotionBound::default();
+        let mut numbers = Numbers::new();
         for (index, sources) in sources.iter().enumerate() {
             let (earlier, rest) = blocks.split_at_mut(index);
             let block = &mut rest[0];
             let loads = &mut loads[block.rows.clone()];
             // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
-            self.compute(block, &Rows::together(&records[block.rows.start..]), loads);
+            let rows = Rows::together(&records[block.rows.start..]);
+            self.compute(block, &rows, loads, &mut numbers);
             for &source in sources {
                 earlier[source].outbox.deliver(index - source - 1, loads);
             }
@@ -522,12 +524,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block: &'p mut Block<Histories<N, T, R, A>>,
         rows: &'p Rows<'p>,
         loads: &'p mut [Load],
+        numbers: &'p mut Numbers,
     ) -> Pairs<'p, 'p, N, T, R, A, Histories<N, T, R, A>, PERIODIC, WATCHED> {
         Pairs {
             pass: self,
             block,
             rows,
             loads,
+            numbers,
         }
     }
 
@@ -537,6 +541,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block: &mut Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
         loads: &mut [Load],
+        numbers: &mut Numbers,
     ) {
         loads.fill(Load::default());
         block.outbox.clear();
@@ -550,11 +555,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             self.context.width
         };
         match (self.context.watch, self.context.images.any()) {
-            (None, false) => width.run(self.pairs::<false, false>(block, rows, loads)),
-            (None, true) => width.run(self.pairs::<true, false>(block, rows, loads)),
+            (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
+            (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
             // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
             // of the contacts is told one by one.
-            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads)),
+            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
         }
         self.walls(block, rows, loads);
     }

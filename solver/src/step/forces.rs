@@ -80,7 +80,7 @@ impl Engine {
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
         let mut orientations = self.particles.orientations.take();
-        let size = block_size(self.particles.len());
+        let (size, width) = (block_size(self.particles.len()), self.width);
         let shares: Vec<Mutex<&mut [DQuat]>> = orientations
             .iter_mut()
             .flat_map(|all| all.chunks_mut(size))
@@ -90,7 +90,7 @@ impl Engine {
             let fastest = pass.run(records, loads);
             if let Some(share) = shares.get(block) {
                 let mut share = share.lock().unwrap_or_else(PoisonError::into_inner);
-                turn_orientations(&mut share, records, drift);
+                turn_orientations(&mut share, records, drift, width);
             }
             fastest
         };

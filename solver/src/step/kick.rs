@@ -116,7 +116,7 @@ impl Engine {
     /// Turns the orientations by the angular velocities over `drift` seconds.
     fn turn_orientations(&mut self, drift: f64) {
         if let Some(orientations) = &mut self.particles.orientations {
-            turn_orientations(orientations, &self.particles.records, drift);
+            turn_orientations(orientations, &self.particles.records, drift, self.width);
         }
     }
 }

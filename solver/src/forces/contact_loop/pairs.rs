@@ -41,6 +41,8 @@ pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCH
     pub(super) block: &'p mut Block<H>,
     pub(super) rows: &'p Rows<'p>,
     pub(super) loads: &'p mut [Load],
+    /// Room for what is found.
+    pub(super) numbers: &'p mut Numbers,
 }
 
 impl<N, T, R, A, const PERIODIC: bool, const WATCHED: bool> Task
@@ -60,6 +62,7 @@ where
             block,
             rows,
             loads,
+            numbers,
         } = self;
         let Some(nobody) = rows.own.first() else {
             return;
@@ -67,15 +70,15 @@ where
         if block.slots.is_empty() {
             return;
         }
-        let mut found = Found::new(nobody);
+        let mut found = Found::new(nobody, numbers);
         let first_row = block.rows.start;
         for slots in block.slots.chunks_mut(CHUNK) {
             let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
             let end = found.put_in_turn(count, pass.materials, L::LANES);
             if found.prepare::<L>(end, pass.context.overlap_limit) {
-                let contacts = found.places[..count].iter().map(|&at| {
+                let contacts = found.numbers.places[..count].iter().map(|&at| {
                     let at = usize::from(at);
-                    (found.slot[at], found.overlap.0[at])
+                    (found.numbers.slot[at], found.numbers.overlap.0[at])
                 });
                 pass.alarm_pairs(&mut block.alarms, slots, (first_row, rows), contacts);
             }
@@ -84,14 +87,14 @@ where
             }
             let observation = &mut block.observation;
             pass.act::<L, WATCHED>(slots, first_row, &mut found, end, observation);
-            for &at in &found.places[..count] {
+            for &at in &found.numbers.places[..count] {
                 let at = usize::from(at);
-                let slot = &slots[usize::from(found.slot[at])];
+                let slot = &slots[usize::from(found.numbers.slot[at])];
                 let owner = &mut loads[slot.owner()];
-                let force = found.force[at];
+                let force = found.numbers.force[at];
                 let ahead = slot.partner as usize - first_row;
                 if T::ACTIVE || R::ACTIVE {
-                    let [on_a, on_b] = [found.torques[0][at], found.torques[1][at]];
+                    let [on_a, on_b] = [found.numbers.torques[0][at], found.numbers.torques[1][at]];
                     let [force_a, torque_a] = owner.quads_mut();
                     *force_a += force;
                     *torque_a += on_a;
@@ -160,7 +163,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             change.keep_first(rest.len());
             change.make(rest);
             let is_real = |slot: &&u8| usize::from(**slot) < base + rest.len();
-            count += found.slot[count..all].iter().filter(is_real).count();
+            count += found.numbers.slot[count..all]
+                .iter()
+                .filter(is_real)
+                .count();
         }
         count
     }
@@ -206,12 +212,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             }
         }
         let places = packed_places(acts).wrapping_add(base as u64 * 0x0101_0101_0101_0101);
-        found.slot[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
-        found.offset[0].put(*count, offset.x.packed(acts));
-        found.offset[1].put(*count, offset.y.packed(acts));
-        found.offset[2].put(*count, offset.z.packed(acts));
-        found.squared.put(*count, squared.packed(acts));
-        found.reach.put(*count, reach.packed(acts));
+        found.numbers.slot[*count % ROOM..][..MOST_LANES].copy_from_slice(&places.to_le_bytes());
+        found.numbers.offset[0].put(*count, offset.x.packed(acts));
+        found.numbers.offset[1].put(*count, offset.y.packed(acts));
+        found.numbers.offset[2].put(*count, offset.z.packed(acts));
+        found.numbers.squared.put(*count, squared.packed(acts));
+        found.numbers.reach.put(*count, reach.packed(acts));
         *count += acts.count_ones() as usize;
         if A::ACTIVE {
             // Who begins to touch is seen when the law has been asked.
@@ -242,7 +248,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut base = 0;
         while base < end {
             let at = found.slots(base);
-            let pair = |k: usize| found.pair[(base + k) % ROOM] as usize;
+            let pair = |k: usize| found.numbers.pair[(base + k) % ROOM] as usize;
             let (contact, levers) = found.meet::<L, T, R>(base, &at);
             let one_law = (1..L::LANES).all(|k| pair(k) == pair(0));
             let mut before = [Default::default(); MOST_LANES];
@@ -285,13 +291,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     slot.state = slot.state & !HELD | held(touches, &slot.history.3);
                 }
             }
-            put(action.force, &mut found.force[base..]);
+            put(action.force, &mut found.numbers.force[base..]);
             if T::ACTIVE || R::ACTIVE {
                 let turning = contact.normal.cross(action.tangential);
                 let on_a = action.couple - turning * levers[0];
                 let on_b = -action.couple - turning * levers[1];
-                put(on_a, &mut found.torques[0][base..]);
-                put(on_b, &mut found.torques[1][base..]);
+                put(on_a, &mut found.numbers.torques[0][base..]);
+                put(on_b, &mut found.numbers.torques[1][base..]);
             }
             if WATCHED {
                 for (k, &at) in at[..L::LANES].iter().enumerate() {
@@ -333,12 +339,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         end: usize,
     ) {
         for k in 0..end {
-            let slot = &slots[usize::from(found.slot[k])];
+            let slot = &slots[usize::from(found.numbers.slot[k])];
             let (row, partner) = (first_row + slot.owner(), slot.partner as usize);
             let (a, b) = (&rows.own[slot.owner()], rows.ahead(partner - first_row));
-            let normal = DVec3::from_array([0, 1, 2].map(|axis| found.normal[axis].0[k]));
+            let normal = DVec3::from_array([0, 1, 2].map(|axis| found.numbers.normal[axis].0[k]));
             let inverse = mobility(bodies, row, a, normal) + mobility(bodies, partner, b, normal);
-            found.mass.0[k] = 1.0 / inverse;
+            found.numbers.mass.0[k] = 1.0 / inverse;
         }
     }
 
@@ -458,7 +464,11 @@ struct Found<'a> {
     /// The two of every slot of the chunk.
     a: [&'a Particle; ROOM],
     b: [&'a Particle; ROOM],
+    numbers: &'a mut Numbers,
+}
 
+/// The numbers of the contacts found in a chunk of slots. One for all blocks that a thread evaluates: making it takes as long as some contacts.
+pub(super) struct Numbers {
     // As they were found, in the order of the slots.
     /// x_A - x_B, of the image of B that is listed, m.
     offset: [Column; 3],
@@ -496,12 +506,10 @@ struct Found<'a> {
     torques: [[Quad; ROOM]; 2],
 }
 
-impl<'a> Found<'a> {
-    /// Nothing yet; `nobody` stands for all.
-    fn new(nobody: &'a Particle) -> Self {
+impl Numbers {
+    /// Those of no contact.
+    pub(super) fn new() -> Self {
         Self {
-            a: [nobody; ROOM],
-            b: [nobody; ROOM],
             offset: [Column::ZERO; 3],
             squared: Column::ZERO,
             reach: Column::ZERO,
@@ -520,6 +528,17 @@ impl<'a> Found<'a> {
             torques: [[Quad::default(); ROOM]; 2],
         }
     }
+}
+
+impl<'a> Found<'a> {
+    /// Nothing yet; `nobody` stands for all.
+    fn new(nobody: &'a Particle, numbers: &'a mut Numbers) -> Self {
+        Self {
+            a: [nobody; ROOM],
+            b: [nobody; ROOM],
+            numbers,
+        }
+    }
 
     /// Says in which order the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last group.
     #[inline(always)]
@@ -532,13 +551,13 @@ impl<'a> Found<'a> {
         let end = count.next_multiple_of(lanes);
         for k in count..end {
             let last = count - 1;
-            self.slot[k] = self.slot[last];
-            self.pair[k] = self.pair[last];
-            for axis in &mut self.offset {
+            self.numbers.slot[k] = self.numbers.slot[last];
+            self.numbers.pair[k] = self.numbers.pair[last];
+            for axis in &mut self.numbers.offset {
                 axis.0[k] = axis.0[last];
             }
-            self.squared.0[k] = self.squared.0[last];
-            self.reach.0[k] = self.reach.0[last];
+            self.numbers.squared.0[k] = self.numbers.squared.0[last];
+            self.numbers.reach.0[k] = self.numbers.reach.0[last];
         }
         end
     }
@@ -551,21 +570,30 @@ impl<'a> Found<'a> {
         materials: usize,
         lanes: usize,
     ) -> Option<usize> {
-        let found: [u8; CHUNK] = std::array::from_fn(|k| self.slot[k]);
+        let found: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.slot[k]);
         let (mut least, mut most) = (u32::MAX, 0);
-        for (pair, &at) in self.pair.iter_mut().zip(&self.slot[..count]) {
+        for (pair, &at) in self
+            .numbers
+            .pair
+            .iter_mut()
+            .zip(&self.numbers.slot[..count])
+        {
             let at = usize::from(at);
             let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
             // That of two materials is the same both ways.
             *pair = (a.min(b) * materials + a.max(b)) as u32;
             (least, most) = (least.min(*pair), most.max(*pair));
         }
-        (self.places, self.turn, self.is_sorted) = (IN_ORDER, IN_ORDER, false);
+        (
+            self.numbers.places,
+            self.numbers.turn,
+            self.numbers.is_sorted,
+        ) = (IN_ORDER, IN_ORDER, false);
         if lanes == 1 || least >= most || most as usize >= PAIRS {
             return None;
         }
         // A counting sort without branches: which law comes next can hardly be predicted.
-        let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.pair[k] as u8);
+        let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k] as u8);
         let pairs = &pairs[..count];
         let mut counts = [0; PAIRS];
         for &pair in pairs {
@@ -582,36 +610,36 @@ impl<'a> Found<'a> {
         }
         for (k, &pair) in pairs.iter().enumerate() {
             let place = &mut next[usize::from(pair) % PAIRS];
-            self.places[k] = *place as u8;
-            self.turn[*place % ROOM] = k as u8;
-            self.pair[*place % ROOM] = u32::from(pair);
+            self.numbers.places[k] = *place as u8;
+            self.numbers.turn[*place % ROOM] = k as u8;
+            self.numbers.pair[*place % ROOM] = u32::from(pair);
             *place += 1;
         }
         // Each run is filled up by its last contact: in the same group, which finds one history and leaves one.
         for (&filled, count) in next.iter().zip(counts) {
             for k in filled..filled - count + usize::next_multiple_of(count, lanes) {
-                self.turn[k] = self.turn[filled - 1];
-                self.pair[k] = self.pair[filled - 1];
+                self.numbers.turn[k] = self.numbers.turn[filled - 1];
+                self.numbers.pair[k] = self.numbers.pair[filled - 1];
             }
         }
-        for (slot, &from) in self.slot[..end].iter_mut().zip(&self.turn) {
+        for (slot, &from) in self.numbers.slot[..end].iter_mut().zip(&self.numbers.turn) {
             *slot = found[usize::from(from) % CHUNK];
         }
-        self.is_sorted = true;
+        self.numbers.is_sorted = true;
         Some(end)
     }
 
     /// The slots of the contacts from `base` on.
     #[inline(always)]
     fn slots(&self, base: usize) -> [usize; MOST_LANES] {
-        std::array::from_fn(|k| usize::from(self.slot[(base + k) % ROOM]))
+        std::array::from_fn(|k| usize::from(self.numbers.slot[(base + k) % ROOM]))
     }
 
     /// The numbers of a column of contacts as they were found, of those that are evaluated from `base` on.
     #[inline(always)]
     fn found<L: Real>(&self, column: &Column, base: usize, is_sorted: bool) -> L {
         if is_sorted {
-            L::from_lanes(|k| column.0[usize::from(self.turn[(base + k) % ROOM])])
+            L::from_lanes(|k| column.0[usize::from(self.numbers.turn[(base + k) % ROOM])])
         } else {
             column.at(base)
         }
@@ -622,7 +650,7 @@ impl<'a> Found<'a> {
     /// at least R*.
     #[inline(always)]
     fn prepare<L: Real>(&mut self, end: usize, limit: f64) -> bool {
-        let is_sorted = self.is_sorted;
+        let is_sorted = self.numbers.is_sorted;
         let mut is_deep = 0;
         let mut base = 0;
         while base < end {
@@ -633,12 +661,14 @@ impl<'a> Found<'a> {
             );
             let [x, y, z, mobility] = L::differences(|k| &a(k).quads()[1], |k| &b(k).quads()[1]);
             let radii = L::from_lanes(|k| a(k).radius) * L::from_lanes(|k| b(k).radius);
-            let distance: L = self.found::<L>(&self.squared, base, is_sorted).sqrt();
-            let reach: L = self.found(&self.reach, base, is_sorted);
+            let distance: L = self
+                .found::<L>(&self.numbers.squared, base, is_sorted)
+                .sqrt();
+            let reach: L = self.found(&self.numbers.reach, base, is_sorted);
             let offset: Vector<L> = Vector::new(
-                self.found(&self.offset[0], base, is_sorted),
-                self.found(&self.offset[1], base, is_sorted),
-                self.found(&self.offset[2], base, is_sorted),
+                self.found(&self.numbers.offset[0], base, is_sorted),
+                self.found(&self.numbers.offset[1], base, is_sorted),
+                self.found(&self.numbers.offset[2], base, is_sorted),
             );
             let mut normal = offset * (L::ONE / distance);
             let apart = L::ZERO.below(distance);
@@ -648,16 +678,16 @@ impl<'a> Found<'a> {
             }
             let (radius, overlap) = (radii / reach, reach - distance);
             is_deep |= (radius * limit).below(overlap).bits();
-            self.velocity[0].put(base, x);
-            self.velocity[1].put(base, y);
-            self.velocity[2].put(base, z);
-            self.normal[0].put(base, normal.x);
-            self.normal[1].put(base, normal.y);
-            self.normal[2].put(base, normal.z);
-            self.mass.put(base, L::ONE / mobility);
-            self.radius.put(base, radius);
-            self.distance.put(base, distance);
-            self.overlap.put(base, overlap);
+            self.numbers.velocity[0].put(base, x);
+            self.numbers.velocity[1].put(base, y);
+            self.numbers.velocity[2].put(base, z);
+            self.numbers.normal[0].put(base, normal.x);
+            self.numbers.normal[1].put(base, normal.y);
+            self.numbers.normal[2].put(base, normal.z);
+            self.numbers.mass.put(base, L::ONE / mobility);
+            self.numbers.radius.put(base, radius);
+            self.numbers.distance.put(base, distance);
+            self.numbers.overlap.put(base, overlap);
             base += L::LANES;
         }
         is_deep != 0
@@ -674,14 +704,17 @@ impl<'a> Found<'a> {
             |k: usize| self.a[at[k] % ROOM],
             |k: usize| self.b[at[k] % ROOM],
         );
-        let (distance, overlap): (L, L) = (self.distance.at(base), self.overlap.at(base));
-        let normal: Vector<L> = columns(&self.normal, base);
+        let (distance, overlap): (L, L) = (
+            self.numbers.distance.at(base),
+            self.numbers.overlap.at(base),
+        );
+        let normal: Vector<L> = columns(&self.numbers.normal, base);
         let half = overlap * 0.5;
         let levers = [
             L::from_lanes(|k| a(k).radius) - half,
             L::from_lanes(|k| b(k).radius) - half,
         ];
-        let centre_velocity: Vector<L> = columns(&self.velocity, base);
+        let centre_velocity: Vector<L> = columns(&self.numbers.velocity, base);
         let normal_velocity = centre_velocity.dot(normal);
         let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);
         if T::ACTIVE || R::ACTIVE {
@@ -700,8 +733,8 @@ impl<'a> Found<'a> {
             normal,
             distance,
             overlap,
-            effective_radius: self.radius.at(base),
-            effective_mass: self.mass.at(base),
+            effective_radius: self.numbers.radius.at(base),
+            effective_mass: self.numbers.mass.at(base),
             normal_velocity,
             tangential_velocity,
             centre_velocity,

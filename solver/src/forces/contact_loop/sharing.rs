@@ -9,6 +9,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
+use super::pairs::Numbers;
 use super::{Block, Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};
@@ -69,11 +70,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         pool.broadcast(|thread| {
             // What this thread has computed and still has to finish: nobody else has it in the cache.
             let mut mine = Vec::new();
+            let mut numbers = Numbers::new();
             let finish_ready = |mine: &mut Vec<usize>| {
                 mine.retain(|&index| !finish_if_ready(&stations, index, finish));
             };
             while let Some(index) = shares.take(thread.index()) {
-                self.compute_shared(&stations, index);
+                self.compute_shared(&stations, index, &mut numbers);
                 mine.push(index);
                 finish_ready(&mut mine);
             }
@@ -97,7 +99,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 
     /// Computes the contacts of one block.
-    fn compute_shared(&self, stations: &[Station<'_, Histories<N, T, R, A>>], index: usize) {
+    fn compute_shared(
+        &self,
+        stations: &[Station<'_, Histories<N, T, R, A>>],
+        index: usize,
+        numbers: &mut Numbers,
+    ) {
         let station = &stations[index];
         let mut block = locked!(station.block.write());
         let mut loads = locked!(station.loads.lock());
@@ -115,6 +122,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 &mut block,
                 &Rows::apart(from_here, self.block_size),
                 &mut loads,
+                numbers,
             );
         }
         // Whoever finds no readers left sees all that was written before they counted themselves out.
