@@ -9,7 +9,7 @@ use mercury_solver::contact::{
 };
 use mercury_solver::forces::Watch;
 use mercury_solver::lanes::Vector;
-use mercury_solver::plan::{Draft, Material, NewParticle, Plan};
+use mercury_solver::plan::{Draft, Material, NewParticle, Plan, PrescribedMotion};
 use mercury_solver::state::{Id, MaterialIndex, Particle};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Motion, Plane, Shape, Wall};
@@ -67,8 +67,10 @@ pub fn sphere(position: DVec3, radius: f64, velocity: DVec3, spin: DVec3) -> New
 /// The same particle, held at all its velocities.
 pub fn held(particle: NewParticle) -> NewParticle {
     NewParticle {
-        prescribed_velocity: particle.velocity.to_array().map(Some),
-        prescribed_angular_velocity: particle.angular_velocity.to_array().map(Some),
+        prescribed: PrescribedMotion::boxed(
+            particle.velocity.to_array().map(Some),
+            particle.angular_velocity.to_array().map(Some),
+        ),
         ..particle
     }
 }

@@ -135,8 +135,9 @@ fn reference_particle(new: &NewParticle, plan: &Draft) -> Particle {
     let mut particle = particle.placed(new.position, new.velocity, new.angular_velocity);
     particle.material = new.material.index();
     particle.fixed = new.fixed;
-    particle.velocity_held = new.prescribed_velocity.map(|value| value.is_some());
-    particle.angular_velocity_held = new.prescribed_angular_velocity.map(|value| value.is_some());
+    let motion = new.prescribed_motion();
+    particle.velocity_held = motion.velocity.map(|value| value.is_some());
+    particle.angular_velocity_held = motion.angular_velocity.map(|value| value.is_some());
     particle
 }
 

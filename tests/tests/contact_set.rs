@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use mercury_solver::bodies::Clump;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::forces::Partner;
-use mercury_solver::plan::{Draft, NewBody, NewParticle};
+use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
 use mercury_solver::state::{Id, MaterialIndex, WallIndex};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{
@@ -89,7 +89,7 @@ proptest! {
             .map(|k| NewParticle {
                 velocity: (vector() * 2.0 - 1.0) * speed,
                 fixed: k % fixed_every == 0,
-                prescribed_velocity: [None, None, (k % 7 == 3).then_some(0.0098)],
+                prescribed: PrescribedMotion::boxed([None, None, (k % 7 == 3).then_some(0.0098)], [None; 3]),
                 ..NewParticle::at(vector() * size, 0.011 * ratio.powf(vector().x), MaterialIndex::new(0))
             })
             .collect();
@@ -288,7 +288,7 @@ fn sees_a_particle_whose_prescribed_velocity_gravity_would_cancel() {
     let mut pusher = NewParticle::at(DVec3::ZERO, 0.01, MaterialIndex::new(0));
     let velocity = gravity * time_step;
     pusher.velocity.z = velocity;
-    pusher.prescribed_velocity = [Some(0.0), Some(0.0), Some(velocity)];
+    pusher.prescribed = PrescribedMotion::boxed([Some(0.0), Some(0.0), Some(velocity)], [None; 3]);
     let mut target = NewParticle::at(dvec3(0.0, 0.0, 0.03), 0.01, MaterialIndex::new(0));
     target.fixed = true;
     let mut engine = start(plan.with_particles(vec![pusher, target]));

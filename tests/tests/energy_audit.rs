@@ -10,7 +10,7 @@ use mercury_solver::contact::{
     Mindlin, MindlinRescaled, PairLaw, Plastic, SpringRotation,
 };
 use mercury_solver::output::summary::EnergySummary;
-use mercury_solver::plan::{Draft, NewBody};
+use mercury_solver::plan::{Draft, NewBody, PrescribedMotion};
 use mercury_solver::run::{RunOptions, run};
 use mercury_solver::state::{MaterialIndex, volume};
 use mercury_solver::walls::{Component, Motion, Plane, Shape, Wall};
@@ -310,7 +310,7 @@ fn of_a_damped_rolling_spring_in_closed_form() {
                 DVec3::ZERO,
                 spin * axis,
             );
-            ball.prescribed_velocity = [Some(0.0); 3];
+            ball.prescribed = PrescribedMotion::boxed([Some(0.0); 3], [None; 3]);
             let mut engine = start(plan.with_particles(vec![ball]));
             let start = 0.5 * inertia * spin * spin;
             for part in [0.3, 1.0, 3.0] {

@@ -10,7 +10,7 @@ use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
 };
-use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{
@@ -324,7 +324,7 @@ fn springs_survive_the_wrap_of_the_mesh() {
         plan.gravity = dvec3(1.0, 0.0, -9.81);
         plan.walls.push(wall);
         let ball = NewParticle {
-            prescribed_angular_velocity: [Some(0.0); 3],
+            prescribed: PrescribedMotion::boxed([None; 3], [Some(0.0); 3]),
             ..sphere(
                 dvec3(0.01, 0.01, RADIUS - 1e-4),
                 RADIUS,

@@ -11,7 +11,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
     LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
-use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::volume;
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{
@@ -261,7 +261,7 @@ fn a_blade_through_a_bed_is_never_without_load() {
         let [x, y] = [f64::from(i), f64::from(j)].map(|k| (k + 0.7) * 2.2 * RADIUS);
         let place = dvec3(x, y - 2.0 * PERIOD, 0.0);
         NewParticle {
-            prescribed_angular_velocity: [Some(0.0); 3],
+            prescribed: PrescribedMotion::boxed([None; 3], [Some(0.0); 3]),
             ..sphere(place, RADIUS, DVec3::ZERO, DVec3::ZERO)
         }
     });

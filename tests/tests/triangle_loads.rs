@@ -17,7 +17,7 @@ use mercury_solver::contact::{
     LinearFriction, Mindlin, PairLaw, SpringRotation,
 };
 use mercury_solver::forces::{LoadSums, Watch, block_size};
-use mercury_solver::plan::{Draft, NewBody, NewParticle};
+use mercury_solver::plan::{Draft, NewBody, NewParticle, PrescribedMotion};
 use mercury_solver::run::{RunOptions, run};
 use mercury_solver::state::{MaterialIndex, volume};
 use mercury_solver::step::Engine;
@@ -186,8 +186,7 @@ fn a_sliding_ball_and_a_sliding_body_dissipate_what_coulomb_says() {
             .push(mesh_wall(&floor(0.1, 30), motion(of_floor * DVec3::X)));
         let ball = NewParticle {
             velocity: of_ball * DVec3::X,
-            prescribed_velocity: [Some(of_ball), Some(0.0), None],
-            prescribed_angular_velocity: [Some(0.0); 3],
+            prescribed: PrescribedMotion::boxed([Some(of_ball), Some(0.0), None], [Some(0.0); 3]),
             ..NewParticle::at(height - 0.02 * DVec3::X, RADIUS, MaterialIndex::new(0))
         };
         let mut engine = engine(plan.with_particles(vec![ball]));
@@ -458,8 +457,7 @@ fn what_comes_through_an_edge_or_corner_is_shared_out_evenly() {
         let mut plan = loaded(plan(1e-5, DENSITY, linear(0.0)));
         plan.walls.push(mesh_wall(&mesh, Motion::default()));
         let ball = NewParticle {
-            prescribed_velocity: [Some(0.0); 3],
-            prescribed_angular_velocity: [Some(0.0); 3],
+            prescribed: PrescribedMotion::boxed([Some(0.0); 3], [Some(0.0); 3]),
             ..NewParticle::at((RADIUS - overlap) * DVec3::Z, RADIUS, MaterialIndex::new(0))
         };
         let folder = tempfile::tempdir().unwrap();

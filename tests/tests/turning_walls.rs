@@ -9,7 +9,7 @@ use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     Luding, PairLaw, SpringRotation,
 };
-use mercury_solver::plan::Draft;
+use mercury_solver::plan::{Draft, PrescribedMotion};
 use mercury_solver::state::{MaterialIndex, volume};
 use mercury_solver::step::Engine;
 use mercury_solver::walls::{Component, Cylinder, Disc, Motion, Plane, Shape, Side};
@@ -175,7 +175,7 @@ fn torsion_spins_up_a_ball_as_fast_as_its_limit_says() {
         DVec3::ZERO,
         DVec3::ZERO,
     );
-    ball.prescribed_velocity = [Some(0.0); 3];
+    ball.prescribed = PrescribedMotion::boxed([Some(0.0); 3], [None; 3]);
     let mut engine = start(plan.with_particles(vec![ball]));
     let inertia = 0.4 * DENSITY * volume(RADIUS, 3) * RADIUS * RADIUS;
     let rate = mu * STIFFNESS * overlap * RADIUS / inertia;

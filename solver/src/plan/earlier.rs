@@ -13,7 +13,7 @@ use mercury_common::readable::rounded;
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
 use super::head::{Head, checkpoint_paths};
-use super::{NewBody, NewParticle};
+use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::{BodyStep, Clump};
 use crate::contact::registry::LawTable;
 use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
@@ -163,8 +163,8 @@ pub(super) fn take_up(
             velocity: record.velocity,
             angular_velocity: record.angular_velocity,
             fixed: record.flags & FIXED != 0,
-            prescribed_velocity: prescribed.map_or([None; 3], |one| one.velocity),
-            prescribed_angular_velocity: prescribed.map_or([None; 3], |one| one.angular_velocity),
+            prescribed: prescribed
+                .and_then(|one| PrescribedMotion::boxed(one.velocity, one.angular_velocity)),
             ..NewParticle::at(
                 record.position,
                 record.radius,

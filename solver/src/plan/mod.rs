@@ -65,7 +65,7 @@ pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
 
 pub use crate::bodies::NewBody;
-pub use crate::state::{Material, NewParticle};
+pub use crate::state::{Material, NewParticle, PrescribedMotion};
 
 /// Reading methods of private fields, each with its documentation; `copy` by value, `borrow` by reference.
 macro_rules! getters {

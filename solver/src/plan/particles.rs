@@ -13,7 +13,7 @@ use mercury_common::scene::{
 
 use super::earlier::{Earlier, take_up};
 use super::unsupported::film_of_a_row;
-use super::{Counted, NewBody, NewParticle};
+use super::{Counted, NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
 use crate::neighbours::Images;
@@ -446,8 +446,10 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
         velocity: motion.velocity,
         angular_velocity: motion.angular_velocity,
         fixed: values.start.fixed,
-        prescribed_velocity: motion.prescribed_velocity,
-        prescribed_angular_velocity: motion.prescribed_angular_velocity,
+        prescribed: PrescribedMotion::boxed(
+            motion.prescribed_velocity,
+            motion.prescribed_angular_velocity,
+        ),
         ..NewParticle::at(
             position,
             *values.radius,

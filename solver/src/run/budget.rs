@@ -6,7 +6,7 @@ use mercury_pictures::EnergyRow;
 use crate::boundaries::Tally;
 use crate::output::Written;
 use crate::output::summary::{Dissipated, EnergySummary};
-use crate::plan::{NewBody, Plan};
+use crate::plan::{NewBody, NewParticle, Plan};
 use crate::step::Engine;
 
 /// Budgets of mass and momentum.
@@ -144,13 +144,8 @@ pub(super) fn energy_summary(
 
 /// Whether all work done on the particles is measured.
 fn is_closed(plan: &Plan) -> bool {
-    let driven = plan.physics().particles().iter().any(|particle| {
-        let prescribed = [
-            particle.prescribed_velocity,
-            particle.prescribed_angular_velocity,
-        ];
-        prescribed.iter().flatten().any(Option::is_some)
-    });
+    let mut particles = plan.physics().particles().iter();
+    let driven = particles.any(NewParticle::is_prescribed);
     let driven = driven || plan.physics().bodies().iter().any(NewBody::is_prescribed);
     let falls_for_ever =
         (0..3).any(|axis| plan.physics().periodic()[axis] && plan.physics().gravity()[axis] != 0.0);

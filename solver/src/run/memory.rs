@@ -5,7 +5,7 @@ use mercury_common::readable::{bytes, count};
 use mercury_common::scene::{Scene, SceneError, SceneErrors};
 
 use crate::forces::{contact_loop, parked_bytes};
-use crate::memory::GROWTH;
+use crate::memory::{GROWTH, MANY};
 use crate::neighbours::{build_bytes, list_bytes};
 use crate::output::output_bytes;
 use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, plan, sketch};
@@ -45,13 +45,14 @@ pub fn memory(plan: &Plan) -> Memory {
     let checking =
         start.spheres * columns + build_bytes(start.spheres, plan.notes().counted().listed as f64);
     let most = steps + searching.max(carrying).max(output.writing);
-    // These histories lie in many small pieces, whose room the allocator keeps for the next list.
-    let steps = steps + waiting;
+    // These histories lie in many small pieces, whose room the allocator keeps for the next list of few particles.
+    let kept_free = if rows > MANY as f64 { 0.0 } else { waiting };
+    let steps = steps + kept_free;
     Memory {
         spheres: rows,
         start: PROGRAM + start.plan + start.reading.max(start.looking_over + checking),
         steps,
-        kept_free: waiting,
+        kept_free,
         most: most.max(steps),
         checkpoint,
     }

@@ -15,6 +15,6 @@ pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
-pub use new_particle::{Material, NewParticle};
+pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
 pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};

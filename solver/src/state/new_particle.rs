@@ -28,10 +28,37 @@ pub struct NewParticle {
     pub material: MaterialIndex,
     /// Does not move.
     pub fixed: bool,
-    /// Prescribed velocity components, m/s.
-    pub prescribed_velocity: [Option<f64>; 3],
-    /// Prescribed angular velocity components, rad/s.
-    pub prescribed_angular_velocity: [Option<f64>; 3],
+    /// What of its motion is prescribed. In a box: few particles have any, and a plan may hold millions of particles.
+    pub prescribed: Option<Box<PrescribedMotion>>,
+}
+
+/// Components of a motion that are prescribed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PrescribedMotion {
+    /// Of the velocity, m/s.
+    pub velocity: [Option<f64>; 3],
+    /// Of the angular velocity, rad/s.
+    pub angular_velocity: [Option<f64>; 3],
+}
+
+impl PrescribedMotion {
+    /// These components of the velocity (m/s) and of the angular velocity (rad/s); `None` if there are none.
+    #[must_use]
+    pub fn boxed(
+        velocity: [Option<f64>; 3],
+        angular_velocity: [Option<f64>; 3],
+    ) -> Option<Box<Self>> {
+        let any = velocity
+            .iter()
+            .chain(&angular_velocity)
+            .any(Option::is_some);
+        any.then(|| {
+            Box::new(Self {
+                velocity,
+                angular_velocity,
+            })
+        })
+    }
 }
 
 impl NewParticle {
@@ -45,16 +72,22 @@ impl NewParticle {
             angular_velocity: DVec3::ZERO,
             material,
             fixed: false,
-            prescribed_velocity: [None; 3],
-            prescribed_angular_velocity: [None; 3],
+            prescribed: None,
         }
     }
 
     /// Whether some of its motion is prescribed.
     #[must_use]
     pub fn is_prescribed(&self) -> bool {
-        let both = [self.prescribed_velocity, self.prescribed_angular_velocity];
-        both.iter().flatten().any(Option::is_some)
+        let both = self.prescribed_motion();
+        let mut components = both.velocity.iter().chain(&both.angular_velocity);
+        components.any(Option::is_some)
+    }
+
+    /// What of its motion is prescribed.
+    #[must_use]
+    pub fn prescribed_motion(&self) -> PrescribedMotion {
+        self.prescribed.as_deref().copied().unwrap_or_default()
     }
 
     /// The record, the mass (kg) and the prescribed components. Fixed particles count as infinitely heavy in contacts,
@@ -77,10 +110,11 @@ impl NewParticle {
             material: self.material,
             flags: if self.fixed { FIXED } else { 0 } | if is_prescribed { PRESCRIBED } else { 0 },
         };
+        let motion = self.prescribed_motion();
         let prescribed = is_prescribed.then_some(Prescribed {
             row: Row::new(0),
-            velocity: self.prescribed_velocity,
-            angular_velocity: self.prescribed_angular_velocity,
+            velocity: motion.velocity,
+            angular_velocity: motion.angular_velocity,
         });
         (record, mass, prescribed)
     }

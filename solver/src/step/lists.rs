@@ -2,6 +2,7 @@
 
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
+use crate::memory::{MANY, give_back};
 use crate::neighbours::{Built, Skin, Validity, build, extra_skins};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
@@ -136,6 +137,9 @@ impl Engine {
         self.lists.validity.reset();
         self.lists.rows_changed = false;
         self.lists.rebuilds += 1;
+        if self.particles.len() > MANY {
+            give_back();
+        }
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use mercury_common::formats::fstat::{FstatFrame, FstatReader};
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Mindlin, PairLaw,
 };
-use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 
@@ -119,8 +119,7 @@ fn led_sphere(dt: f64, height: f64) -> Result<Draft> {
     let mut plan = Draft::new(dt, domain, 6.0 / std::f64::consts::PI, law(2.0));
     plan.walls.push(plane(DVec3::NEG_Z, DVec3::ZERO)?);
     Ok(plan.with_particles(vec![NewParticle {
-        prescribed_velocity: [Some(0.0); 3],
-        prescribed_angular_velocity: [Some(0.0); 3],
+        prescribed: PrescribedMotion::boxed([Some(0.0); 3], [Some(0.0); 3]),
         ..NewParticle::at(DVec3::new(0.0, 0.0, height), 0.25, MaterialIndex::new(0))
     }]))
 }

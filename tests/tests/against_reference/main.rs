@@ -15,7 +15,7 @@ use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
 };
-use mercury_solver::plan::{Draft, NewParticle};
+use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
 use mercury_tests::reference::Simulation;
@@ -112,8 +112,10 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
             particle.angular_velocity = DVec3::ZERO;
         }
         if id == 6 {
-            particle.prescribed_velocity[0] = Some(particle.velocity.x);
-            particle.prescribed_angular_velocity[2] = Some(particle.angular_velocity.z);
+            particle.prescribed = PrescribedMotion::boxed(
+                [Some(particle.velocity.x), None, None],
+                [None, None, Some(particle.angular_velocity.z)],
+            );
         }
     }
     let mut plan = plan.with_particles(particles);

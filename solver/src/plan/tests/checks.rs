@@ -247,7 +247,7 @@ fn fixed_particles_have_no_velocity() {
         );
     let plan = planned(&moved);
     assert_eq!(
-        plan.physics().particles()[2].prescribed_velocity,
+        plan.physics().particles()[2].prescribed_motion().velocity,
         [Some(0.5), None, None]
     );
     assert_eq!(plan.physics().particles()[2].velocity.x, 0.5);

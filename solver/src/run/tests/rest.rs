@@ -3,7 +3,7 @@
 use super::*;
 use crate::bodies::NewBody;
 use crate::run::rest::Rest;
-use crate::state::Particles;
+use crate::state::{Particles, PrescribedMotion};
 
 const GRAVITY: f64 = 9.0;
 /// I/(m R^2) of a sphere, inverted.
@@ -66,7 +66,7 @@ fn the_limit_is_a_millionth_of_the_weight_times_the_diameter() {
         };
         let driven = NewParticle {
             velocity: DVec3::X,
-            prescribed_velocity: [Some(1.0), None, None],
+            prescribed: PrescribedMotion::boxed([Some(1.0), None, None], [None; 3]),
             ..at(0.4, RADIUS)
         };
         let spheres = vec![moving, turning, fixed, driven];
