@@ -96,11 +96,20 @@ fn push_shortest(out: &mut Vec<u8>, value: f64) {
     if push_if_whole(out, value, 1e15) {
         return;
     }
-    let magnitude = value.abs();
-    if (1e-5..1e16).contains(&magnitude) {
-        append(out, format_args!("{value}"));
-    } else {
-        append(out, format_args!("{value:e}"));
+    let mut buffer = zmij::Buffer::new();
+    let text = buffer.format_finite(value);
+    let text = text.strip_suffix(".0").unwrap_or(text);
+    let is_plain = (1e-5..1e16).contains(&value.abs());
+    match text.split_once('e') {
+        None if is_plain => out.extend_from_slice(text.as_bytes()),
+        Some((significand, exponent)) if !is_plain => {
+            out.extend_from_slice(significand.as_bytes());
+            out.push(b'e');
+            out.extend_from_slice(exponent.trim_start_matches('+').as_bytes());
+        }
+        // The library has other limits between the two forms.
+        _ if is_plain => append(out, format_args!("{value}")),
+        _ => append(out, format_args!("{value:e}")),
     }
 }
 
@@ -283,6 +292,26 @@ mod tests {
                 prop_assert!(back.is_nan());
             } else {
                 prop_assert_eq!(back.to_bits(), bits);
+            }
+        }
+
+        /// As the standard library writes it, numbers of any bits and of the sizes that scenes have; but of two shortest numbers that are equally near
+        /// it may be the other.
+        #[test]
+        fn shortest_is_that_of_the_standard_library(bits: u64, significand in -10.0..10.0f64, exponent in -20..20i32) {
+            for value in [f64::from_bits(bits), significand * 10f64.powi(exponent), significand.round() * 10f64.powi(exponent)] {
+                let plain = value == 0.0 || (1e-5..1e16).contains(&value.abs());
+                let expected = if plain { format!("{value}") } else { format!("{value:e}") };
+                let written = text(value, NumberStyle::Shortest);
+                if value.is_nan() {
+                    prop_assert_eq!(written, "nan");
+                } else if written != expected {
+                    prop_assert_eq!(written.len(), expected.len(), "{} {}", written, expected);
+                    prop_assert_eq!(written.parse::<f64>(), expected.parse::<f64>());
+                    let exact = format!("{value:.30}");
+                    let digits = exact.trim_end_matches('0').len();
+                    prop_assert!(digits == written.len() + 1 && exact[..digits].ends_with('5'), "{} is no tie", value);
+                }
             }
         }
 

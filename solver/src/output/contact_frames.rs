@@ -68,7 +68,7 @@ impl Stream for ContactFrames {
 /// The contacts sorted by the lower id, then pairs by the higher one, then walls.
 pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactFrame {
     let mut records: Vec<_> = state.observation.records.iter().collect();
-    records.sort_by_key(|record| {
+    records.sort_by_cached_key(|record| {
         let partner = match record.partner {
             Partner::Particle { row, .. } => (0, state.rank(row)),
             Partner::Wall { wall, .. } => (1, wall.index()),

@@ -118,6 +118,6 @@ pub(super) fn contact_rows(state: &State, pebbles: bool) -> Vec<ContactRow> {
         }
     }
     // Stable: two features of one wall stay in the order in which the state holds them.
-    rows.sort_by_key(|row| (row.i, row.j));
+    rows.sort_by_cached_key(|row| (row.i, row.j));
     rows
 }
