@@ -14,7 +14,7 @@ use mercury_solver::plan::{Draft, NewBody, PrescribedMotion};
 use mercury_solver::run::{RunOptions, run};
 use mercury_solver::state::{MaterialIndex, volume};
 use mercury_solver::walls::{Component, Motion, Plane, Shape, Wall};
-use mercury_tests::scenes::{advance, plan, plane, sphere, start, wall};
+use mercury_tests::scenes::{advance, held, plan, plane, sphere, start, wall};
 
 const RADIUS: f64 = 0.01;
 const DENSITY: f64 = 2000.0;
@@ -263,6 +263,61 @@ fn of_a_body() {
             plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
             plan.with_bodies(vec![twin], vec![body])
         });
+    }
+}
+
+/// A ball that grazes another which is moved and turned in a given way: what is lost between them is the same where the other one is a body of one pebble,
+/// which has the same mass, moments and motion.
+#[test]
+fn at_a_body_that_moves_as_prescribed() {
+    let (own, radius) = (mass(), RADIUS);
+    let (velocity, spin) = (dvec3(0.05, 0.02, 0.0), dvec3(1.0, 0.0, 6.0));
+    for (name, law) in laws() {
+        let audit = |is_body: bool| {
+            let place = dvec3(0.8 * radius, 0.1 * radius, 1.9 * radius);
+            let falls = sphere(place, radius, -SPEED * DVec3::Z, dvec3(0.0, 4.0, 0.0));
+            let other = sphere(DVec3::ZERO, radius, velocity, spin);
+            let mut plan = plan(contact_time() / 200.0, DENSITY, law);
+            plan.gravity = dvec3(0.0, 0.0, -9.81);
+            plan.energy_budget = true;
+            let plan = if is_body {
+                let pebble = Pebble {
+                    position: DVec3::ZERO,
+                    radius,
+                };
+                let moments = DVec3::splat(0.4 * own * radius * radius);
+                let material = MaterialIndex::new(0);
+                let volume = volume(radius, 3);
+                let ball = Clump::new("ball", material, vec![pebble], own, volume, moments);
+                let body = NewBody {
+                    velocity,
+                    angular_velocity: spin,
+                    prescribed_velocity: velocity.to_array().map(Some),
+                    prescribed_angular_velocity: spin.to_array().map(Some),
+                    ..NewBody::at(DVec3::ZERO, 0)
+                };
+                plan.with_particles(vec![falls])
+                    .with_bodies(vec![ball.unwrap()], vec![body])
+            } else {
+                plan.with_particles(vec![falls, held(other)])
+            };
+            let mut engine = start(plan);
+            advance(&mut engine, 600);
+            let audit = engine.audit();
+            [
+                audit.dissipated_normal,
+                audit.dissipated_tangential,
+                audit.dissipated_rolling,
+            ]
+        };
+        let (of_ball, of_body) = (audit(false), audit(true));
+        let all: f64 = of_ball.iter().map(|part| part.abs()).sum();
+        for (one, other) in of_ball.iter().zip(of_body) {
+            assert!(
+                (one - other).abs() < 1e-9 * (all + own * SPEED * SPEED),
+                "{name}: {of_ball:?} J, of a body {of_body:?} J"
+            );
+        }
     }
 }
 

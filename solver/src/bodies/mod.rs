@@ -25,5 +25,6 @@ mod tests;
 
 pub use clump::{Clump, ClumpError};
 pub use motion::BodyStep;
+pub(crate) use motion::constrained_spin;
 pub use new_body::NewBody;
 pub use rotation::{angular_velocity, free_rotation};

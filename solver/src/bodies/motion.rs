@@ -189,7 +189,7 @@ impl BodyStep {
 
 /// The angular velocity whose prescribed components are `spins`, and whose angular momentum has the body's free components:
 /// the constraint's torque acts along the prescribed axes only.
-fn constrained_spin(body: &Body, spins: [Option<f64>; 3]) -> DVec3 {
+pub(crate) fn constrained_spin(body: &Body, spins: [Option<f64>; 3]) -> DVec3 {
     let rotation = DMat3::from_quat(body.orientation);
     let inertia = rotation * DMat3::from_diagonal(body.moments) * rotation.transpose();
     let (mut rows, mut right) = (inertia.transpose(), body.angular_momentum);

@@ -7,9 +7,9 @@
 use glam::DVec3;
 
 use super::Engine;
-use crate::bodies::angular_velocity;
+use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, Observation, Partner};
-use crate::state::{Body, FIXED, Load, Row};
+use crate::state::{Body, FIXED, Load, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -173,7 +173,8 @@ impl Engine {
         {
             let pebble = &bodies.pebbles[pebble.index()];
             let body = &bodies.all[pebble.body.index()];
-            return self.moving_body(body, body.orientation * pebble.offset, half);
+            let prescribed = bodies.prescribed.iter().find(|it| it.body == pebble.body);
+            return self.moving_body(body, prescribed, body.orientation * pebble.offset, half);
         }
         let Load { force, torque, .. } = particles.loads[row.index()];
         let acceleration = force * record.inverse_mass + self.plan.physics().gravity();
@@ -197,12 +198,34 @@ impl Engine {
     }
 
     /// The same of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.
-    fn moving_body(&self, body: &Body, lever: DVec3, half: f64) -> Moving {
+    fn moving_body(
+        &self,
+        body: &Body,
+        prescribed: Option<&PrescribedBody>,
+        lever: DVec3,
+        half: f64,
+    ) -> Moving {
         let acceleration = body.load.force / body.mass + self.plan.physics().gravity();
         let momentum = body.angular_momentum + body.load.torque * half;
-        let spin = angular_velocity(body.orientation, momentum, body.moments);
+        let mut velocity = body.velocity + acceleration * half;
+        let mut spins = [None; 3];
+        if let Some(prescribed) = prescribed {
+            for axis in 0..3 {
+                velocity[axis] = prescribed.velocity[axis].unwrap_or(velocity[axis]);
+            }
+            spins = prescribed.angular_velocity;
+        }
+        let spin = if spins == [None; 3] {
+            angular_velocity(body.orientation, momentum, body.moments)
+        } else {
+            let kicked = Body {
+                angular_momentum: momentum,
+                ..*body
+            };
+            constrained_spin(&kicked, spins)
+        };
         Moving {
-            velocity: body.velocity + acceleration * half + spin.cross(lever),
+            velocity: velocity + spin.cross(lever),
             spin,
         }
     }
