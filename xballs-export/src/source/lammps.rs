@@ -255,14 +255,13 @@ impl Grains {
         sorted(&mut self.types, &order);
         sorted(&mut self.radius, &order);
         sorted(&mut self.position, &order);
-        for vectors in [
+        let vectors = [
             &mut self.velocity,
             &mut self.angular_velocity,
             &mut self.force,
-        ] {
-            if let Some(vectors) = vectors {
-                sorted(vectors, &order);
-            }
+        ];
+        for vectors in vectors.into_iter().flatten() {
+            sorted(vectors, &order);
         }
         let others = self.others.iter_mut().map(|(_, values)| values);
         for numbers in self.mass.iter_mut().chain(others) {

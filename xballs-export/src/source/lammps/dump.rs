@@ -109,7 +109,7 @@ impl<R: BufRead> Frames<R> {
     }
 
     fn bounds(&mut self) -> Result<(DVec3, DVec3), FormatError> {
-        let mut corners = [[0.0; 3]; 2];
+        let (mut low_corner, mut high_corner) = (DVec3::ZERO, DVec3::ZERO);
         for axis in 0..3 {
             self.need("three lines of bounds")?;
             let mut tokens = self.lines.tokens();
@@ -127,9 +127,9 @@ impl<R: BufRead> Frames<R> {
             {
                 return Err(self.wrong("a box that is not upright", "two bounds for each axis"));
             }
-            (corners[0][axis], corners[1][axis]) = (low, high);
+            (low_corner[axis], high_corner[axis]) = (low, high);
         }
-        Ok((DVec3::from_array(corners[0]), DVec3::from_array(corners[1])))
+        Ok((low_corner, high_corner))
     }
 
     fn atoms(
