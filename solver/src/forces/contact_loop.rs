@@ -3,6 +3,7 @@
 mod alarming;
 mod carrying;
 mod contact_point;
+mod found;
 mod memory;
 mod pairs;
 mod sharing;
@@ -30,8 +31,9 @@ use crate::lanes::Width;
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
+use found::Numbers;
 use memory::Memory;
-use pairs::{Numbers, Pairs};
+use pairs::Pairs;
 pub(super) use slots::FREE;
 use slots::{HELD, IMAGE, Slot, WallSlot};
 

@@ -9,7 +9,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
-use super::pairs::Numbers;
+use super::found::Numbers;
 use super::{Block, Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};

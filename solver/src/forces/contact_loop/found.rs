@@ -1,0 +1,337 @@
+//! What is known of the contacts found in a chunk of slots, in columns, and the order in which they are evaluated.
+
+use crate::contact::{Contact, RollingLaw, TangentialLaw};
+use crate::lanes::{MOST_LANES, Mask, Quad, Real, Vector};
+use crate::state::Particle;
+
+/// Slots that are searched for contacts before the contacts found are evaluated.
+pub(super) const CHUNK: usize = 128;
+
+/// Room for what is known of a chunk: more than it needs, so that a `u8` is always an index into it.
+pub(super) const ROOM: usize = 256;
+
+const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
+
+/// Pairs of materials that are told apart when contacts of one law are put side by side: those of eight materials. Where there are more, groups with
+/// several laws are evaluated one by one.
+const PAIRS: usize = 64;
+
+/// Each number at its own place.
+const IN_ORDER: [u8; ROOM] = {
+    let mut places = [0; ROOM];
+    let mut k = 0;
+    while k < ROOM {
+        places[k] = k as u8;
+        k += 1;
+    }
+    places
+};
+
+/// A number of each contact found.
+#[repr(align(64))]
+pub(super) struct Column(pub(super) [f64; ROOM]);
+
+impl Column {
+    const ZERO: Self = Self([0.0; ROOM]);
+
+    /// The numbers of contact `k` and those behind it.
+    #[inline(always)]
+    fn at<L: Real>(&self, k: usize) -> L {
+        L::load(&self.0[k..])
+    }
+
+    #[inline(always)]
+    pub(super) fn put<L: Real>(&mut self, k: usize, numbers: L) {
+        numbers.store(&mut self.0[k..]);
+    }
+}
+
+/// The contacts found in a chunk of slots.
+pub(super) struct Found<'a> {
+    /// The two of every slot of the chunk.
+    pub(super) a: [&'a Particle; ROOM],
+    pub(super) b: [&'a Particle; ROOM],
+    pub(super) numbers: &'a mut Numbers,
+}
+
+/// The numbers of the contacts found in a chunk of slots. One for all blocks that a thread evaluates: making it takes as long as some contacts.
+pub(super) struct Numbers {
+    // As they were found, in the order of the slots.
+    /// x_A - x_B, of the image of B that is listed, m.
+    pub(super) offset: [Column; 3],
+    /// Its square, m^2.
+    pub(super) squared: Column,
+    /// R_A + R_B, m.
+    pub(super) reach: Column,
+    /// Where each stands in what follows.
+    pub(super) places: [u8; ROOM],
+
+    // As they are evaluated: those of one law side by side, groups filled up by repetition.
+    /// Whether that is another order.
+    is_sorted: bool,
+    /// Which of those that were found.
+    turn: [u8; ROOM],
+    /// Slot in the chunk.
+    pub(super) slot: [u8; ROOM],
+    /// The index of its law.
+    pub(super) pair: [u32; ROOM],
+    /// From B to A.
+    pub(super) normal: [Column; 3],
+    /// Of the centres, m.
+    distance: Column,
+    /// m.
+    pub(super) overlap: Column,
+    /// R*, m.
+    radius: Column,
+    /// m*, kg.
+    pub(super) mass: Column,
+    /// v_A - v_B, m/s.
+    velocity: [Column; 3],
+    /// On A, N.
+    pub(super) force: [Quad; ROOM],
+    /// On A and on B, N m.
+    pub(super) torques: [[Quad; ROOM]; 2],
+}
+
+impl Numbers {
+    /// Those of no contact.
+    pub(super) fn new() -> Self {
+        Self {
+            offset: [Column::ZERO; 3],
+            squared: Column::ZERO,
+            reach: Column::ZERO,
+            places: IN_ORDER,
+            is_sorted: false,
+            turn: IN_ORDER,
+            slot: [0; ROOM],
+            pair: [0; ROOM],
+            normal: [Column::ZERO; 3],
+            distance: Column::ZERO,
+            overlap: Column::ZERO,
+            radius: Column::ZERO,
+            mass: Column::ZERO,
+            velocity: [Column::ZERO; 3],
+            force: [Quad::default(); ROOM],
+            torques: [[Quad::default(); ROOM]; 2],
+        }
+    }
+}
+
+impl<'a> Found<'a> {
+    /// Nothing yet; `nobody` stands for all.
+    pub(super) fn new(nobody: &'a Particle, numbers: &'a mut Numbers) -> Self {
+        Self {
+            a: [nobody; ROOM],
+            b: [nobody; ROOM],
+            numbers,
+        }
+    }
+
+    /// Says in which order the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last group.
+    #[inline(always)]
+    pub(super) fn put_in_turn(&mut self, count: usize, materials: usize, lanes: usize) -> usize {
+        if materials > 1
+            && let Some(end) = self.put_laws_side_by_side(count, materials, lanes)
+        {
+            return end;
+        }
+        let end = count.next_multiple_of(lanes);
+        for k in count..end {
+            let last = count - 1;
+            self.numbers.slot[k] = self.numbers.slot[last];
+            self.numbers.pair[k] = self.numbers.pair[last];
+            for axis in &mut self.numbers.offset {
+                axis.0[k] = axis.0[last];
+            }
+            self.numbers.squared.0[k] = self.numbers.squared.0[last];
+            self.numbers.reach.0[k] = self.numbers.reach.0[last];
+        }
+        end
+    }
+
+    /// The same where they may follow several laws, whose indices are noted; `None` if they are evaluated in the order of their slots.
+    #[inline(never)]
+    fn put_laws_side_by_side(
+        &mut self,
+        count: usize,
+        materials: usize,
+        lanes: usize,
+    ) -> Option<usize> {
+        let found: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.slot[k]);
+        let (mut least, mut most) = (u32::MAX, 0);
+        for (pair, &at) in self
+            .numbers
+            .pair
+            .iter_mut()
+            .zip(&self.numbers.slot[..count])
+        {
+            let at = usize::from(at);
+            let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
+            // That of two materials is the same both ways.
+            *pair = (a.min(b) * materials + a.max(b)) as u32;
+            (least, most) = (least.min(*pair), most.max(*pair));
+        }
+        (
+            self.numbers.places,
+            self.numbers.turn,
+            self.numbers.is_sorted,
+        ) = (IN_ORDER, IN_ORDER, false);
+        if lanes == 1 || least >= most || most as usize >= PAIRS {
+            return None;
+        }
+        // A counting sort without branches: which law comes next can hardly be predicted.
+        let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k] as u8);
+        let pairs = &pairs[..count];
+        let mut counts = [0; PAIRS];
+        for &pair in pairs {
+            counts[usize::from(pair) % PAIRS] += 1;
+        }
+        let mut next = [0; PAIRS];
+        let mut end = 0;
+        for (next, count) in next.iter_mut().zip(counts) {
+            *next = end;
+            end += usize::next_multiple_of(count, lanes);
+        }
+        if end > ROOM {
+            return None;
+        }
+        for (k, &pair) in pairs.iter().enumerate() {
+            let place = &mut next[usize::from(pair) % PAIRS];
+            self.numbers.places[k] = *place as u8;
+            self.numbers.turn[*place % ROOM] = k as u8;
+            self.numbers.pair[*place % ROOM] = u32::from(pair);
+            *place += 1;
+        }
+        // Each run is filled up by its last contact: in the same group, which finds one history and leaves one.
+        for (&filled, count) in next.iter().zip(counts) {
+            for k in filled..filled - count + usize::next_multiple_of(count, lanes) {
+                self.numbers.turn[k] = self.numbers.turn[filled - 1];
+                self.numbers.pair[k] = self.numbers.pair[filled - 1];
+            }
+        }
+        for (slot, &from) in self.numbers.slot[..end].iter_mut().zip(&self.numbers.turn) {
+            *slot = found[usize::from(from) % CHUNK];
+        }
+        self.numbers.is_sorted = true;
+        Some(end)
+    }
+
+    /// The slots of the contacts from `base` on.
+    #[inline(always)]
+    pub(super) fn slots(&self, base: usize) -> [usize; MOST_LANES] {
+        std::array::from_fn(|k| usize::from(self.numbers.slot[(base + k) % ROOM]))
+    }
+
+    /// The numbers of a column of contacts as they were found, of those that are evaluated from `base` on.
+    #[inline(always)]
+    fn found<L: Real>(&self, column: &Column, base: usize, is_sorted: bool) -> L {
+        if is_sorted {
+            L::from_lanes(|k| column.0[usize::from(self.numbers.turn[(base + k) % ROOM])])
+        } else {
+            column.at(base)
+        }
+    }
+
+    /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else: all of them at once
+    /// and ahead of the long chains of each contact. Says whether one of them may overlap by more than `limit` of the smaller radius, which is
+    /// at least R*.
+    #[inline(always)]
+    pub(super) fn prepare<L: Real>(&mut self, end: usize, limit: f64) -> bool {
+        let is_sorted = self.numbers.is_sorted;
+        let mut is_deep = 0;
+        let mut base = 0;
+        while base < end {
+            let at = self.slots(base);
+            let (a, b) = (
+                |k: usize| self.a[at[k] % ROOM],
+                |k: usize| self.b[at[k] % ROOM],
+            );
+            let [x, y, z, mobility] = L::differences(|k| &a(k).quads()[1], |k| &b(k).quads()[1]);
+            let radii = L::from_lanes(|k| a(k).radius) * L::from_lanes(|k| b(k).radius);
+            let distance: L = self
+                .found::<L>(&self.numbers.squared, base, is_sorted)
+                .sqrt();
+            let reach: L = self.found(&self.numbers.reach, base, is_sorted);
+            let offset: Vector<L> = Vector::new(
+                self.found(&self.numbers.offset[0], base, is_sorted),
+                self.found(&self.numbers.offset[1], base, is_sorted),
+                self.found(&self.numbers.offset[2], base, is_sorted),
+            );
+            let mut normal = offset * (L::ONE / distance);
+            let apart = L::ZERO.below(distance);
+            if !apart.all() {
+                // Concentric particles have no normal; any will do to push them apart.
+                normal = Vector::select(apart, normal, Vector::X);
+            }
+            let (radius, overlap) = (radii / reach, reach - distance);
+            is_deep |= (radius * limit).below(overlap).bits();
+            self.numbers.velocity[0].put(base, x);
+            self.numbers.velocity[1].put(base, y);
+            self.numbers.velocity[2].put(base, z);
+            self.numbers.normal[0].put(base, normal.x);
+            self.numbers.normal[1].put(base, normal.y);
+            self.numbers.normal[2].put(base, normal.z);
+            self.numbers.mass.put(base, L::ONE / mobility);
+            self.numbers.radius.put(base, radius);
+            self.numbers.distance.put(base, distance);
+            self.numbers.overlap.put(base, overlap);
+            base += L::LANES;
+        }
+        is_deep != 0
+    }
+
+    /// Geometry and kinematics of the contacts from `base` on, whose slots are `at`, and the lever arms R - overlap/2 of both.
+    #[inline(always)]
+    pub(super) fn meet<L: Real, T: TangentialLaw, R: RollingLaw>(
+        &self,
+        base: usize,
+        at: &[usize; MOST_LANES],
+    ) -> (Contact<L>, [L; 2]) {
+        let (a, b) = (
+            |k: usize| self.a[at[k] % ROOM],
+            |k: usize| self.b[at[k] % ROOM],
+        );
+        let (distance, overlap): (L, L) = (
+            self.numbers.distance.at(base),
+            self.numbers.overlap.at(base),
+        );
+        let normal: Vector<L> = columns(&self.numbers.normal, base);
+        let half = overlap * 0.5;
+        let levers = [
+            L::from_lanes(|k| a(k).radius) - half,
+            L::from_lanes(|k| b(k).radius) - half,
+        ];
+        let centre_velocity: Vector<L> = columns(&self.numbers.velocity, base);
+        let normal_velocity = centre_velocity.dot(normal);
+        let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);
+        if T::ACTIVE || R::ACTIVE {
+            let spin_a: Vector<L> = L::vectors(|k| &a(k).quads()[2]);
+            let spin_b: Vector<L> = L::vectors(|k| &b(k).quads()[2]);
+            if T::ACTIVE {
+                let turning = spin_a * levers[0] + spin_b * levers[1];
+                tangential_velocity =
+                    centre_velocity - normal * normal_velocity - turning.cross(normal);
+            }
+            if R::ACTIVE {
+                spin = spin_a - spin_b;
+            }
+        }
+        let contact = Contact {
+            normal,
+            distance,
+            overlap,
+            effective_radius: self.numbers.radius.at(base),
+            effective_mass: self.numbers.mass.at(base),
+            normal_velocity,
+            tangential_velocity,
+            centre_velocity,
+            spin,
+        };
+        (contact, levers)
+    }
+}
+
+#[inline(always)]
+fn columns<L: Real>(columns: &[Column; 3], k: usize) -> Vector<L> {
+    Vector::new(columns[0].at(k), columns[1].at(k), columns[2].at(k))
+}
