@@ -1,7 +1,7 @@
 //! What a run is busy with while it makes no steps: for whoever waits for it, and for whoever wants it to stop.
 //!
 //! Inserting a million particles takes a minute. Who watches sees how far it is ([`Stage::placed`]), and who asks for a stop is answered at
-//! once: the work is given up where nothing is lost by it ([`Stage::may_give_up`]), which the run says.
+//! once: the work is given up where nothing is lost by it (`Stage::may_give_up`), which the run says.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
