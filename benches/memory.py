@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """The memory that a run takes beside what its plan says: copies of scenes/bench/dense-20k side by side, read from a table.
 
-usage: benches/memory.py [--solver target/release/mercury-solve] [--copies 7 7] [--threads 1] [--end 0.003]
+usage: benches/memory.py [--solver target/release/mercury-solve] [--copies 7 7] [--threads 1] [--end 0.003] [--speed 0.5]
 
-Needs Linux: sizes are VmRSS and VmHWM of /proc/PID/status, read every tenth of a second. The spheres slide along x with 0.5 m/s, so
+Needs Linux: sizes are VmRSS and VmHWM of /proc/PID/status, read every tenth of a second. The spheres slide along x with --speed (m/s), so
 that lists are built anew. 7 x 7 copies are 980,000 spheres.
 """
 
@@ -20,7 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 WIDTH = 0.104  # of the benchmark's box, m
 
 
-def write_scene(folder, copies, end):
+def write_scene(folder, copies, end, speed=0.5):
     bench = ROOT / "scenes" / "bench"
     head, *rows = (bench / "dense-20k.csv").read_text().split()
     rows = [row.split(",") for row in rows]
@@ -30,7 +30,7 @@ def write_scene(folder, copies, end):
             for j in range(copies[1]):
                 for x, y, z, radius, _, *rest in rows:
                     place = f"{float(x) + i * WIDTH:.8g},{float(y) + j * WIDTH:.8g}"
-                    table.write(",".join([place, z, radius, "0.5", *rest]) + "\n")
+                    table.write(",".join([place, z, radius, str(speed), *rest]) + "\n")
     scene = (bench / "dense-20k.toml").read_text()
     scene = scene.replace("dense-20k.csv", "large.csv")
     scene = scene.replace("max = [0.104, 0.104,", f"max = [{copies[0] * WIDTH}, {copies[1] * WIDTH},")
@@ -59,10 +59,11 @@ def main():
     parser.add_argument("--copies", type=int, nargs=2, default=[7, 7])
     parser.add_argument("--threads", default="1")
     parser.add_argument("--end", type=float, default=0.003)
+    parser.add_argument("--speed", type=float, default=0.5)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
-        write_scene(folder, arguments.copies, arguments.end)
+        write_scene(folder, arguments.copies, arguments.end, arguments.speed)
         solve = [pathlib.Path(arguments.solver).resolve(), "large.toml", "--quiet", "--threads", arguments.threads]
         plan = json.loads(subprocess.check_output([*solve, "--check", "--json"], cwd=folder))
         check = subprocess.Popen([*solve, "--check"], cwd=folder, stdout=subprocess.DEVNULL)
