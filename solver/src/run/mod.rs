@@ -29,17 +29,16 @@ pub use budget::Budget;
 pub use memory::{check_fit, memory, plan_within};
 pub use report::Report;
 
-use budget::{energy_summary, exchanged};
+use budget::exchanged;
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps};
 use pace::{Pace, Way};
+use report::{Looped, log_body, log_head, report};
 use rest::Rest;
-use shortfall::{all_left, shortfalls};
 
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
-use crate::output::summary::{Status, Summary};
 use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
 };
@@ -660,91 +659,6 @@ impl Run {
     }
 }
 
-/// What the time loop tells of itself.
-#[derive(Debug)]
-struct Looped {
-    /// Seconds without output.
-    seconds: f64,
-    particle_steps: u64,
-    /// Of them, those that one thread made although there are more.
-    alone: u64,
-    stopped: Option<StopReason>,
-    resumed_at: Option<u64>,
-}
-
-fn report(
-    engine: &Engine,
-    options: &RunOptions,
-    at_start: &(Tally, Tally),
-    starting: u64,
-    looped: &Looped,
-    written: &Written,
-) -> Report {
-    let plan = engine.plan();
-    let particles = engine.particles.grains();
-    let observation = written.last.as_ref().map(|state| &state.observation);
-    let contacts = observation.map_or(0, |observation| observation.particle_contacts);
-    let created = engine.particles.grains_created();
-    let mut warnings = Vec::from_iter(all_left(engine));
-    warnings.extend_from_slice(plan.notes().warnings());
-    let boundaries = engine.boundaries().state();
-    warnings.extend(engine.guard_warnings());
-    warnings.extend(shortfalls(plan, &boundaries, engine.time()));
-    warnings.extend(servos::missed(engine));
-    if written.deep_frames > 0 {
-        warnings.push(format!(
-            "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
-            written.deep_frames,
-            written.energies.len(),
-            100.0 * written.deepest
-        ));
-    }
-    let (rebuilds, listed) = engine.list_statistics();
-    Report {
-        summary: Summary {
-            title: plan.outputs().title().to_owned(),
-            steps: engine.steps(),
-            time: engine.time(),
-            time_step: plan.physics().time_step(),
-            particles,
-            contacts,
-            wall_contacts: observation.map_or(0, |observation| observation.wall_contacts),
-            wall_seconds: looped.seconds,
-            particle_steps_per_second: if looped.seconds > 0.0 {
-                looped.particle_steps as f64 / looped.seconds
-            } else {
-                0.0
-            },
-            threads: options.threads.max(1),
-            coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
-            energy: energy_summary(engine, at_start, written),
-            inserted: created - starting,
-            deleted: created - particles as u64,
-            warnings,
-            status: match looped.stopped {
-                Some(_) => Status::Stopped,
-                None => Status::Finished,
-            },
-        },
-        stopped: looped.stopped,
-        resumed_at: looped
-            .resumed_at
-            .map(|step| step as f64 * plan.physics().time_step()),
-        budget: Budget::new(engine, written),
-        files: Vec::new(),
-        folder: options.folder.display().to_string(),
-        insertions: insertions::told(plan, engine.boundaries()),
-        servos: servos::told(engine),
-        exits: exits::told(engine, options),
-        not_at_rest: None,
-        share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
-        rebuilds,
-        listed,
-        laws: engine.law_names().to_owned(),
-        total_seconds: 0.0,
-    }
-}
-
 /// The final state and the energies as pictures.
 fn draw_pictures(folder: &Path, plan: &Plan, written: &Written) -> Result<(), OutputError> {
     if let Some(last) = &written.last {
@@ -753,27 +667,4 @@ fn draw_pictures(folder: &Path, plan: &Plan, written: &Written) -> Result<(), Ou
     let stem = folder.join(format!("{}.energy", plan.outputs().prefix()));
     energy_page(plan.outputs().title(), &written.energies).write(&stem)?;
     Ok(())
-}
-
-fn log_head(options: &RunOptions) -> String {
-    let mut log = format!("mercury-solve {}\n", env!("CARGO_PKG_VERSION"));
-    if !options.command_line.is_empty() {
-        log += &format!("command: {}\n", options.command_line);
-    }
-    for note in &options.notes {
-        log += &format!("{note}\n");
-    }
-    log
-}
-
-fn log_body(report: &Report) -> String {
-    let steps = report.summary.steps;
-    format!(
-        "{report}\nlaws: {}\nneighbour list: built {} times, every {:.1} steps, {} pairs listed at the end\nwarnings: {}\n",
-        report.laws,
-        report.rebuilds,
-        steps as f64 / report.rebuilds.max(1) as f64,
-        report.listed,
-        report.summary.warnings.len()
-    )
 }

@@ -4,9 +4,13 @@ use std::fmt;
 
 use mercury_common::readable::{duration, rounded};
 
-use super::StopReason;
-use super::budget::Budget;
+use super::budget::{Budget, energy_summary};
+use super::shortfall::{all_left, shortfalls};
+use super::{RunOptions, StopReason, exits, insertions, servos};
+use crate::boundaries::Tally;
+use crate::output::Written;
 use crate::output::summary::{Status, Summary};
+use crate::step::Engine;
 
 /// A run that is over. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,4 +134,115 @@ impl fmt::Display for Report {
         }
         write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
     }
+}
+
+/// What the time loop tells of itself.
+#[derive(Debug)]
+pub(super) struct Looped {
+    /// Seconds without output.
+    pub(super) seconds: f64,
+    pub(super) particle_steps: u64,
+    /// Of them, those that one thread made although there are more.
+    pub(super) alone: u64,
+    pub(super) stopped: Option<StopReason>,
+    pub(super) resumed_at: Option<u64>,
+}
+
+/// What a run tells at its end.
+pub(super) fn report(
+    engine: &Engine,
+    options: &RunOptions,
+    at_start: &(Tally, Tally),
+    starting: u64,
+    looped: &Looped,
+    written: &Written,
+) -> Report {
+    let plan = engine.plan();
+    let particles = engine.particles.grains();
+    let observation = written.last.as_ref().map(|state| &state.observation);
+    let contacts = observation.map_or(0, |observation| observation.particle_contacts);
+    let created = engine.particles.grains_created();
+    let mut warnings = Vec::from_iter(all_left(engine));
+    warnings.extend_from_slice(plan.notes().warnings());
+    let boundaries = engine.boundaries().state();
+    warnings.extend(engine.guard_warnings());
+    warnings.extend(shortfalls(plan, &boundaries, engine.time()));
+    warnings.extend(servos::missed(engine));
+    if written.deep_frames > 0 {
+        warnings.push(format!(
+            "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
+            written.deep_frames,
+            written.energies.len(),
+            100.0 * written.deepest
+        ));
+    }
+    let (rebuilds, listed) = engine.list_statistics();
+    Report {
+        summary: Summary {
+            title: plan.outputs().title().to_owned(),
+            steps: engine.steps(),
+            time: engine.time(),
+            time_step: plan.physics().time_step(),
+            particles,
+            contacts,
+            wall_contacts: observation.map_or(0, |observation| observation.wall_contacts),
+            wall_seconds: looped.seconds,
+            particle_steps_per_second: if looped.seconds > 0.0 {
+                looped.particle_steps as f64 / looped.seconds
+            } else {
+                0.0
+            },
+            threads: options.threads.max(1),
+            coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
+            energy: energy_summary(engine, at_start, written),
+            inserted: created - starting,
+            deleted: created - particles as u64,
+            warnings,
+            status: match looped.stopped {
+                Some(_) => Status::Stopped,
+                None => Status::Finished,
+            },
+        },
+        stopped: looped.stopped,
+        resumed_at: looped
+            .resumed_at
+            .map(|step| step as f64 * plan.physics().time_step()),
+        budget: Budget::new(engine, written),
+        files: Vec::new(),
+        folder: options.folder.display().to_string(),
+        insertions: insertions::told(plan, engine.boundaries()),
+        servos: servos::told(engine),
+        exits: exits::told(engine, options),
+        not_at_rest: None,
+        share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
+        rebuilds,
+        listed,
+        laws: engine.law_names().to_owned(),
+        total_seconds: 0.0,
+    }
+}
+
+/// The lines of a log that stand before what came of the run.
+pub(super) fn log_head(options: &RunOptions) -> String {
+    let mut log = format!("mercury-solve {}\n", env!("CARGO_PKG_VERSION"));
+    if !options.command_line.is_empty() {
+        log += &format!("command: {}\n", options.command_line);
+    }
+    for note in &options.notes {
+        log += &format!("{note}\n");
+    }
+    log
+}
+
+/// The lines of a log that tell what came of it.
+pub(super) fn log_body(report: &Report) -> String {
+    let steps = report.summary.steps;
+    format!(
+        "{report}\nlaws: {}\nneighbour list: built {} times, every {:.1} steps, {} pairs listed at the end\nwarnings: {}\n",
+        report.laws,
+        report.rebuilds,
+        steps as f64 / report.rebuilds.max(1) as f64,
+        report.listed,
+        report.summary.warnings.len()
+    )
 }
