@@ -25,6 +25,7 @@ use crate::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Linear, LinearFriction,
     SpringRotation,
 };
+use crate::output::summary::Status;
 use crate::plan::{Draft, NewBody, NewParticle};
 use crate::state::MaterialIndex;
 use crate::walls::{Motion, Plane, Shape, Wall};
