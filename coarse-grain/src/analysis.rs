@@ -148,9 +148,10 @@ impl Analysis {
         let strides = SPREADS.map(|spread| layout.stride(spread) as f64);
         let sums = points * strides.iter().sum::<f64>() * self.parts.len() as f64;
         let values = points * self.numbers() as f64;
-        // What is spread, row by row, and where each row is; one spread after the other, but all rows of contacts at once.
-        let of_particles = strides[0].max(strides[1]) + 10.0;
-        let of_contacts = strides[2..].iter().sum::<f64>() + 30.0;
+        // What is spread, row by row, and where each row is: six numbers as it stands, seven as the grid sees it, and as many while these are sorted.
+        let row = |stride: &f64| if *stride > 0.0 { stride + 20.0 } else { 0.0 };
+        let of_particles: f64 = strides[..2].iter().map(row).sum();
+        let of_contacts: f64 = strides[2..].iter().map(row).sum();
         let rows = particles * of_particles + contacts * of_contacts;
         // The sums of one part once more, while they are put in order.
         let spreading = sums / self.parts.len().max(1) as f64;

@@ -9,11 +9,10 @@ mod images;
 mod instructions;
 mod lattice;
 mod layers;
+mod scratch;
 mod spread;
 mod weights;
 mod window;
-
-use std::fmt;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,28 +20,15 @@ use rayon::prelude::*;
 use crate::coordinates::{Coordinates, CylinderAxis, Place, angles};
 use crate::kernel::{Kernel, KernelChoice, KernelShape};
 use crate::state::{Space, State};
-use crate::sums::{Layout, Rank, SPREADS, SYMMETRIC, Spread, Sum, Sums};
+use crate::sums::{Layout, Rank, SYMMETRIC, Spread, Sum, Sums};
 use gather::{gather, total};
 pub use images::Mirrors;
 use images::{Imager, Original};
 use lattice::Lattice;
 use layers::{Roles, Rows, SIZES};
-use spread::{Layer, Placed};
-
-/// Memory in which a frame is evaluated, to be used again for the next one: the system takes its time to hand out what was given back to it.
-#[derive(Default)]
-pub struct Scratch {
-    /// What is spread, in the order of [`SPREADS`].
-    rows: [Rows; 5],
-    placed: Vec<Placed>,
-    spare: Vec<Placed>,
-}
-
-impl fmt::Debug for Scratch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Scratch").finish_non_exhaustive()
-    }
-}
+pub use scratch::Scratch;
+use scratch::{Buffers, SpreadScratch};
+use spread::Layer;
 
 /// Where and how fields are evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,30 +90,49 @@ impl Evaluator {
     ) -> Sums {
         let roles = Roles::new(&state.particles, material);
         let uniform = roles.uniform(layout);
-        let [particles, gradients, lines, moments, boundary] = &mut scratch.rows;
+        let kernel = Kernel::new(self.kernel, self.coordinates.kernel_dimensions());
         let has = |spread: Spread| layout.of(spread).next().is_some();
-        if has(Spread::Particles) {
-            roles.particles(state, layout, uniform.is_some(), particles);
-        }
-        if has(Spread::Gradients) {
-            roles.gradients(state, layout, gradients);
-        }
-        match &state.contacts {
-            Some(contacts) => roles.contacts(contacts, layout, [lines, moments, boundary]),
-            None => [lines, moments, boundary].into_iter().for_each(Rows::clear),
-        }
-        let mut sums = Sums {
+        let spread = |spread: Spread, scratch: &mut SpreadScratch| {
+            let uniform = uniform.as_deref().filter(|_| spread == Spread::Particles);
+            self.spread(&state.space, &kernel, layout, spread, scratch, uniform)
+        };
+        // Side by side, so that what one thread alone can do of one spread does not keep the others waiting.
+        let [particles, gradients, lines, moments, boundary] = &mut scratch.spreads;
+        let of_particles = || {
+            if has(Spread::Particles) {
+                roles.particles(state, layout, uniform.is_some(), &mut particles.rows);
+            }
+            if has(Spread::Gradients) {
+                roles.gradients(state, layout, &mut gradients.rows);
+            }
+            rayon::join(
+                || spread(Spread::Particles, particles),
+                || spread(Spread::Gradients, gradients),
+            )
+        };
+        let of_contacts = || {
+            let rows = [&mut lines.rows, &mut moments.rows, &mut boundary.rows];
+            match &state.contacts {
+                Some(contacts) => roles.contacts(contacts, layout, rows),
+                None => rows.into_iter().for_each(Rows::clear),
+            }
+            rayon::join(
+                || spread(Spread::Lines, lines),
+                || {
+                    rayon::join(
+                        || spread(Spread::Moments, moments),
+                        || spread(Spread::Boundary, boundary),
+                    )
+                },
+            )
+        };
+        let ((particles, gradients), (lines, (moments, boundary))) =
+            rayon::join(of_particles, of_contacts);
+        Sums {
             layout: layout.clone(),
             points: self.place.len(),
-            values: Default::default(),
-        };
-        let kernel = Kernel::new(self.kernel, self.coordinates.kernel_dimensions());
-        for spread in SPREADS {
-            let uniform = uniform.as_deref().filter(|_| spread == Spread::Particles);
-            let found = self.spread(&state.space, &kernel, layout, spread, scratch, uniform);
-            sums.values[spread as usize] = found;
+            values: [particles, gradients, lines, moments, boundary],
         }
-        sums
     }
 
     /// The numbers of one spread at all points, in the order of the layout.
@@ -137,13 +142,13 @@ impl Evaluator {
         kernel: &Kernel,
         layout: &Layout,
         spread: Spread,
-        scratch: &mut Scratch,
+        scratch: &mut SpreadScratch,
         uniform: Option<&[f64]>,
     ) -> Vec<f64> {
         if layout.stride(spread) == 0 {
             return Vec::new();
         }
-        let rows = &mut scratch.rows[spread as usize];
+        let rows = &mut scratch.rows;
         let carried = layout
             .of(spread)
             .filter(|sum| uniform.is_none() || !SIZES.contains(sum));
@@ -192,20 +197,24 @@ impl Evaluator {
                 let imager = self.imager(&space, kernel, unfold(low), unfold(high));
                 layer.origin = 0.5 * (low + high);
                 imager.place(&rows.originals, |v| lattice.project(v), &mut layer.placed);
-                let found = grid::spread(&lattice, kernel, &mut layer);
+                let found = grid::spread(&lattice, kernel, &mut layer, &mut scratch.sums);
                 if spread == Spread::Gradients {
                     let at = |point: usize| lattice.point(point);
-                    finish_gradients(&found, &layer, at, lattice.cartesian)
+                    let buffers = &mut scratch.sums.buffers;
+                    finish_gradients(found, &layer, at, lattice.cartesian, buffers)
                 } else {
                     found
                 }
             }
-            _ => self.at_points(&space, kernel, &mut layer, &mut rows.originals),
+            _ => {
+                let buffers = &mut scratch.sums.buffers;
+                self.at_points(&space, kernel, &mut layer, &mut rows.originals, buffers)
+            }
         };
         (rows.values, scratch.placed, scratch.spare) = (layer.values, layer.placed, layer.spare);
         let width = layer.width;
         if let Some(uniform) = uniform {
-            found = expand(&found, width, uniform);
+            found = expand(found, width, uniform, &mut scratch.sums.buffers);
         }
         let kernel_axes = self.coordinates.kernel_axes();
         let unresolved = (0..3).filter(|&axis| !kernel_axes[axis]);
@@ -352,6 +361,7 @@ impl Evaluator {
         kernel: &Kernel,
         layer: &mut Layer,
         originals: &mut [Original],
+        buffers: &mut Buffers,
     ) -> Vec<f64> {
         let (points, _) = self.cartesian_points();
         let turned = self.is_turned();
@@ -382,12 +392,8 @@ impl Evaluator {
         if layer.spread == Spread::Gradients {
             // Directions are those of the turned axes, numbers along those of the input.
             let k = if turned { self.axis.along } else { 2 };
-            finish_gradients(
-                &found,
-                layer,
-                |point| points[point],
-                [1, 2, 3].map(|a| (k + a) % 3),
-            )
+            let axes = [1, 2, 3].map(|a| (k + a) % 3);
+            finish_gradients(found, layer, |point| points[point], axes, buffers)
         } else {
             found
         }
@@ -510,13 +516,14 @@ fn differentiated(gradient: Sum) -> Rank {
 
 /// Gradients from sums with and without positions, in the order of the layout: of each number its derivatives along x, y, z.
 fn finish_gradients(
-    found: &[f64],
+    found: Vec<f64>,
     layer: &Layer,
     at: impl Fn(usize) -> DVec3 + Sync,
     cartesian: [usize; 3],
+    buffers: &mut Buffers,
 ) -> Vec<f64> {
     let (width, channels) = (layer.width, layer.channels());
-    let mut out = vec![0.0; found.len() / channels * 3 * width];
+    let mut out = buffers.zeros(found.len() / channels * 3 * width);
     out.par_chunks_exact_mut(3 * width)
         .zip(found.par_chunks_exact(channels))
         .enumerate()
@@ -529,13 +536,14 @@ fn finish_gradients(
                 }
             }
         });
+    buffers.keep(found);
     out
 }
 
 /// Sizes, volume and mass from the number of equal particles, which stands first in the reduced rows.
-fn expand(found: &[f64], width: usize, uniform: &[f64]) -> Vec<f64> {
+fn expand(found: Vec<f64>, width: usize, uniform: &[f64], buffers: &mut Buffers) -> Vec<f64> {
     let whole = width - 1 + uniform.len();
-    let mut out = vec![0.0; found.len() / width * whole];
+    let mut out = buffers.zeros(found.len() / width * whole);
     out.par_chunks_exact_mut(whole)
         .zip(found.par_chunks_exact(width))
         .for_each(|(out, found)| {
@@ -544,5 +552,6 @@ fn expand(found: &[f64], width: usize, uniform: &[f64]) -> Vec<f64> {
             }
             out[uniform.len()..].copy_from_slice(&found[1..]);
         });
+    buffers.keep(found);
     out
 }

@@ -199,8 +199,9 @@ fn time(evaluator: &Evaluator, state: &State, layout: &Layout) -> Times {
     for _ in 0..ROUNDS {
         for (pool, walls) in pools.iter().zip(&mut walls) {
             let (begin, before) = (Instant::now(), processor());
-            times.sums = pool.install(|| evaluator.sums_with(state, layout, None, &mut scratch));
+            let sums = pool.install(|| evaluator.sums_with(state, layout, None, &mut scratch));
             let elapsed = begin.elapsed().as_secs_f64();
+            scratch.take_back(std::mem::replace(&mut times.sums, sums));
             walls.push(elapsed);
             let each: Vec<f64> = match before.zip(processor()) {
                 Some((before, after)) => after
@@ -327,9 +328,10 @@ fn frame() {
     let sum: f64 = pool.expect("threads").install(|| {
         (0..rounds)
             .map(|_| {
-                evaluator
-                    .sums_with(&state, &layout, None, &mut scratch)
-                    .values[2][0]
+                let sums = evaluator.sums_with(&state, &layout, None, &mut scratch);
+                let one = sums.values[2][0];
+                scratch.take_back(sums);
+                one
             })
             .sum()
     });

@@ -171,6 +171,9 @@ impl Course {
                     sums.add(&state, &parts, 1.0);
                     sums.time = state.time;
                 }
+                parts
+                    .into_iter()
+                    .for_each(|sums| self.kept.0.take_back(sums));
                 if analysis.running {
                     self.mean(analysis).map_or(Ok(()), write)
                 } else {
@@ -213,6 +216,9 @@ impl Course {
                     let distance = (state.time - sums.time) / width;
                     sums.add(&state, &parts, libm::exp(-0.5 * distance * distance));
                 }
+                parts
+                    .into_iter()
+                    .for_each(|sums| self.kept.0.take_back(sums));
                 Ok(())
             }
         }

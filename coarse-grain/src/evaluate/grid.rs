@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::instructions::{Instructions, Task};
 use super::lattice::Lattice;
+use super::scratch::SumScratch;
 use super::spread::{Layer, Placed};
 use super::weights::{GaussianRows, PolynomialRows, RowWeights, Seen};
 use super::window::Window;
@@ -25,25 +26,33 @@ const ORDERED: usize = 4096;
 const MOST: usize = 24;
 
 /// The sums at all points, `layer.channels()` numbers each.
-pub(crate) fn spread(lattice: &Lattice, kernel: &Kernel, layer: &mut Layer) -> Vec<f64> {
+///
+/// They lie in memory from before, as far as there is any.
+pub(crate) fn spread(
+    lattice: &Lattice,
+    kernel: &Kernel,
+    layer: &mut Layer,
+    scratch: &mut SumScratch,
+) -> Vec<f64> {
     let channels = layer.channels();
     if channels == 0 || layer.placed.is_empty() {
-        return vec![0.0; lattice.len() * channels];
+        return scratch.buffers.zeros(lattice.len() * channels);
     }
     if lattice.len() * channels * 8 > CACHE {
         sort(lattice, layer);
     }
     let layer = &*layer;
     if channels <= MOST {
-        return some(lattice, kernel, layer, 0, channels);
+        return some(lattice, kernel, layer, 0..channels, scratch);
     }
-    let mut all = vec![0.0; lattice.len() * channels];
+    let mut all = scratch.buffers.zeros(lattice.len() * channels);
     for first in (0..channels).step_by(MOST) {
         let count = MOST.min(channels - first);
-        let part = some(lattice, kernel, layer, first, count);
+        let part = some(lattice, kernel, layer, first..first + count, scratch);
         for (to, from) in all.chunks_exact_mut(channels).zip(part.chunks_exact(count)) {
             to[first..first + count].copy_from_slice(from);
         }
+        scratch.buffers.keep(part);
     }
     all
 }
@@ -87,37 +96,47 @@ fn sort(lattice: &Lattice, layer: &mut Layer) {
     std::mem::swap(&mut layer.placed, &mut layer.spare);
 }
 
-fn some(lattice: &Lattice, kernel: &Kernel, layer: &Layer, first: usize, count: usize) -> Vec<f64> {
+/// The sums of some channels.
+fn some(
+    lattice: &Lattice,
+    kernel: &Kernel,
+    layer: &Layer,
+    channels: Range<usize>,
+    scratch: &mut SumScratch,
+) -> Vec<f64> {
     macro_rules! widths {
         ($($width:literal)*) => {
-            $(if count <= $width {
-                return widened::<$width>(lattice, kernel, layer, first, count);
+            $(if channels.len() <= $width {
+                return widened::<$width>(lattice, kernel, layer, channels, scratch);
             })*
         };
     }
     widths!(4 10 18);
-    widened::<MOST>(lattice, kernel, layer, first, count)
+    widened::<MOST>(lattice, kernel, layer, channels, scratch)
 }
 
 fn widened<const F: usize>(
     lattice: &Lattice,
     kernel: &Kernel,
     layer: &Layer,
-    first: usize,
-    count: usize,
+    channels: Range<usize>,
+    scratch: &mut SumScratch,
 ) -> Vec<f64> {
-    let mut sums = vec![[0.0; F]; lattice.len()];
+    let (first, count) = (channels.start, channels.len());
+    let mut all = scratch.buffers.zeros(lattice.len() * F);
+    let (sums, parts) = (all.as_chunks_mut::<F>().0, &mut scratch.parts);
     if kernel.polynomial().is_some() {
         let rows = || PolynomialRows::new(kernel, lattice, layer.spread);
-        slabs(lattice, kernel, layer, first, &mut sums, rows);
+        slabs(lattice, kernel, layer, first, (sums, parts), rows);
     } else {
         let rows = || GaussianRows::new(kernel, lattice, layer.spread);
-        slabs(lattice, kernel, layer, first, &mut sums, rows);
+        slabs(lattice, kernel, layer, first, (sums, parts), rows);
     }
     if F == count && lattice.is_ordered() {
-        return sums.into_flattened();
+        return all;
     }
-    let mut ordered = vec![0.0; lattice.len() * count];
+    let mut ordered = scratch.buffers.zeros(lattice.len() * count);
+    let sums = all.as_chunks::<F>().0;
     let some = |(part, ordered): (usize, &mut [f64])| {
         for (place, to) in (part * ORDERED..).zip(ordered.chunks_exact_mut(count)) {
             to.copy_from_slice(&sums[lattice.place(place)][..count]);
@@ -125,6 +144,7 @@ fn widened<const F: usize>(
     };
     let parts = ordered.par_chunks_mut(ORDERED * count);
     parts.enumerate().for_each(some);
+    scratch.buffers.keep(all);
     ordered
 }
 
@@ -133,7 +153,7 @@ fn slabs<W: RowWeights, const F: usize>(
     kernel: &Kernel,
     layer: &Layer,
     first: usize,
-    sums: &mut [[f64; F]],
+    (sums, parts): (&mut [[f64; F]], &mut Vec<Vec<f64>>),
     rows: impl Fn() -> W + Sync,
 ) {
     let units = Units::of(lattice);
@@ -180,18 +200,19 @@ fn slabs<W: RowWeights, const F: usize>(
         slabs.for_each(|(range, own)| add_all(range, own, &group.members));
         return;
     }
-    let parts: Vec<Vec<[f64; F]>> = (groups.par_iter().with_max_len(1))
-        .map(|group| {
-            let mut own = vec![[0.0; F]; group.range.len() * units.points];
-            add_all(group.range.clone(), &mut own, &group.members);
-            own
-        })
-        .collect();
+    parts.resize_with(groups.len().max(parts.len()), Vec::new);
+    let of_groups = groups.par_iter().zip(&mut parts[..groups.len()]);
+    of_groups.with_max_len(1).for_each(|(group, own)| {
+        own.clear();
+        own.resize(group.range.len() * units.points * F, 0.0);
+        add_all(group.range.clone(), own.as_chunks_mut().0, &group.members);
+    });
     // At each point group by group.
     let chunks = sums.par_chunks_mut(ORDERED).enumerate();
     chunks.for_each(|(chunk, sums)| {
         let begin = chunk * ORDERED;
-        for (group, own) in groups.iter().zip(&parts) {
+        for (group, own) in groups.iter().zip(&*parts) {
+            let own = own.as_chunks::<F>().0;
             let from = group.range.start * units.points;
             let (low, high) = (from.max(begin), (from + own.len()).min(begin + sums.len()));
             if low < high {
@@ -239,7 +260,8 @@ fn groups(spans: &[Range<u32>], units: usize, bytes: usize) -> Vec<Group> {
         upto[unit + 1] += upto[unit];
     }
     let total = upto[units];
-    let count = (2 * units / longest).clamp(1, MOST_GROUPS);
+    // A power of two, which most numbers of threads share evenly.
+    let count = 1 << (2 * units / longest).clamp(1, MOST_GROUPS).ilog2();
     let is_one = total < FEWEST || (units + count * longest) * bytes > MOST_BYTES;
     let count = if is_one { 1 } else { count };
     // Equal shares of the places, by where their middles are.
