@@ -5,6 +5,7 @@
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod error;
+pub mod folder_owner;
 pub mod formats;
 pub mod frames;
 pub mod machine;

@@ -218,6 +218,15 @@ fn warn(source: &Source, empty: bool, damage: Option<CgError>, frames: usize) {
             "{skipped} left out: no contacts of their times ({times}, ...)"
         ));
     }
+    if let Source::Run(run) = source
+        && run.broke_off()
+    {
+        let name = source.path().display();
+        let frames = counted(frames, "frame");
+        say(format!(
+            "{name}: the run broke off: no process has written it for ten seconds, and there is no summary.json; the {frames} until then were used\nhelp: --follow once more when it has been resumed"
+        ));
+    }
     if let Some(damage) = damage {
         let frames = counted(frames, "frame");
         say(format!(

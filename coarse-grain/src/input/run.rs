@@ -2,9 +2,12 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use mercury_common::error::FormatError;
+use mercury_common::folder_owner::is_written;
 use mercury_common::frames::{
     BodyFrame, BodyReader, ContactFrame, ContactReader, FLAG_FIXED, FLAG_PRESCRIBED, FrameReader,
     FramesHeader, ParticleFrame, ParticleReader,
@@ -13,6 +16,9 @@ use mercury_common::frames::{
 use super::{FrameChoice, Needs, PAUSE, Skipped, States, check, spin_of_ball};
 use crate::CgError;
 use crate::state::{Contacts, Particles, Partner, Space, State};
+
+/// How long a followed run may go without a process that writes it: a run that is resumed has none for a moment.
+const PATIENCE: Duration = Duration::from_secs(if cfg!(test) { 1 } else { 10 });
 
 /// A run: particles, and contacts and bodies beside them.
 #[derive(Debug)]
@@ -24,6 +30,8 @@ pub struct RunSource {
     contacts: Option<ContactReader>,
     bodies: Option<BodyReader>,
     skipped: Skipped,
+    /// Whether it was followed until nobody wrote it any more, without its end.
+    broke_off: AtomicBool,
 }
 
 impl RunSource {
@@ -65,6 +73,7 @@ impl RunSource {
             contacts,
             bodies,
             skipped: Skipped::default(),
+            broke_off: AtomicBool::new(false),
         })
     }
 
@@ -82,6 +91,12 @@ impl RunSource {
 
     pub(super) fn skipped(&self) -> &Skipped {
         &self.skipped
+    }
+
+    /// Whether it was followed until nobody wrote it any more, and its end has not come: it was stopped, or killed.
+    #[must_use]
+    pub fn broke_off(&self) -> bool {
+        self.broke_off.load(Ordering::Relaxed)
     }
 
     /// The number of frames.
@@ -149,19 +164,29 @@ impl RunSource {
         Box::new(states.take_while(move |item| !std::mem::replace(&mut stopped, item.is_err())))
     }
 
-    /// The chosen states as they come, until a file says that the run is over and all that is there has been given. After an error nothing
-    /// follows.
+    /// The chosen states as they come, until the file `end` says that the run is over, or no process has written into its folder for ten seconds
+    /// ([`Self::broke_off`]), and all that is there has been given. After an error nothing follows.
     pub fn follow(
         &mut self,
         choice: FrameChoice,
         end: PathBuf,
     ) -> impl Iterator<Item = Result<State, CgError>> + Send + '_ {
+        let folder = match end.parent() {
+            Some(parent) if parent != Path::new("") => parent.to_owned(),
+            _ => PathBuf::from("."),
+        };
         let mut next = 0;
         let mut stopped = false;
+        let mut last_sign = Instant::now();
         std::iter::from_fn(move || {
             while !stopped {
                 // Asked first: what was written before the end was told is seen by the look that follows.
-                let over = end.exists();
+                let ended = end.exists();
+                if ended || is_written(&folder) {
+                    last_sign = Instant::now();
+                }
+                let broke_off = last_sign.elapsed() > PATIENCE;
+                let over = ended || broke_off;
                 self.refresh();
                 // Contacts and bodies of a frame are written after its particles.
                 while next < self.len()
@@ -179,6 +204,7 @@ impl RunSource {
                 }
                 if choice.ends_before(next) || (over && next >= self.len()) {
                     stopped = true;
+                    self.broke_off.fetch_or(broke_off, Ordering::Relaxed);
                     return self.damage().filter(|_| over).map(Err);
                 }
                 std::thread::sleep(PAUSE);

@@ -2,6 +2,7 @@ use std::fs;
 use std::path::Path;
 
 use glam::DVec3;
+use mercury_common::folder_owner::{LOCK, Owner};
 use mercury_common::frames::{
     ContactColumns, ContactFrame, ContactWriter, FLAG_FIXED, FramesHeader, ParticleColumns,
     ParticleFrame, ParticleWriter,
@@ -517,6 +518,26 @@ fn a_growing_run_is_followed_to_its_end() {
         .map(|state| state.unwrap().time)
         .collect();
     assert_eq!(times, [0.0, 2.0]);
+    assert!(!run.broke_off());
+}
+
+/// A run that was killed leaves neither its end nor a process that writes: what is there is given, and the waiting ends.
+#[test]
+fn a_run_that_broke_off_is_not_waited_for() {
+    let folder = TempDir::new().unwrap();
+    run(folder.path(), false);
+    // The last process number is never given out.
+    let mut owner = Owner::myself();
+    owner.process = u32::MAX;
+    fs::write(folder.path().join(LOCK), owner.text()).unwrap();
+    let mut source = Source::open(folder.path(), &Given::default(), ALL).unwrap();
+    let Source::Run(run) = &mut source else {
+        panic!("not a run")
+    };
+    let states = run.follow(FrameChoice::All, folder.path().join("summary.json"));
+    let times: Vec<f64> = states.map(|state| state.unwrap().time).collect();
+    assert_eq!(times, [0.0, 2.0]);
+    assert!(run.broke_off());
 }
 
 #[test]

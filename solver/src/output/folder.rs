@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::paraview::Series;
 
-pub use lock::{FolderLock, LOCK, Owner};
+pub use lock::FolderLock;
+pub use mercury_common::folder_owner::{LOCK, Owner};
 
 /// Why a run cannot use a folder.
 #[derive(Debug, thiserror::Error)]

@@ -1,23 +1,13 @@
 //! A folder belongs to one run at a time, also where several machines see it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// The file that a run holds a lock on as long as it writes into its folder. It says which machine and process that is.
-pub const LOCK: &str = ".lock";
-
-/// How often a run gives a sign of life: it writes the file again.
-const PULSE: Duration = Duration::from_secs(30);
-
-/// After so long without a sign, a run on another machine counts as dead.
-const DEAD_AFTER: Duration = Duration::from_secs(300);
-
-/// What the file says is shorter than this, in bytes: a name of 255 characters, a blank and a number.
-const LONGEST: u64 = 1100;
+use mercury_common::folder_owner::{DEAD_AFTER, LOCK, Owner, PULSE};
 
 /// A folder that belongs to one run until this is dropped.
 ///
@@ -42,57 +32,6 @@ impl Drop for FolderLock {
         }
         // While the lock is still held: afterwards the file may be the next run's.
         let _ = fs::remove_file(&self.path);
-    }
-}
-
-/// Who has the folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Owner {
-    /// The machine; empty if not known.
-    pub host: String,
-    /// The process; 0 if not known.
-    pub process: u32,
-}
-
-impl Owner {
-    fn myself() -> Self {
-        Self {
-            host: host(),
-            process: std::process::id(),
-        }
-    }
-
-    /// What the file says.
-    fn read(path: &Path) -> Option<Self> {
-        // Whatever lies there under this name: only so much of it can be ours.
-        let mut text = String::new();
-        let file = File::open(path).ok()?;
-        file.take(LONGEST).read_to_string(&mut text).ok()?;
-        if text.contains(|c: char| c.is_control() && c != '\n') {
-            return None;
-        }
-        let (host, process) = text.trim().rsplit_once(' ')?;
-        Some(Self {
-            host: host.to_owned(),
-            process: process.parse().ok()?,
-        })
-    }
-
-    fn text(&self) -> String {
-        format!("{} {}\n", self.host, self.process)
-    }
-}
-
-/// The name of this machine.
-fn host() -> String {
-    let name = fs::read_to_string("/proc/sys/kernel/hostname").ok();
-    let name = name.or_else(|| std::env::var("HOSTNAME").ok());
-    let name = name.or_else(|| std::env::var("COMPUTERNAME").ok());
-    let name = name.unwrap_or_default().trim().to_owned();
-    if name.is_empty() {
-        "unknown".to_owned()
-    } else {
-        name
     }
 }
 
@@ -170,8 +109,8 @@ fn living_owner(
     };
     if owner.host == me.host {
         // Here the lock says whether it lives, or else the list of processes.
-        let process = format!("/proc/{}", owner.process);
-        let lives = !has_locks && owner.process != me.process && Path::new(&process).exists();
+        let lives =
+            !has_locks && owner.process != me.process && owner.is_running().unwrap_or(false);
         return Ok(lives.then_some(owner));
     }
     // Both times are those of the machine that keeps the files.
