@@ -12,12 +12,12 @@ use command::run::{How, Requests, plan_as_toml, run_plan};
 use command::waiting::Waiting;
 use mercury_common::cli::{self, Failure, Outcome, say};
 use mercury_common::machine::{self, MachineMemory};
-use mercury_common::readable::rounded;
+use mercury_common::readable::{self, rounded};
 use mercury_common::scene::{Scene, SceneErrors};
 use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::Earlier;
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Memory, Plan, read_scene, refusal, report};
+use mercury_solver::plan::{Disk, Memory, Plan, read_scene, refusal, report};
 use mercury_solver::run::{Progress, check_fit, checkpoint, plan_within};
 
 /// More threads than any machine has: a slip of the keyboard.
@@ -28,6 +28,7 @@ Examples:
   mercury-solve new drum                          writes drum.toml, a scene to start from; also hopper, chute, repose, press, clumps
   mercury-solve drum.toml                         run it; files in ./drum/
   mercury-solve drum.toml --check                 what the scene means; nothing is run
+  mercury-solve drum.toml --check --trial         and how long the run will take, from its first 5 s
   mercury-solve drum.toml --set time.end=0.1 --set materials.bead.tangential.friction=0.3 --output short
   mercury-solve drum.toml --force --threads 4     replace an earlier run
   mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
@@ -91,6 +92,10 @@ struct Arguments {
     /// Print what the scene means (resolved parameters, time step and its reason, memory) and stop
     #[arg(long)]
     check: bool,
+
+    /// With --check: make the first steps for so long and say how long the run will take; nothing is written
+    #[arg(long, value_name = "TIME", num_args = 0..=1, default_missing_value = command::trial::LASTS, requires = "check", value_parser = command::trial::lasts)]
+    trial: Option<Duration>,
 
     /// Threads; the results are the same with any number [default: what the machine has and the scene can use, fewer while that is faster]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
@@ -215,7 +220,7 @@ fn execute(arguments: &Arguments) -> Outcome {
     let (plan, memory) = plan_within(&scene, limit).map_err(refused)?;
     if arguments.check {
         drop(waiting);
-        return checked(arguments, &scene, &plan, &memory, machine);
+        return checked(arguments, &scene, plan, &memory, machine);
     }
     if let Some(limit) = limit {
         let fit = check_fit(&scene, &plan, &memory, limit);
@@ -226,7 +231,7 @@ fn execute(arguments: &Arguments) -> Outcome {
     };
     let mut line = cli::Progress::in_logs_too(arguments.quiet);
     let mut tell = |progress: &Progress<'_>| {
-        line.share(progress.share(), |seconds| told(progress, seconds));
+        line.share_left(progress.share(), progress.left, || told(progress));
     };
     let how = arguments.how();
     let result = run_plan(
@@ -261,41 +266,71 @@ fn execute(arguments: &Arguments) -> Outcome {
     }
 }
 
-/// Says what a scene means, and whether its run fits into the machine.
+/// Says what a scene means, whether its run fits into the machine, and how long it will take if that was asked for.
 fn checked(
     arguments: &Arguments,
     scene: &Scene,
-    plan: &Plan,
+    plan: Plan,
     memory: &Memory,
     machine: Option<MachineMemory>,
 ) -> Outcome {
-    say(&if arguments.json {
-        plan_as_json(plan, memory)?
-    } else {
-        report(plan, memory, machine)
-    })?;
-    match machine.filter(|_| !arguments.force_memory) {
-        Some(limit) => check_fit(scene, plan, memory, limit)
+    let fits = match machine.filter(|_| !arguments.force_memory) {
+        Some(limit) => check_fit(scene, &plan, memory, limit)
             .map_err(|error| Failure::input(refusal(&SceneErrors(vec![error])))),
         None => Ok(()),
+    };
+    let Some(limit) = arguments.trial.filter(|_| fits.is_ok()) else {
+        say(&match arguments.json {
+            true => as_json(plan_as_table(&plan, memory)?)?,
+            false => report(&plan, memory, machine),
+        })?;
+        return fits;
+    };
+    // As text the plan comes first: whoever waits for the trial has something to read.
+    let table = arguments.json.then(|| plan_as_table(&plan, memory));
+    if !arguments.json {
+        say(&report(&plan, memory, machine))?;
+    }
+    let bytes = Disk::of(&plan).bytes;
+    let quiet = arguments.quiet || arguments.json;
+    let trial = command::trial::execute(plan, &arguments.how(), limit, quiet)?;
+    match table {
+        Some(table) => {
+            let mut table = table?;
+            let of_trial = toml::Value::try_from(&trial).map_err(Failure::run)?;
+            table.insert("trial".to_owned(), of_trial);
+            say(&as_json(table)?)?;
+        }
+        None => say(&format!(
+            "\n{trial}  {:<24}about {}",
+            "on the disk",
+            readable::bytes(bytes)
+        ))?,
+    }
+    match trial.is_cut_short {
+        true => Err(command::trial::ended("before its time")),
+        false => Ok(()),
     }
 }
 
-/// The content of `plan.toml` as JSON.
-fn plan_as_json(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
-    let failed = |error: String| Failure::run(format!("the plan cannot be written: {error}"));
-    let value: toml::Value =
-        toml::from_str(&plan_as_toml(plan, memory)?).map_err(|error| failed(error.to_string()))?;
-    serde_json::to_string_pretty(&value).map_err(|error| failed(error.to_string()))
+/// The content of `plan.toml`.
+fn plan_as_table(plan: &Plan, memory: &Memory) -> Result<toml::Table, Failure> {
+    toml::from_str(&plan_as_toml(plan, memory)?)
+        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
-/// What the progress line says of a run after `seconds`.
-fn told(progress: &Progress<'_>, seconds: f64) -> String {
+fn as_json(table: toml::Table) -> Result<String, Failure> {
+    serde_json::to_string_pretty(&table)
+        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
+}
+
+/// What the progress line says of a run.
+fn told(progress: &Progress<'_>) -> String {
     format!(
         "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",
         progress.engine.time(),
         progress.engine.particles.len(),
-        progress.particle_steps as f64 / seconds.max(1e-9),
+        progress.particle_steps as f64 / progress.seconds.max(1e-9),
         progress.kinetic_energy(),
     )
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
-/// How a program ends: the number that scripts see. Ctrl-C pressed twice ends it with 130 at once.
+/// How a program ends: the number that scripts see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
@@ -16,6 +16,9 @@ pub enum Exit {
     Input = 2,
     /// The work was stopped before its end and can be resumed (`EX_TEMPFAIL` of sysexits.h).
     Resumable = 75,
+    /// It was told to end, and leaves nothing that could be resumed, as a shell counts an end by SIGINT. Ctrl-C pressed twice ends a
+    /// program so that has something to keep.
+    AtOnce = 130,
 }
 
 impl From<Exit> for ExitCode {

@@ -11,10 +11,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use signal_hook::iterator::Signals;
 
-use super::Failure;
-
-/// How a program ends that is told to stop a second time: as a shell counts an end by SIGINT.
-const AT_ONCE: i32 = 130;
+use super::{Exit, Failure};
 
 /// What is removed when the program is ended at once, the last first.
 static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -72,7 +69,7 @@ pub fn stop_on_request() -> Result<Arc<AtomicBool>, Failure> {
         .spawn(move || {
             for _ in signals.forever() {
                 if noted.swap(true, Ordering::Relaxed) {
-                    end_at_once(AT_ONCE);
+                    end_at_once(Exit::AtOnce as i32);
                 }
             }
         })

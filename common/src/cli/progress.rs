@@ -72,6 +72,13 @@ impl<W: Write> Progress<W> {
         }
     }
 
+    /// The same of work of which somebody knows better than the share of what is done how long (s) it will still take.
+    pub fn share_left(&mut self, share: f64, left: f64, text: impl FnOnce() -> String) {
+        if self.is_due() {
+            self.print(&line_left(share, left, &text(), self.terminal));
+        }
+    }
+
     /// Tells that `done` of `total` are done; of work that does not know its total, what is done.
     pub fn count(&mut self, what: &str, done: usize, total: Option<usize>) {
         match total {
@@ -134,14 +141,24 @@ impl<W: Write> Drop for Progress<W> {
     }
 }
 
+/// Of work that goes on as it has since its beginning, of which nothing was done.
 fn line(share: f64, seconds: f64, text: &str, with_bar: bool) -> String {
+    let done = share.clamp(0.0, 1.0);
+    line_left(
+        share,
+        seconds * (1.0 - done) / done.max(1e-9),
+        text,
+        with_bar,
+    )
+}
+
+fn line_left(share: f64, left: f64, text: &str, with_bar: bool) -> String {
     let share = share.clamp(0.0, 1.0);
     let mut line = String::new();
     if with_bar {
         let full = (share * BAR as f64) as usize;
         line = format!("[{}{}] ", "=".repeat(full), " ".repeat(BAR - full));
     }
-    let left = seconds * (1.0 - share) / share.max(1e-9);
     line += &format!("{:5.1} %  {text}  {} left", 100.0 * share, duration(left));
     line
 }

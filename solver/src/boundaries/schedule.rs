@@ -7,6 +7,14 @@ use super::{InsertionPlan, Quantity, Rate, Tally, Total};
 const ROUND_OFF: f64 = 1e-11;
 
 impl Rate {
+    /// What is counted.
+    #[must_use]
+    pub fn quantity(&self) -> Quantity {
+        match self {
+            Self::Steady { quantity, .. } | Self::Table { quantity, .. } => *quantity,
+        }
+    }
+
     /// What may have come by `time` (s) where the flow starts at `from` (s), and what is counted.
     #[must_use]
     pub fn allowed(&self, from: f64, time: f64) -> (Quantity, f64) {

@@ -3,4 +3,5 @@
 pub(crate) mod new;
 pub(crate) mod run;
 pub(crate) mod study;
+pub(crate) mod trial;
 pub(crate) mod waiting;

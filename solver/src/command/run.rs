@@ -62,6 +62,14 @@ pub(crate) struct How {
     pub(crate) quiet: bool,
 }
 
+impl How {
+    /// Threads for the run of a plan.
+    pub(crate) fn threads_for(&self, plan: &Plan) -> usize {
+        let available = || std::thread::available_parallelism().map_or(1, usize::from);
+        (self.threads).map_or_else(|| useful_threads(plan, available()), usize::from)
+    }
+}
+
 /// The content of `plan.toml`.
 pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failure> {
     document(plan, memory)
@@ -126,13 +134,7 @@ pub(crate) fn run_plan(
             eprintln!("{note}");
         }
     }
-    let threads = how.threads.map_or_else(
-        || {
-            let available = std::thread::available_parallelism();
-            useful_threads(&plan, available.map_or(1, Into::into))
-        },
-        usize::from,
-    );
+    let threads = how.threads_for(&plan);
     let options = RunOptions {
         folder: folder.clone(),
         threads,

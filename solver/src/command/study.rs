@@ -53,6 +53,16 @@ pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Stu
         (true, Some(text)) => file::parse(path, &text).map_err(Failure::input)?,
         (false, None) => swept(path, &arguments.sweep)?,
     };
+    if arguments.trial.is_some() {
+        let runs = counted(study.runs.len(), "run");
+        let failure = Failure::input(format!(
+            "--trial is for one run, and this is a study of {runs}"
+        ));
+        return Err(failure.with_help(format!(
+            "try its scene with the values of one: mercury-solve {} --check --trial --set KEY=VALUE",
+            study.scene.display()
+        )));
+    }
     if let Some(folder) = &arguments.output {
         study.folder.clone_from(folder);
     }
@@ -145,6 +155,7 @@ pub(crate) fn execute(
         board: Mutex::new(Board {
             states: vec![State::Waiting; study.runs.len()],
             shares: vec![0.0; study.runs.len()],
+            taken_up: vec![None; study.runs.len()],
             found: 0,
             line: cli::Progress::in_logs_too(arguments.quiet),
         }),
@@ -258,6 +269,8 @@ struct Board {
     states: Vec<State>,
     /// How much of each is done, from 0 to 1.
     shares: Vec<f64>,
+    /// How much of each was done when this process first saw it.
+    taken_up: Vec<Option<f64>>,
     /// Runs that were finished before.
     found: usize,
     line: cli::Progress,
@@ -297,6 +310,7 @@ impl Work<'_> {
             let mut board = self.board();
             board.states[number] = state;
             board.shares[number] = 1.0;
+            board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
             // So that there is something to look at while the others run; a table that cannot be written is told at the end.
             if !was_there {
@@ -360,6 +374,7 @@ impl Work<'_> {
     fn tell(&self, number: usize, share: f64) {
         let mut board = self.board();
         board.shares[number] = share;
+        board.taken_up[number].get_or_insert(share);
         let all = board.shares.iter().sum::<f64>() / board.shares.len() as f64;
         let done = (board.states.iter())
             .filter(|state| **state != State::Waiting)
@@ -370,8 +385,19 @@ impl Work<'_> {
             self.study.runs[number].name,
             100.0 * share
         );
-        board.line.share(all, |_| text);
+        let left = left(self.begun.elapsed(), &board.shares, &board.taken_up);
+        board.line.share_left(all, left, || text);
     }
+}
+
+/// Seconds that are left, if what is left goes as what was done here; runs that were there, or half done, tell nothing.
+fn left(since: Duration, shares: &[f64], taken_up: &[Option<f64>]) -> f64 {
+    let done = shares.iter().zip(taken_up);
+    let done: f64 = done
+        .map(|(share, first)| share - first.unwrap_or(*share))
+        .sum();
+    let ahead: f64 = shares.iter().map(|share| 1.0 - share).sum();
+    since.as_secs_f64() * ahead / done.max(1e-9)
 }
 
 fn write_table(study: &Study, states: &[State], prefix: &str) -> Result<StudyTable, Failure> {
@@ -463,4 +489,17 @@ fn conclude(
         "{told}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
         failed.len()
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_of_a_study_is_that_of_what_was_done_here() {
+        // Of four runs one was there, one is taken up at half and now at three quarters, one at a quarter, one waits: half a run in 10 s, two to go.
+        let shares = [1.0, 0.75, 0.25, 0.0];
+        let taken_up = [Some(1.0), Some(0.5), Some(0.0), None];
+        assert_eq!(left(Duration::from_secs(10), &shares, &taken_up), 40.0);
+    }
 }

@@ -455,6 +455,22 @@ pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
     by_total.min(by_rate).min(by_space)
 }
 
+/// Grains per unit of a quantity of an insertion: per kg, per m^3, or 1.
+pub(super) fn grains_per_unit(insertion: &InsertionPlan, quantity: Quantity, plan: &Plan) -> f64 {
+    let physics = plan.physics();
+    let materials = physics.materials().iter();
+    let densities: Vec<f64> = materials.map(|material| material.density).collect();
+    let unit = InsertionPlan {
+        total: Some(match quantity {
+            Quantity::Number => return 1.0,
+            Quantity::Mass => Total::Mass(1.0),
+            Quantity::Volume => Total::Volume(1.0),
+        }),
+        ..insertion.clone()
+    };
+    expected_number(&unit, &densities, physics.dimensions()).unwrap_or(0.0)
+}
+
 /// The particles that an insertion is expected to bring, where its total says so.
 #[must_use]
 pub fn expected_number(

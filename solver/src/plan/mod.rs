@@ -38,6 +38,7 @@ mod time_step;
 mod unsupported;
 mod usage;
 mod walls;
+mod workload;
 
 pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::{plan, sketch};
@@ -63,6 +64,7 @@ pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
 pub use time_step::{Limit, Meeting, StepPlan};
+pub use workload::{Ahead, Here, Workload};
 
 pub use crate::bodies::NewBody;
 pub use crate::state::{Material, NewParticle, PrescribedMotion};

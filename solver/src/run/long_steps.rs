@@ -4,6 +4,7 @@
 //! state: its checkpoint is the one that a stop before the step would have left, and a run that goes on from there ends in the same bytes.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::{Ending, Run, RunFailure, StopReason};
 use crate::plan::{Plan, expected_number};
@@ -48,16 +49,12 @@ pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
     found
 }
 
-impl Run {
-    /// The next of them that is still to be made.
-    pub(super) fn next_long_step(&self) -> Option<LongStep> {
-        let made = self.engine.steps();
-        self.long_steps
-            .iter()
-            .find(|long| long.step > made)
-            .copied()
-    }
+/// The next of them after so many steps.
+pub(super) fn next_long_step(long_steps: &[LongStep], made: u64) -> Option<LongStep> {
+    long_steps.iter().find(|long| long.step > made).copied()
+}
 
+impl Run {
     /// Makes the next step, which may be long: gives it up when the run is to stop meanwhile. False if the writer has given up.
     pub(super) fn make_long_step(
         &mut self,
@@ -66,6 +63,7 @@ impl Run {
     ) -> Result<bool, RunFailure> {
         use crate::stage::Task;
         let stage = Arc::clone(&self.options.stage);
+        let since = Instant::now();
         let before = self.engine.snapshot();
         stage.expect(long.expected);
         stage.may_give_up(true);
@@ -73,6 +71,7 @@ impl Run {
         let made = self.advance_a_bit(long.step, stopping);
         stage.may_give_up(false);
         stage.begin(Task::Stepping);
+        self.inserting += since.elapsed();
         match made {
             Err(RunFailure::Engine(RunError::GivenUp)) => self.go_back(before),
             made => made,

@@ -7,6 +7,7 @@ mod insertions;
 mod long_steps;
 mod memory;
 mod pace;
+mod remaining;
 mod report;
 mod rest;
 mod servos;
@@ -14,6 +15,7 @@ mod shortfall;
 mod showing;
 #[cfg(test)]
 mod tests;
+mod trial;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,11 +30,13 @@ use mercury_pictures::energy_page;
 pub use budget::Budget;
 pub use memory::{check_fit, memory, plan_within};
 pub use report::Report;
+pub use trial::{Trial, trial};
 
 use budget::exchanged;
 use checkpoint::{Checkpoint, Known};
-use long_steps::{LongStep, long_steps};
+use long_steps::{LongStep, long_steps, next_long_step};
 use pace::{Pace, Way};
+use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
 use rest::Rest;
 
@@ -42,7 +46,7 @@ use crate::lanes::Width;
 use crate::output::{
     Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
 };
-use crate::plan::{Plan, checkpoint_paths};
+use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
 use crate::stage::{Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
@@ -124,6 +128,23 @@ pub struct Progress<'a> {
     pub engine: &'a Engine,
     /// Particles times steps made so far.
     pub particle_steps: u64,
+    /// What the steps took, s: since the first one that was made here, without the insertion of a great many.
+    pub seconds: f64,
+    /// What those that are ahead are expected to take, s.
+    pub left: f64,
+}
+
+/// What is ahead of a run.
+fn ahead_of(workload: &Workload, engine: &Engine) -> Ahead {
+    let insertions = engine.boundaries().insertions();
+    let brought: Vec<_> = insertions
+        .map(|state| (state.inserted.number, state.is_finished()))
+        .collect();
+    workload.ahead(Here {
+        step: engine.steps(),
+        grains: engine.particles.grains() as f64,
+        brought: &brought,
+    })
 }
 
 impl Progress<'_> {
@@ -250,6 +271,13 @@ pub struct Run {
     /// How many, and how long the steps had to wait for them.
     checkpoints_made: (u32, Duration),
     looked_for_stop_file: Instant,
+    /// When the first step of this process began.
+    first_step: Instant,
+    /// Spent since on steps that insert a great many.
+    inserting: Duration,
+    /// What the steps cost, and the grains that are planned: for the time that is left.
+    cost: Cost,
+    workload: Workload,
     /// Of a run that has come to its end: the checkpoint to go on from there.
     at_end: Option<(PathBuf, Encoder)>,
     /// Of the time loop, without output.
@@ -381,6 +409,10 @@ impl Run {
             next_checkpoint,
             checkpoints_made: (0, Duration::ZERO),
             looked_for_stop_file: begun,
+            first_step: Instant::now(),
+            inserting: Duration::ZERO,
+            cost: Cost::default(),
+            workload: Workload::of(&plan),
             at_end: None,
             stepping: Duration::ZERO,
             particle_steps: 0,
@@ -428,7 +460,7 @@ impl Run {
             }
             let stopping = self.stopping();
             let until = until.min(plan.physics().steps());
-            let is_kept = match self.next_long_step() {
+            let is_kept = match next_long_step(&self.long_steps, self.engine.steps()) {
                 Some(long) if long.step == self.engine.steps() + 1 => {
                     self.make_long_step(long, stopping)?
                 }
@@ -441,9 +473,15 @@ impl Run {
             // Seldom enough that looking at the clock costs nothing.
             if self.particle_steps + self.engine.steps() >= self.next_look {
                 self.next_look = self.particle_steps + self.engine.steps() + STEPS_AT_ONCE;
+                let seconds = self.first_step.elapsed().saturating_sub(self.inserting);
+                let seconds = seconds.as_secs_f64();
+                self.cost.note(seconds, self.particle_steps as f64);
+                let ahead = ahead_of(&self.workload, &self.engine);
                 observe(&Progress {
                     engine: &self.engine,
                     particle_steps: self.particle_steps,
+                    seconds,
+                    left: self.cost.left(ahead.middle()),
                 });
             }
         }

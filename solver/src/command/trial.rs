@@ -1,0 +1,61 @@
+//! `--check --trial`: how long a run will take, from its first seconds.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use mercury_common::cli::{self, Failure};
+use mercury_solver::plan::Plan;
+use mercury_solver::run::{RunOptions, Trial, trial};
+
+use super::run::{How, Requests};
+use super::waiting::Waiting;
+
+/// How long it lasts if nothing is said.
+pub(crate) const LASTS: &str = "5s";
+
+/// How long a trial lasts, for `value_parser`.
+pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
+    cli::duration(text).map_err(|problem| match text.ends_with(".toml") {
+        true => format!(
+            "{problem}; the scene stands in front of --trial, or write --trial={LASTS} {text}"
+        ),
+        false => problem,
+    })
+}
+
+/// Makes it. Nothing is written, and no folder is looked at.
+///
+/// # Errors
+/// If its steps fail, or it is told to end before there is anything to tell.
+pub(crate) fn execute(
+    plan: Plan,
+    how: &How,
+    limit: Duration,
+    quiet: bool,
+) -> Result<Trial, Failure> {
+    let requests = Requests::listen()?;
+    let stage = requests.stage();
+    // It has nothing to keep: whoever wants it to end waits for nobody.
+    let waiting = Waiting::begin(&stage, None, quiet)?;
+    let threads = how.threads_for(&plan);
+    let options = RunOptions {
+        threads,
+        fewer_where_faster: how.threads.is_none(),
+        width: how.width,
+        stop: requests.stop,
+        stage: Arc::clone(&stage),
+        ..RunOptions::default()
+    };
+    let made = trial(plan, &options, limit);
+    drop(waiting);
+    let made = made.map_err(|error| Failure::run(format!("the trial failed: {error}")))?;
+    made.ok_or_else(|| ended("before its first step"))
+}
+
+/// The end of a trial that was told to end; nothing is left of it.
+pub(crate) fn ended(when: &str) -> Failure {
+    Failure::new(
+        cli::Exit::AtOnce,
+        format!("the trial was ended {when}; nothing was written"),
+    )
+}
