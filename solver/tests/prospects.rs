@@ -79,3 +79,54 @@ fn an_insertion_into_which_gravity_was_forgotten_is_told() {
         + "motion = [{ kind = \"rotation\", axis = [0, 0, 1], origin = [0, 0, 0], angular_velocity = 1 }]";
     assert_eq!(warnings(&format!("{without}{stirred}"))[0], [""; 0]);
 }
+
+/// A lid whose force has the wrong sign flew out of the domain, and the run said at its end that the target was not reached.
+#[test]
+fn a_servo_that_drives_its_wall_away_is_told() {
+    let lid = |servos: &str| {
+        format!(
+            "{SCENE}{BOX}sides = [\"-x\", \"+x\", \"-y\", \"+y\", \"-z\"]\n[[walls]]\nname = \"lid\"\nshape = \"plane\"\npoint = [0, 0, 0.1]\nnormal = [0, 0, -1]\nmaterial = \"m\"\nmotion = [{servos}]\n"
+        )
+        .replace("end = 0.5", "end = 1e-3")
+    };
+    let servo = |axis: &str, load: &str, window: &str| {
+        format!("{{ kind = \"servo\", axis = {axis}, {load}, max_speed = 0.01{window} }}")
+    };
+    let up = "[0, 0, 1]";
+    let told = "walls.lid: its servo asks it to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
+    for wrong in [
+        servo(up, "force = 20", ""),
+        servo("[0, 0, -2]", "force = -20", ""),
+        servo(up, "pressure = \"1 kPa\"", ""),
+        servo(up, "force = [[0, 0], [0.1, 20]]", ""),
+    ] {
+        let [before, _] = warnings(&lid(&wrong));
+        assert_eq!(before, [told], "{wrong}");
+    }
+    let turned =
+        "{ kind = \"rotation\", axis = [1, 0, 0], origin = [0, 0, 0.1], angular_velocity = 1 }";
+    let lifted = servo(up, "force = 20", ", from = 0.1");
+    for right in [
+        servo(up, "force = -20", ""),
+        // Held by friction.
+        servo("[1, 0, 0]", "force = 1", ""),
+        servo("[0.1, 0, 1]", "force = 1", ""),
+        // Pressed first, then lifted.
+        servo(up, "force = [[0, -20], [0.1, 20]]", ""),
+        format!("{}, {lifted}", servo(up, "force = -20", ", until = 0.1")),
+        servo(up, "force = 0", ""),
+        format!("{turned}, {lifted}"),
+    ] {
+        let [before, _] = warnings(&lid(&right));
+        assert_eq!(before, [""; 0], "{right}");
+    }
+    // What sticks to the lid can be pulled.
+    let plastic = "law = \"plastic\", loading_stiffness = 100, unloading_stiffness = 200, cohesion_stiffness = 50, penetration_depth = 0.1";
+    let sticky = lid(&servo(up, "force = 20", "")).replace(
+        "law = \"linear\", stiffness = 100, restitution = 0.5",
+        plastic,
+    );
+    assert_eq!(warnings(&sticky)[0], [""; 0]);
+    let smooth = sticky.replace("cohesion_stiffness = 50", "cohesion_stiffness = 0");
+    assert_eq!(warnings(&smooth)[0], [told]);
+}

@@ -327,3 +327,56 @@ fn a_file_is_a_study() {
     assert_eq!(code, Some(2));
     assert!(errors.contains("[study.sweep]"), "{errors}");
 }
+
+/// Both wrote the same table, each with the other's runs as failed.
+#[test]
+fn two_studies_in_one_folder_are_refused() {
+    let folder = folder();
+    let study = folder.path().join("ball-study");
+    fs::create_dir(&study).unwrap();
+    let arguments = ["ball.toml", "--sweep", "seed=1,2"];
+    let other = mercury_solver::output::folder::take(&study).unwrap();
+    let (code, _, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(2), "{errors}");
+    assert!(
+        errors.contains("ball-study: another study is being run in this folder (process "),
+        "{errors}"
+    );
+    assert!(errors.contains("help: wait for its end"), "{errors}");
+    let left: Vec<_> = fs::read_dir(&study).unwrap().flatten().collect();
+    assert_eq!(left.len(), 1, "{left:?}");
+    drop(other);
+    assert_eq!(solve(folder.path(), &arguments).0, Some(0));
+    assert!(!study.join(".lock").exists());
+}
+
+#[test]
+fn a_file_of_a_run_that_is_gone_is_told_with_what_to_do() {
+    let folder = folder();
+    let arguments = [
+        "ball.toml",
+        "--sweep",
+        "seed=1,2",
+        "--result",
+        "push=max(walls.plate.fz)",
+    ];
+    assert_eq!(solve(folder.path(), &arguments).0, Some(0));
+    let study = folder.path().join("ball-study");
+    let run = study.join("seed=2");
+    fs::remove_file(run.join("ball.walls.csv")).unwrap();
+    let (code, _, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    let told = "warning: seed=2: push: ball-study/seed=2/ball.walls.csv cannot be read:";
+    assert!(errors.contains(told), "{errors}");
+    assert!(errors.contains("remove the folder of the run"), "{errors}");
+    assert_eq!(column(&study, "push")[1], "");
+    // What is told to be done helps.
+    fs::remove_dir_all(&run).unwrap();
+    let (code, _, errors) = solve(folder.path(), &arguments);
+    assert_eq!(
+        (code, errors.contains("warning")),
+        (Some(0), false),
+        "{errors}"
+    );
+    assert_ne!(column(&study, "push")[1], "");
+}

@@ -159,7 +159,7 @@ pub(crate) struct Common {
     /// Run folder or file
     #[arg(value_name = "INPUT")]
     pub(crate) input: PathBuf,
-    /// Folder for the files [default: a folder named after the command, beside the input]
+    /// Folder for the files [default: a folder named after the command, beside the input]; of one picture or film also its file: drum.png
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// all, last, a number, A..B (without B), A.., ..B, or "every N"

@@ -138,7 +138,12 @@ fn execute(command: Command) -> Result<(), ExportError> {
 
 fn draw(common: &Common, look: &Look, beside: &str, kind: PictureKind) -> Result<(), ExportError> {
     let choice = look.choice();
-    run(common, beside, |job| {
+    let file = common.output.as_deref();
+    let file = match file.map(|path| kind.is_file(path)).transpose()? {
+        Some(true) => file,
+        _ => None,
+    };
+    run_into(common, beside, file, |job| {
         Ok(Box::new(Pictures::new(job, choice, kind)?))
     })
 }
@@ -149,8 +154,21 @@ fn run(
     beside: &str,
     sink: impl for<'a> FnOnce(&'a Job) -> Result<Box<dyn Sink + 'a>, ExportError>,
 ) -> Result<(), ExportError> {
+    run_into(common, beside, None, sink)
+}
+
+/// The same into one file, if one is given.
+fn run_into(
+    common: &Common,
+    beside: &str,
+    file: Option<&Path>,
+    sink: impl for<'a> FnOnce(&'a Job) -> Result<Box<dyn Sink + 'a>, ExportError>,
+) -> Result<(), ExportError> {
     let source = Source::open(&common.input)?;
-    let output = Output::new(&source, common.output.as_deref(), beside, common.force)?;
+    let output = match file {
+        Some(file) => Output::to_file(&source, file, common.force)?,
+        None => Output::new(&source, common.output.as_deref(), beside, common.force)?,
+    };
     let selection = Selection {
         frames: common.frames,
         region: common.region,

@@ -15,6 +15,8 @@ pub struct Output {
     pub folder: PathBuf,
     /// What the names of all files begin with.
     pub prefix: String,
+    /// The one file that was asked for instead of a folder.
+    file: Option<PathBuf>,
     force: bool,
 }
 
@@ -36,8 +38,36 @@ impl Output {
         Ok(Self {
             folder,
             prefix: source.prefix().to_owned(),
+            file: None,
             force,
         })
+    }
+
+    /// An export of `source` into one file, whose folder is made if it is not there.
+    ///
+    /// # Errors
+    /// When the folder is none or cannot be made.
+    pub fn to_file(source: &Source, file: &Path, force: bool) -> Result<Self, ExportError> {
+        let folder = match file.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        Ok(Self {
+            file: Some(file.to_owned()),
+            ..Self::new(source, Some(folder), "", force)?
+        })
+    }
+
+    /// The one file that was asked for.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// The one file that was asked for, or else the file with this ending.
+    #[must_use]
+    pub fn one(&self, ending: &str) -> PathBuf {
+        self.file.clone().unwrap_or_else(|| self.path(ending))
     }
 
     /// The file with this ending.

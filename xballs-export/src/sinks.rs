@@ -25,6 +25,7 @@
 //! ```
 
 mod csv;
+mod density;
 mod files;
 mod lammps;
 mod parquet;

@@ -523,3 +523,51 @@ fn help_shows_examples_and_bad_usage_exits_2() {
         );
     }
 }
+
+/// `-o x.png` made a folder of that name, with a numbered picture in it.
+#[test]
+fn one_picture_goes_into_the_file_that_is_named() {
+    let place = folder_with_run();
+    let png = ["png", "run", "--size", "120x90", "-o"];
+    let png_to = |more: &[&'static str]| [&png[..], more].concat();
+    succeeds(place.path(), &png_to(&["new/x.png", "--frames", "last"]));
+    let file = place.path().join("new/x.png");
+    assert!(fs::read(&file).unwrap().starts_with(b"\x89PNG"));
+    assert_eq!(fs::read_dir(place.path().join("new")).unwrap().count(), 1);
+    refused(
+        place.path(),
+        &png_to(&["new/x.png", "--frames", "last"]),
+        "new/x.png: this file is there already\nhelp: --force replaces it, -o DIR writes elsewhere\n",
+    );
+    refused(
+        place.path(),
+        &png_to(&["many.png"]),
+        "many.png: 4 frames make 4 pictures\nhelp: take one (--frames last), or name a folder\n",
+    );
+    refused(
+        place.path(),
+        &png_to(&["x.svg"]),
+        "x.svg: this command writes .png\nhelp: mercury-export svg writes .svg\n",
+    );
+    assert!(!place.path().join("many.png").exists());
+    // Films and strips are one file; a folder stays one, whatever its name.
+    succeeds(
+        place.path(),
+        &["gif", "run", "--size", "120x90", "-o", "film.gif"],
+    );
+    assert!(
+        fs::read(place.path().join("film.gif"))
+            .unwrap()
+            .starts_with(b"GIF")
+    );
+    succeeds(place.path(), &png_to(&["strip.png", "--strip", "2"]));
+    assert!(place.path().join("strip.png").is_file());
+    fs::create_dir(place.path().join("folder.png")).unwrap();
+    succeeds(place.path(), &png_to(&["folder.png", "--frames", "last"]));
+    assert_eq!(
+        fs::read_dir(place.path().join("folder.png"))
+            .unwrap()
+            .count(),
+        1
+    );
+}

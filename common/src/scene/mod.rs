@@ -42,6 +42,7 @@ mod tree;
 mod walls;
 
 use std::cell::RefCell;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -173,13 +174,14 @@ pub fn read_scene_with(
 /// The text of a file; `what` names its kind in messages.
 fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
     let name = path.display().to_string();
-    let whole = |message: String| SceneError {
+    let bytes = std::fs::read(path).map_err(|error| SceneError {
         place: Place::new(&Source::file(name.clone(), ""), 0..0, ""),
-        message,
-        help: None,
-    };
-    let bytes = std::fs::read(path)
-        .map_err(|error| whole(format!("the {what} cannot be read: {error}")))?;
+        message: format!("the {what} cannot be read: {error}"),
+        help: (error.kind() == ErrorKind::NotFound)
+            .then(|| near_file(path))
+            .flatten()
+            .map(|near| format!("did you mean `{}`?", near.display())),
+    })?;
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
@@ -188,6 +190,27 @@ fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
             .with_help("save the file as UTF-8")
             .into()
     })
+}
+
+/// A file in the same folder whose name is nearly that of one that is not there.
+fn near_file(path: &Path) -> Option<PathBuf> {
+    let wanted = path.file_name()?.to_string_lossy().into_owned();
+    let folder = match path.parent()? {
+        empty if empty == Path::new("") => Path::new("."),
+        folder => folder,
+    };
+    let files = std::fs::read_dir(folder).ok()?.flatten();
+    let mut names: Vec<String> = files
+        .filter(|entry| entry.path().is_file())
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    // Whatever the order of the folder, the same is found.
+    names.sort();
+    // A scene without its ending is no slip of one letter.
+    let whole = names.iter().find(|name| **name == format!("{wanted}.toml"));
+    let near = whole.map(String::as_str);
+    let near = near.or_else(|| nearest(&wanted, names.iter().map(String::as_str)))?;
+    Some(path.with_file_name(near))
 }
 
 /// Reads a scene from its text. `path` names it in messages and gives the folder of its files.

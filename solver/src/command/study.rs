@@ -10,7 +10,7 @@ use mercury_common::cli::{self, Exit, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::readable::counted;
 use mercury_common::whole_file::write_whole;
-use mercury_solver::output::folder::Earlier;
+use mercury_solver::output::folder::{self, Earlier};
 use mercury_solver::output::summary::Status;
 use mercury_solver::plan::{Plan, read_scene, refusal};
 use mercury_solver::run::{check_fit, plan_within};
@@ -145,6 +145,9 @@ pub(crate) fn execute(
             study.folder.display()
         ))
     })?;
+    // Two tables in one file would be neither's.
+    let lock_file = cli::Temporary::new(&study.folder.join(folder::LOCK));
+    let lock = folder::take(&study.folder).map_err(Failure::input)?;
     let work = Work {
         study,
         arguments,
@@ -171,7 +174,10 @@ pub(crate) fn execute(
         .into_inner()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
     board.line.clear();
-    conclude(study, &prefix, &board, arguments.quiet, &requests)
+    let outcome = conclude(study, &prefix, &board, arguments.quiet, &requests);
+    drop(lock);
+    drop(lock_file);
+    outcome
 }
 
 /// Runs at a time: as many as the machine has processors for, and as there are runs.

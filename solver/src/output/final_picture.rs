@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use mercury_common::surfaces::Placement;
-use mercury_common::whole_file::write_whole;
 use mercury_pictures::{
     ColourBy, Frame, Options, Overview, Painter, Sphere, rest_speed, upwards, wall_surfaces,
 };
@@ -13,11 +12,19 @@ use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED};
 
+/// Writes a file, and says whether anybody still wants the next one.
+pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
+
 /// Draws the last state of a run: colours show the speed, or the height where everything is at rest.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn draw_final(folder: &Path, plan: &Plan, last: &State) -> Result<(), OutputError> {
+pub fn draw_final(
+    folder: &Path,
+    plan: &Plan,
+    last: &State,
+    put: &Put<'_>,
+) -> Result<(), OutputError> {
     let (frame, colour) = frame(plan, last);
     let options = Options {
         colour,
@@ -25,8 +32,9 @@ pub fn draw_final(folder: &Path, plan: &Plan, last: &State) -> Result<(), Output
     };
     let painter = Painter::new(&options, Overview::of(&frame, &options))?;
     let path = |ending: &str| folder.join(format!("{}.final.{ending}", plan.outputs().prefix()));
-    write_whole(&path("png"), &painter.image(&frame).png()?)?;
-    write_whole(&path("svg"), painter.svg(&frame).as_bytes())?;
+    if put(&path("png"), &painter.image(&frame).png()?)? {
+        put(&path("svg"), painter.svg(&frame).as_bytes())?;
+    }
     Ok(())
 }
 

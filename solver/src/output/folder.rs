@@ -50,6 +50,17 @@ pub enum FolderError {
         /// That run.
         owner: Owner,
     },
+    /// Another study writes its table there at this moment.
+    #[error(
+        "{}: another study is being run in this folder{}\nhelp: wait for its end or stop it, or choose another folder with --output DIR{}",
+        path.display(), by(owner), if_dead(owner)
+    )]
+    OfAnotherStudy {
+        /// The folder.
+        path: PathBuf,
+        /// That study.
+        owner: Owner,
+    },
     /// The name belongs to something else.
     #[error("{}: this is not a folder\nhelp: choose another one with --output DIR", path.display())]
     NotAFolder {
@@ -222,6 +233,22 @@ pub fn prepare(
     }
     clear(folder, prefix)?;
     Ok((lock, Found::Nothing))
+}
+
+/// Takes a folder that is there for somebody whose runs have folders of their own in it: a study. It belongs to him until the lock is
+/// dropped; where nothing can be locked, that is found out when something is written.
+///
+/// # Errors
+/// If another one has it.
+pub fn take(folder: &Path) -> Result<Option<FolderLock>, FolderError> {
+    match lock::lock(folder) {
+        Ok(Ok(lock)) => Ok(Some(lock)),
+        Ok(Err(owner)) => Err(FolderError::OfAnotherStudy {
+            path: folder.to_owned(),
+            owner,
+        }),
+        Err(_) => Ok(None),
+    }
 }
 
 fn system(path: &Path, action: &'static str, source: io::Error) -> FolderError {

@@ -33,7 +33,7 @@ mod wall_loads;
 mod writer;
 
 pub use energies::energies;
-pub use final_picture::draw_final;
+pub use final_picture::{Put, draw_final};
 pub use memory::{OutputBytes, output_bytes};
 pub use moment::Moment;
 pub use schedule::{Due, Schedule};

@@ -111,7 +111,7 @@ fn window(from: f64, until: f64) -> String {
     }
 }
 
-fn vector(v: DVec3) -> String {
+pub(super) fn vector(v: DVec3) -> String {
     // Without the sign of zeros.
     let [x, y, z] = (v + DVec3::ZERO).to_array().map(short);
     format!("[{x}, {y}, {z}]")

@@ -4,14 +4,68 @@ use glam::DVec3;
 use mercury_common::surfaces::FACES;
 
 use super::Plan;
+use super::motions::vector;
 use crate::boundaries::InsertionPlan;
+use crate::contact::parameter::Value;
+use crate::walls::{Component, Shape, Wall};
 
 /// What to say of it: each line names the cause, and what to do.
 pub(super) fn warnings(plan: &Plan) -> Vec<String> {
     let falls = nothing_holds(plan);
     let floats = plan.physics().insertions().iter();
     let floats = floats.filter_map(|insertion| stays_in_the_air(plan, insertion));
-    falls.into_iter().chain(floats).collect()
+    let flees = plan.physics().walls().iter();
+    let flees = flees.filter_map(|wall| is_driven_away(plan, wall));
+    falls.into_iter().chain(floats).chain(flees).collect()
+}
+
+/// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.
+const OPPOSITE: f64 = 1e-6;
+
+/// A plane pushes along its normal only. A servo that asks for the opposite, at all times, drives it away from the particles.
+fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
+    let Shape::Plane(plane) = &wall.shape else {
+        // On which side of the others the particles are is not known.
+        return None;
+    };
+    let turns = |component: &Component| {
+        matches!(
+            component,
+            Component::Rotation { .. } | Component::Table { .. }
+        )
+    };
+    // What sticks to a wall is pulled by it.
+    let sticks = plan.notes().pairs().iter().any(|pair| {
+        let mut parameters = pair.parameters.iter();
+        pair.at_walls
+            && parameters.any(|parameter| {
+                parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
+            })
+    });
+    if sticks || wall.motion.components().iter().any(turns) {
+        return None;
+    }
+    // Along the normal; 0 asks for nothing, and a wall that is pressed first and then lifted is meant so.
+    let mut servos = wall.motion.all_servos().peekable();
+    servos.peek()?;
+    let mut pulls = false;
+    for servo in servos {
+        let along = servo.axis.normalize_or_zero().dot(plane.normal());
+        for [_, load] in servo.target.course().rows() {
+            if *load != 0.0 && along * load.signum() > OPPOSITE - 1.0 {
+                return None;
+            }
+            pulls |= *load != 0.0;
+        }
+    }
+    pulls.then(|| {
+        format!(
+            "walls.{}: its servo asks it to push along {}, but it can only push along its normal {}: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis",
+            wall.name,
+            vector(DVec3::ZERO - plane.normal()),
+            vector(plane.normal()),
+        )
+    })
 }
 
 /// There is gravity and nothing in its way, and the run is long enough for everybody to fall out of the domain.

@@ -1,6 +1,8 @@
 //! What left a run: by which face of the domain, into which deletion, and through which plane.
 
 use std::fs;
+use std::io;
+use std::path::Path;
 
 use mercury_common::readable::rounded;
 use mercury_common::surfaces::FACES;
@@ -29,17 +31,25 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     let path = options
         .folder
         .join(format!("{}.flux.csv", plan.outputs().prefix()));
-    let text = fs::read_to_string(path).unwrap_or_default();
-    for flux in plan.outputs().fluxes() {
-        if let Some([forward, backward, mass]) = crossed(&text, &flux.name) {
-            lines.push(format!(
-                "through `{}`: {forward} along its normal and {backward} back, {} kg in all",
-                flux.name,
-                rounded(mass, 6)
-            ));
-        }
-    }
+    let text = fs::read_to_string(&path);
+    let names = plan.outputs().fluxes().iter().map(|flux| &flux.name);
+    lines.extend(names.map(|name| through(name, &path, &text)));
     lines
+}
+
+/// What crossed a plane by the text of the file of counts, or why that is not known.
+fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
+    let told = match text {
+        Ok(text) => match crossed(text, name) {
+            Some([forward, backward, mass]) => {
+                let mass = rounded(mass, 6);
+                format!("{forward} along its normal and {backward} back, {mass} kg in all")
+            }
+            None => format!("not known, as {} has lost its head", path.display()),
+        },
+        Err(error) => format!("not known, as {} cannot be read: {error}", path.display()),
+    };
+    format!("through `{name}`: {told}")
 }
 
 /// Sums over the rows of a plane: who crossed along its normal and back, and the mass that did (kg), back counted negative.
@@ -86,5 +96,25 @@ mod tests {
         assert_eq!(crossed(text, "a, b"), Some([9.0, 9.0, 9.0]));
         assert_eq!(crossed(text, "ga"), Some([0.0; 3]));
         assert_eq!(crossed("", "gate"), None);
+    }
+
+    /// A file that was not there was told as nothing at all.
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let path = Path::new("run/drum.flux.csv");
+        let missing = io::Error::from(io::ErrorKind::PermissionDenied);
+        assert_eq!(
+            through("gate", path, &Err(missing)),
+            "through `gate`: not known, as run/drum.flux.csv cannot be read: permission denied"
+        );
+        assert_eq!(
+            through("gate", path, &Ok("time,na".to_owned())),
+            "through `gate`: not known, as run/drum.flux.csv has lost its head"
+        );
+        let text = "time,name,material,forward,backward,mass\n1,gate,m,3,1,0.5\n".to_owned();
+        assert_eq!(
+            through("gate", path, &Ok(text)),
+            "through `gate`: 3 along its normal and 1 back, 0.5 kg in all"
+        );
     }
 }

@@ -7,6 +7,7 @@ mod insertions;
 mod long_steps;
 mod memory;
 mod pace;
+mod pictures;
 mod remaining;
 mod report;
 mod rest;
@@ -18,14 +19,13 @@ mod tests;
 mod trial;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use mercury_common::readable::duration;
 use mercury_common::whole_file::write_whole;
-use mercury_pictures::energy_page;
 
 pub use budget::Budget;
 pub use memory::{check_fit, memory, plan_within};
@@ -36,6 +36,7 @@ use budget::exchanged;
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
 use pace::{Pace, Way};
+use pictures::draw_pictures;
 use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
 use rest::Rest;
@@ -43,9 +44,7 @@ use rest::Rest;
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
-use crate::output::{
-    Due, Moment, OutputError, POSITIONS, Schedule, Writer, Written, draw_final, folder,
-};
+use crate::output::{Due, Moment, OutputError, POSITIONS, Schedule, Writer, folder};
 use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
 use crate::stage::{Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
@@ -306,6 +305,9 @@ pub enum StopReason {
     /// [`RunOptions::time_limit`].
     TimeLimit,
 }
+
+/// The warning of a run that was told to stop while its pictures were drawn.
+const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as a stop was asked for while they were drawn: `mercury-export png` draws frames of the run";
 
 /// The file that stops a run when it appears in its folder.
 pub const STOP_FILE: &str = "STOP";
@@ -645,12 +647,16 @@ impl Run {
             self.advance_a_bit(self.engine.steps() + 1, Some(StopReason::Request))?;
         }
         self.options.stage.begin(Task::Finishing);
-        let written = self.writer.finish()?;
+        let written = Arc::new(self.writer.finish()?);
         let folder = &self.options.folder;
         let plan = self.engine.plan();
-        if plan.outputs().files().pictures {
-            draw_pictures(folder, plan, &written)?;
-        }
+        let is_drawn = !plan.outputs().files().pictures
+            || draw_pictures(
+                folder.clone(),
+                Arc::clone(plan),
+                Arc::clone(&written),
+                &self.options.stop,
+            )?;
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
@@ -669,6 +675,9 @@ impl Run {
             &looped,
             &written,
         );
+        if !is_drawn {
+            report.summary.warnings.push(PICTURES_LEFT_OUT.to_owned());
+        }
         if let (Some(rest), Some(Ending::Planned)) = (&self.rest, self.ended) {
             report.not_at_rest = Some(rest.why_not(&self.engine));
         }
@@ -695,14 +704,4 @@ impl Run {
         }
         Ok(report)
     }
-}
-
-/// The final state and the energies as pictures.
-fn draw_pictures(folder: &Path, plan: &Plan, written: &Written) -> Result<(), OutputError> {
-    if let Some(last) = &written.last {
-        draw_final(folder, plan, last)?;
-    }
-    let stem = folder.join(format!("{}.energy", plan.outputs().prefix()));
-    energy_page(plan.outputs().title(), &written.energies).write(&stem)?;
-    Ok(())
 }

@@ -3,6 +3,7 @@
 mod values;
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use mercury_common::formats::ene;
@@ -66,6 +67,17 @@ pub struct NamedResult {
     source: Source,
     /// From and until, s.
     window: (f64, f64),
+}
+
+/// Why a file of a finished run cannot be read, and what to do.
+pub(super) fn lost(path: &Path, error: &io::Error) -> String {
+    let help = match error.kind() {
+        io::ErrorKind::NotFound => {
+            "; if the scene writes it, remove the folder of the run and give the command again: the run is made anew"
+        }
+        _ => "",
+    };
+    format!("{} cannot be read: {error}{help}", path.display())
 }
 
 impl NamedResult {
@@ -152,8 +164,7 @@ impl NamedResult {
                 column,
             } => {
                 let path = folder.join(format!("{prefix}.{file}.csv"));
-                let text = fs::read_to_string(&path)
-                    .map_err(|error| format!("{}: {error}", path.display()))?;
+                let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
                 let rows = rows(&text, name, material.as_deref(), column, self.window);
                 rows.map_err(|problem| format!("{}: {problem}", path.display()))?
             }

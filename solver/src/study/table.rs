@@ -8,6 +8,7 @@ use std::path::Path;
 use mercury_common::units::{Dimension, Quantity};
 
 use super::Study;
+use super::results::lost;
 
 /// Name of the file in the study's folder.
 pub const FILE: &str = "study.csv";
@@ -174,7 +175,7 @@ pub(super) fn plain(value: Option<&str>) -> String {
 fn summary(folder: &Path) -> Result<Vec<(String, String)>, String> {
     let path = folder.join("summary.json");
     let failed = |error: String| format!("{}: {error}", path.display());
-    let text = fs::read_to_string(&path).map_err(|error| failed(error.to_string()))?;
+    let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
     let value: serde_json::Value =
         serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
     let mut numbers = Vec::new();

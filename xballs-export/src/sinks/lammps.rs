@@ -5,6 +5,7 @@ use mercury_common::formats::number::{NumberStyle, push_number, push_numbers};
 use mercury_common::frames::Column;
 use mercury_common::readable::rounded;
 
+use super::density::Digits;
 use super::{Encode, FilePerFrame, OneFile};
 use crate::output::Output;
 use crate::{ExportError, Snapshot};
@@ -135,8 +136,9 @@ pub fn push_data_file(
         (Some(Density(density)), _) => vec![density; rows.ids.len()],
         (None, (Ok(mass), Ok(volume))) => {
             // What was a density of few digits is one again.
-            let pairs = mass.iter().zip(volume);
-            pairs.map(|(m, v)| rounded(m / v, DIGITS)).collect()
+            let digits = Digits::of(snapshot);
+            let pairs = mass.iter().zip(volume.iter());
+            pairs.map(|(&m, &v)| digits.density(m, v)).collect()
         }
         (None, _) => {
             let path = snapshot.path.display();

@@ -7,8 +7,8 @@ use glam::DVec3;
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::particle_csv::{ParticleRow, push_particle_csv};
 use mercury_common::frames::Column;
-use mercury_common::readable::rounded;
 
+use super::density::Digits;
 use super::{Encode, FilePerFrame};
 use crate::output::Output;
 use crate::{ExportError, Outcome, Sink, Snapshot};
@@ -111,13 +111,14 @@ fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
     used.dedup();
     // A table names materials only where the input does.
     used.retain(|index| (*index as usize) < names.len());
+    let digits = Digits::of(snapshot);
     let density = |index: Option<u32>| {
         let row = match index {
             Some(index) => material.iter().position(|of| *of == index)?,
             None => 0,
         };
         let of = |name: &str| snapshot.numbers(name).ok()?.get(row).copied();
-        let density = rounded(of("mass")? / of("volume")?, DIGITS);
+        let density = digits.density(of("mass")?, of("volume")?);
         (density > 0.0 && density.is_finite()).then_some(density)
     };
     let mut entry = |name: &str, density: Option<f64>| {
@@ -144,9 +145,6 @@ fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
     }
     Ok(text)
 }
-
-/// Beyond these there is round-off of a quotient.
-const DIGITS: usize = 12;
 
 fn tables(output: &Output) -> FilePerFrame<'_, impl Encode> {
     let encode = |snapshot: &Snapshot, out: &mut Vec<u8>| {

@@ -6,7 +6,7 @@
 mod quantity;
 mod scene;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mercury_pictures::{
     Apng, ColourBy, ColourMap, Frame, Gif, Image, Options, Overview, Painter, delays,
@@ -53,6 +53,42 @@ pub enum PictureKind {
     Gif(Option<f64>),
     /// An animated PNG that takes so many seconds; `None`: twenty frames a second.
     Apng(Option<f64>),
+}
+
+impl PictureKind {
+    /// Endings of its files.
+    fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Png | Self::Strip(_) => &["png"],
+            Self::Svg => &["svg"],
+            Self::Gif(_) => &["gif"],
+            Self::Apng(_) => &["apng", "png"],
+        }
+    }
+
+    /// Whether a path that is no folder yet is meant as the one file of this kind.
+    ///
+    /// # Errors
+    /// When it is meant as a picture of another kind.
+    pub fn is_file(self, path: &Path) -> Result<bool, ExportError> {
+        let ending = path
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_lowercase());
+        let Some(ending) = ending.filter(|_| !path.is_dir()) else {
+            return Ok(false);
+        };
+        if self.endings().contains(&ending.as_str()) {
+            return Ok(true);
+        }
+        match ["png", "svg", "gif", "apng"].contains(&ending.as_str()) {
+            true => Err(ExportError::Input(format!(
+                "{}: this command writes .{}\nhelp: mercury-export {ending} writes .{ending}",
+                path.display(),
+                self.endings()[0]
+            ))),
+            false => Ok(false),
+        }
+    }
 }
 
 /// The most frames of a film strip.
@@ -134,6 +170,14 @@ impl<'a> Pictures<'a> {
         let wanted = if self.is_moving { 0 } else { last };
         let (quantity, options, overview) = self.candidates.swap_remove(wanted);
         let number = self.times.len();
+        if let (Some(file), PictureKind::Png | PictureKind::Svg, 2..) =
+            (self.job.output.file(), self.kind, number)
+        {
+            return Err(ExportError::Input(format!(
+                "{}: {number} frames make {number} pictures\nhelp: take one (--frames last), or name a folder",
+                file.display()
+            )));
+        }
         let duration = match self.kind {
             PictureKind::Gif(seconds) | PictureKind::Apng(seconds) => seconds,
             _ => None,
@@ -155,9 +199,9 @@ impl Sink for Pictures<'_> {
             PictureKind::Strip(_) => Some("strip.png"),
             PictureKind::Gif(_) => Some("gif"),
             PictureKind::Apng(_) => Some("apng"),
-            PictureKind::Png | PictureKind::Svg => None,
+            PictureKind::Png | PictureKind::Svg => self.job.output.file().map(|_| ""),
         };
-        let path = |ending| self.job.output.path(ending);
+        let path = |ending| self.job.output.one(ending);
         whole.into_iter().map(path).collect()
     }
 
@@ -239,8 +283,8 @@ impl Reel {
                 length,
                 frames: Vec::new(),
             },
-            PictureKind::Gif(_) => Self::Gif(Gif::create(&output.path("gif"))?),
-            PictureKind::Apng(_) => Self::Apng(Apng::create(&output.path("apng"), number)?),
+            PictureKind::Gif(_) => Self::Gif(Gif::create(&output.one("gif"))?),
+            PictureKind::Apng(_) => Self::Apng(Apng::create(&output.one("apng"), number)?),
         })
     }
 
@@ -268,12 +312,12 @@ impl Reel {
         let image = |frame: &Frame| -> Image { painter.image(frame) };
         match self {
             Self::Png(files) => {
-                let path = output.path(&format!("{number:04}.png"));
+                let path = output.one(&format!("{number:04}.png"));
                 output.write(&path, &image(&frame).png()?)?;
                 files.push(path);
             }
             Self::Svg(files) => {
-                let path = output.path(&format!("{number:04}.svg"));
+                let path = output.one(&format!("{number:04}.svg"));
                 output.write(&path, painter.svg(&frame).as_bytes())?;
                 files.push(path);
             }
@@ -285,12 +329,12 @@ impl Reel {
     }
 
     fn finish(self, painter: &Painter, output: &Output) -> Result<Vec<PathBuf>, ExportError> {
-        let one = |ending: &str| vec![output.path(ending)];
+        let one = |ending: &str| vec![output.one(ending)];
         Ok(match self {
             Self::Png(files) | Self::Svg(files) => files,
             Self::Strip { frames, .. } => {
                 let bytes = painter.strip(&frames)?.png()?;
-                output.write(&output.path("strip.png"), &bytes)?;
+                output.write(&output.one("strip.png"), &bytes)?;
                 one("strip.png")
             }
             Self::Gif(film) => {

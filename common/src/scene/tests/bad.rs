@@ -107,6 +107,16 @@ fn files_that_are_no_text_are_refused() {
     assert!(errors.contains("the scene cannot be read"), "{errors}");
     let missing = read_scene(&folder.path().join("none.toml"), &[]).expect_err("missing");
     assert_eq!(missing.0.len(), 1);
+    assert_eq!(missing.0[0].help, None);
+    // A slip of the keyboard, or a name without its ending; a folder is no scene.
+    std::fs::create_dir(folder.path().join("drun.toml")).expect("a folder");
+    std::fs::write(folder.path().join("drum.toml"), "").expect("written");
+    for slip in ["drum.tml", "durm.toml", "drum"] {
+        let missing = read_scene(&folder.path().join(slip), &[]).expect_err("missing");
+        let near = folder.path().join("drum.toml");
+        let told = format!("did you mean `{}`?", near.display());
+        assert_eq!(missing.0[0].help, Some(told), "{slip}");
+    }
 }
 
 #[test]
