@@ -508,6 +508,40 @@ mod tests {
         }
     }
 
+    /// Eight pairs of frames give a level of their own to the errors: half a pair must not be forgotten where a run stops.
+    #[test]
+    fn errors_go_on_from_between_the_frames_of_a_pair() {
+        let analysis = analysis(TimeMode::Average, &["velocity"]);
+        let state = |k: u32| state(f64::from(k), f64::from(k / 2 % 3 + k / 5), 0.5);
+        let errors = |stop: u32| {
+            let mut course = Course::default();
+            for k in 0..20 {
+                if k == stop {
+                    course = Course::remembering(&analysis, &course.memory()).unwrap();
+                }
+                course.add(&analysis, state(k), |_| Ok(())).unwrap();
+            }
+            course.mean(&analysis).unwrap().columns[0].errors.clone()
+        };
+        // The means of the ten pairs: their standard error is larger than that of the frames, which follow each other.
+        let pairs: Vec<f64> = (0..10)
+            .map(|k| {
+                0.5 * (state(2 * k).particles.velocity[0].x
+                    + state(2 * k + 1).particles.velocity[0].x)
+            })
+            .collect();
+        let mean = pairs.iter().sum::<f64>() / 10.0;
+        let squares: f64 = pairs.iter().map(|pair| (pair - mean).powi(2)).sum();
+        let expected = (squares / 90.0).sqrt();
+        for stop in 0..20 {
+            let found = errors(stop).unwrap()[0];
+            assert!(
+                (found / expected - 1.0).abs() < 1e-13,
+                "{stop}: {found} {expected}"
+            );
+        }
+    }
+
     #[test]
     fn what_is_good_is_used_before_what_is_damaged() {
         let analysis = analysis(TimeMode::Average, &["density"]);
