@@ -67,6 +67,23 @@ fn walls_and_fixed_partners_count_with_the_whole_mass() {
     );
 }
 
+/// Hertz: t_c ~ (m*^2/R*)^(1/5). A sphere of radius r and another like it: m* = m/2, R* = r/2. Beside a fixed one of radius 2 r: m* = m,
+/// R* = 2/3 r, so m*^2/R* is 4 * 3/4 of that.
+#[test]
+fn a_fixed_sphere_counts_with_its_radius() {
+    let pair = planned(&(HERTZ.to_owned() + &two("soft", 0.2)));
+    let free = particle("soft", 0.2, [-0.49, 0.0, 0.0], "");
+    let held = particle("soft", 0.4, [0.3, 0.0, 0.0], "fixed = true");
+    let held = planned(&(HERTZ.to_owned() + &free + &held));
+    let contact = held.notes().step().contact.as_ref().expect("a contact");
+    assert_eq!(contact.of, "soft-soft, at a fixed particle");
+    close(
+        contact_time(&held) / contact_time(&pair),
+        3f64.powf(0.2),
+        1e-12,
+    );
+}
+
 #[test]
 fn hertz_contacts_are_those_of_case_t4() {
     let text = format!("{HEAD}{HERTZ}{}", two("soft", 5e-3));
@@ -115,6 +132,21 @@ fn tangential_and_rolling_springs_count() {
     let (time, of) = critical(&plan);
     close(time, 2.0 / (1.25 * 1e5f64).sqrt(), 1e-12);
     assert_eq!(of, "ball-ball, particles, rolling");
+}
+
+/// The lever may be twice the reduced radius; the spring's moment goes with its square: 2/w is half as long.
+#[test]
+fn a_doubled_lever_halves_the_critical_step() {
+    let rolling = "rolling = { law = \"luding\", friction = 0.5, stiffness = 1e5 }\n";
+    let text = format!("{HEAD}{BALL}{rolling}{}", two("ball", 0.5));
+    let with = |lever: &str| {
+        let lever = format!("contact.rolling_lever=\"{lever}\"");
+        let plan = planned_with(&text, &[&lever]).unwrap_or_else(|errors| panic!("{errors}"));
+        let (time, of) = critical(&plan);
+        assert_eq!(of, "ball-ball, particles, rolling");
+        time
+    };
+    close(with("R*") / with("2R*"), 2.0, 1e-12);
 }
 
 #[test]
