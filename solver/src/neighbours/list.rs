@@ -484,6 +484,31 @@ mod tests {
         );
     }
 
+    /// The fast are searched for at a level of their own, and may all be smaller than a slow particle that they meet across a periodic
+    /// face: how far beyond it they are looked for follows from the largest of all.
+    #[test]
+    fn a_small_fast_particle_is_near_a_large_slow_one_across_a_face() {
+        let images = Images::new(DVec3::ZERO, DVec3::ONE, [true, false, false]);
+        let (large, small, extra, skin) = (0.1, 0.001, 0.002, 0.005);
+        for (x_small, x_large, gap) in [(0.06, 0.98, 0.08), (0.94, 0.02, 0.08), (0.06, 0.94, 0.12)]
+        {
+            let mut particles = cloud(1, 2, DVec3::ONE, 1.0, 0);
+            for (record, (x, radius)) in
+                (particles.records.iter_mut()).zip([(x_small, small), (x_large, large)])
+            {
+                (record.position, record.radius) = (DVec3::new(x, 0.5, 0.5), radius);
+            }
+            let Built { list, .. } =
+                build(&mut particles, &mut vec![extra, 0.0], skin, &images, false);
+            let is_near = gap < large + small + extra + skin;
+            assert_eq!(
+                list.entries.len(),
+                usize::from(is_near),
+                "{x_small} {x_large}"
+            );
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(96))]
 

@@ -10,12 +10,14 @@ use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
 use super::{Due, Moment, Schedule, State, Writer, energies, folder};
+use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner, Watch};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::plan::Plan;
 use crate::state::{FIXED, Load, MaterialIndex, Particle, WallIndex};
 use crate::step::Engine;
+use mercury_common::formats::clump::Pebble;
 use mercury_common::frames::ContactColumns;
 use mercury_common::scene::{Files, parse_scene};
 
@@ -222,6 +224,35 @@ fn energies_leave_fixed_particles_out() {
     assert!((row.rotational_kinetic - 0.5 * inertia * 9.0).abs() < 1e-12);
     assert_eq!(row.elastic, 0.25);
     assert!((row.center_of_mass.x - 3.0).abs() < 1e-15);
+}
+
+/// A fixed body has no energy and no part in the centre of mass, whatever it is said to move with.
+#[test]
+fn energies_leave_fixed_bodies_out() {
+    let pebbles = vec![Pebble {
+        position: DVec3::ZERO,
+        radius: 1.0,
+    }];
+    let moments = DVec3::splat(1.2);
+    let clumps = [Clump::new("ball", MaterialIndex::new(0), pebbles, 3.0, 4.0, moments).unwrap()];
+    let body = |x: f64, fixed: bool| {
+        let new = NewBody {
+            velocity: DVec3::new(0.0, 4.0, 0.0),
+            angular_velocity: DVec3::new(0.0, 0.0, 5.0),
+            fixed,
+            ..NewBody::at(DVec3::new(x, 0.0, 0.0), 0)
+        };
+        new.body(&clumps)
+    };
+    let mut state = state(FIXED, Vec::new());
+    state.bodies = vec![body(7.0, false), body(20.0, true)];
+    let row = energies(&state, DVec3::new(-10.0, 0.0, 0.0), 3);
+    // Two particles of 2 kg as above, and a body of 3 kg and 1.2 kg m^2 at x = 7.
+    assert!((row.gravitational - 10.0 * (2.0 + 10.0 + 21.0)).abs() < 1e-12);
+    assert!((row.translational_kinetic - (8.0 + 0.5 * 3.0 * 16.0)).abs() < 1e-12);
+    let inertia = 0.4 * 2.0 * (1.0 + 0.25);
+    assert!((row.rotational_kinetic - (0.5 * inertia * 9.0 + 0.5 * 1.2 * 25.0)).abs() < 1e-12);
+    assert!((row.center_of_mass.x - (2.0 + 10.0 + 21.0) / 7.0).abs() < 1e-14);
 }
 
 /// A disc's moment of inertia is m R^2/2.

@@ -305,6 +305,14 @@ fn centres_on_axes_surfaces_edges_and_tips_give_one_finite_touch() {
     );
 }
 
+/// In a corner of a two-sided shell its two faces are one place: a centre that lies in it is pushed once.
+#[test]
+fn a_centre_in_a_corner_of_a_two_sided_shell_is_pushed_once() {
+    let found = touches(&revolution(&VESSEL, Side::Both), at(0.2, 0.0), 0.05);
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].distance, 0.0);
+}
+
 #[test]
 fn a_straight_corner_is_no_corner() {
     let straight = revolution(
