@@ -4,36 +4,57 @@
     apt-get install liggghts lammps          # Debian's packages
     ./peers.py liggghts dense-20k            # one core
     ./peers.py lammps dense-20k --ranks 2    # MPI
+    ./peers.py liggghts ../drum.toml         # any scene of spheres from a table, with planes or one mesh as walls
 
 Prints one line: code, scene, particles, steps, nanoseconds per particle-step (the code's own loop time: wall, and CPU
 time per rank), coordination number, kinetic energy (translational + rotational) after the run. Compare with Mercury in the same minute, on the same machine, several times.
 """
-import argparse, math, os, re, subprocess, sys, tempfile, tomllib
+import argparse, csv, math, os, re, subprocess, sys, tempfile, tomllib
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 BENCH = os.path.join(HERE, "..", "scenes", "bench")
 
 
 def read(scene):
-    cfg = tomllib.load(open(os.path.join(BENCH, scene + ".toml"), "rb"))
-    rows = [tuple(map(float, l.split(","))) for l in open(os.path.join(BENCH, scene + ".csv")).readlines()[1:]]
+    path = scene if scene.endswith(".toml") else os.path.join(BENCH, scene + ".toml")
+    cfg = tomllib.load(open(path, "rb"))
+    cfg["folder"] = os.path.dirname(os.path.abspath(path))
+    group = cfg["particles"][0]
+    rows = list(csv.DictReader(open(os.path.join(cfg["folder"], group["file"]))))
+    names = list(cfg["materials"])
+    for row in rows:
+        row["type"] = names.index(row.get("material") or group.get("material")) + 1
+        for key in ("x", "y", "z", "radius", "vx", "vy", "vz", "wx", "wy", "wz"):
+            row[key] = float(row.get(key) or 0.0)
     return cfg, rows
 
 
-def write_data(path, cfg, rows, lammps):
+def write_data(path, cfg, rows):
     lo, hi = cfg["domain"]["min"], cfg["domain"]["max"]
-    rho = cfg["materials"]["bead"]["density"]
+    materials = list(cfg["materials"].values())
     with open(path, "w") as f:
-        f.write("spheres\n\n%d atoms\n1 atom types\n\n" % len(rows))
+        f.write("spheres\n\n%d atoms\n%d atom types\n\n" % (len(rows), len(materials)))
         for k, a in enumerate("xyz"):
             pad = 1e-3
             f.write("%.9g %.9g %slo %shi\n" % (lo[k] - pad, hi[k] + pad, a, a))
         f.write("\nAtoms\n\n")
         for i, r in enumerate(rows, 1):   # id type diameter density x y z
-            f.write("%d 1 %.9g %.9g %.9g %.9g %.9g\n" % (i, 2 * r[3], rho, *r[:3]))
+            f.write("%d %d %.9g %.9g %.9g %.9g %.9g\n" % (
+                i, r["type"], 2 * r["radius"], materials[r["type"] - 1]["density"], r["x"], r["y"], r["z"]))
         f.write("\nVelocities\n\n")
         for i, r in enumerate(rows, 1):
-            f.write("%d %.9g %.9g %.9g %.9g %.9g %.9g\n" % (i, *r[4:10]))
+            f.write("%d " % i + " ".join("%.9g" % r[k] for k in ("vx", "vy", "vz", "wx", "wy", "wz")) + "\n")
+
+
+def of_pairs(cfg, part, key):
+    """A coefficient of each pair of materials, row by row: of a pair what the scene says of it, of a material with itself its own."""
+    names = list(cfg["materials"])
+    said = {frozenset(c["between"]): c.get(part, {}).get(key) for c in cfg.get("contacts", [])}
+    value = lambda a, b: said.get(frozenset((a, b))) if a != b else cfg["materials"][a][part][key]
+    matrix = [value(a, b) for a in names for b in names]
+    if None in matrix:
+        sys.exit("the scene does not say %s of each pair of materials" % key)
+    return "%d %s" % (len(names), " ".join("%g" % v for v in matrix))
 
 
 def tsuji_equivalent(e):
@@ -47,12 +68,13 @@ def tsuji_equivalent(e):
     return a
 
 
-def script(code, cfg, rows, data, warm, steps, ranks):
-    m = cfg["materials"]["bead"]
-    E, nu, e = (m["normal"][k] for k in ("youngs_modulus", "poisson_ratio", "restitution"))
-    mu = m["tangential"]["friction"]
-    rmin, rmax = min(r[3] for r in rows), max(r[3] for r in rows)
-    skin = 0.2 * rmin if rmin == rmax else 0.4 * rmin
+def script(code, cfg, rows, data, warm, steps, ranks, skin):
+    materials = list(cfg["materials"].values())
+    E, nu, e = (materials[0]["normal"][k] for k in ("youngs_modulus", "poisson_ratio", "restitution"))
+    mu = materials[0]["tangential"]["friction"]
+    rmin, rmax = min(r["radius"] for r in rows), max(r["radius"] for r in rows)
+    skin = skin * rmin if skin else (0.2 * rmin if rmin == rmax else 0.4 * rmin)
+    g = cfg["gravity"]
     mesh = [w for w in cfg["walls"] if w["shape"] == "mesh"]
     grid = "1 1 1" if ranks == 1 else ("1 %d 1" % ranks if mesh else "%d 1 1" % ranks)
     L = cfg["domain"]["max"]
@@ -66,21 +88,27 @@ def script(code, cfg, rows, data, warm, steps, ranks):
         out += ["fix w%d all wall/gran granular %s %s" % (k, law, w) for k, w in
                 enumerate(("xplane 0.0 %.9g" % L[0], "yplane 0.0 %.9g" % L[1], "zplane 0.0 NULL"))]
     else:
-        out += ["hard_particles no", "fix m1 all property/global youngsModulus peratomtype %g" % E,
-                "fix m2 all property/global poissonsRatio peratomtype %g" % nu,
-                "fix m3 all property/global coefficientRestitution peratomtypepair 1 %g" % e,
-                "fix m4 all property/global coefficientFriction peratomtypepair 1 %g" % mu,
+        of_each = lambda key: " ".join("%g" % m["normal"][key] for m in materials)
+        hard = any(m["normal"]["youngs_modulus"] > 1e9 for m in materials)
+        soft = any(m["normal"]["youngs_modulus"] < 5e6 for m in materials)
+        out += ["soft_particles " + ("yes" if soft else "no"), "hard_particles " + ("yes" if hard else "no"), "fix m1 all property/global youngsModulus peratomtype " + of_each("youngs_modulus"),
+                "fix m2 all property/global poissonsRatio peratomtype " + of_each("poisson_ratio"),
+                "fix m3 all property/global coefficientRestitution peratomtypepair " + of_pairs(cfg, "normal", "restitution"),
+                "fix m4 all property/global coefficientFriction peratomtypepair " + of_pairs(cfg, "tangential", "friction"),
                 "pair_style gran model hertz tangential history", "pair_coeff * *"]
         if mesh:
             w = mesh[0]
-            period = 2 * math.pi / w["motion"][0]["angular_velocity"]
-            out += ["fix mesh all mesh/surface file %s type 1 precision 1e-9" % os.path.join(BENCH, w["file"]),
+            turn = w["motion"][0]["angular_velocity"]
+            axis = [math.copysign(1, turn) * a for a in w["motion"][0]["axis"]]
+            stl = os.path.join(cfg["folder"], w["file"])
+            kind = list(cfg["materials"]).index(w["material"]) + 1
+            out += ["fix mesh all mesh/surface file %s type %d precision 1e-9" % (stl, kind),
                     "fix w1 all wall/gran model hertz tangential history mesh n_meshes 1 meshes mesh",
-                    "fix mv all move/mesh mesh mesh rotate origin 0. 0. 0. axis 0. 1. 0. period %.15g" % period]
+                    "fix mv all move/mesh mesh mesh rotate origin 0. 0. 0. axis %g %g %g period %.15g" % (*axis, 2 * math.pi / abs(turn))]
         else:
             for k, w in enumerate(("xplane 0.0", "xplane %.9g" % L[0], "yplane 0.0", "yplane %.9g" % L[1], "zplane 0.0")):
                 out.append("fix w%d all wall/gran model hertz tangential history primitive type 1 %s" % (k, w))
-    out += ["timestep %g" % cfg["time"]["step"], "fix grav all gravity 9.81 vector 0.0 0.0 -1.0", "fix integr all nve/sphere",
+    out += ["timestep %g" % cfg["time"]["step"], "fix grav all gravity %.15g vector %.15g %.15g %.15g" % (math.hypot(*g), *g), "fix integr all nve/sphere",
             "compute kr all erotate/sphere", "compute ct all contact/atom", "compute cs all reduce sum c_ct",
             "thermo_style custom step atoms ke c_kr c_cs", "thermo %d" % max(steps, 1), "thermo_modify lost ignore norm no",
             "run %d" % warm, "run %d" % steps]
@@ -94,6 +122,7 @@ def main():
     p.add_argument("--ranks", type=int, default=1)
     p.add_argument("--warm", type=int, default=50)
     p.add_argument("--steps", type=int)
+    p.add_argument("--skin", type=float, help="over the smallest radius; 0.2 for equal spheres, 0.4 for others unless given")
     a = p.parse_args()
     cfg, rows = read(a.scene)
     if a.code == "lammps" and any(w["shape"] == "mesh" for w in cfg["walls"]):
@@ -101,9 +130,9 @@ def main():
     steps = a.steps or math.ceil(cfg["time"]["end"] / cfg["time"]["step"] - 1e-6) - a.warm   # so that both end at the same time
     with tempfile.TemporaryDirectory() as d:
         data = os.path.join(d, "in.data")
-        write_data(data, cfg, rows, a.code == "lammps")
+        write_data(data, cfg, rows)
         inp = os.path.join(d, "in.script")
-        open(inp, "w").write(script(a.code, cfg, rows, data, a.warm, steps, a.ranks))
+        open(inp, "w").write(script(a.code, cfg, rows, data, a.warm, steps, a.ranks, a.skin))
         cmd = [{"liggghts": "liggghts", "lammps": "lmp"}[a.code], "-in", inp, "-log", os.path.join(d, "log")]
         if a.ranks > 1:
             cmd = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks)] + cmd
