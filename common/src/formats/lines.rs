@@ -126,7 +126,7 @@ pub(crate) fn not_text(path: &Path, line_number: usize, line: &[u8]) -> FormatEr
                 "the file is compressed: unpack it first ({command})"
             ))
         }
-        None => error,
+        None => error.with_help("save it as text with the encoding UTF-8"),
     }
 }
 

@@ -10,19 +10,8 @@ mod writer;
 
 use glam::DVec3;
 
-pub use reader::{
-    parse_particle_csv, parse_particle_table, read_particle_csv, read_particle_table,
-};
+pub use reader::{ParticleTableReader, parse_particle_csv, read_particle_csv};
 pub use writer::{push_particle_csv, write_particle_csv};
-
-/// A table, and what of it nobody reads.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct ParticleTable {
-    /// The particles.
-    pub rows: Vec<ParticleRow>,
-    /// Names of columns that say nothing a start needs: ids, masses, and whatever else tables of other programs hold.
-    pub ignored: Vec<String>,
-}
 
 /// A clump of a table instead of a sphere.
 #[derive(Debug, Clone, PartialEq)]

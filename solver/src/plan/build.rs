@@ -26,7 +26,7 @@ use super::time_step::{
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::walls;
-use super::{Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
@@ -113,7 +113,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     }
     meshes::continue_periodically(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
-    let mut counted = start.table;
+    let mut counted = Counted {
+        left_out: start.left_out,
+        ..Counted::default()
+    };
     if errors.len() == found {
         let radii = [sizes.smallest, sizes.mean, sizes.largest];
         [counted.touching, counted.listed] = checks::overlaps(

@@ -84,10 +84,6 @@ pub struct Counted {
     pub touching: u64,
     /// Pairs that the first candidate list holds.
     pub listed: u64,
-    /// Bytes of the largest table of particles.
-    pub table_bytes: u64,
-    /// Particles in it.
-    pub table_rows: u64,
     /// What is not in the plan although it is in the scene.
     pub left_out: LeftOut,
 }

@@ -1,11 +1,8 @@
 //! What a run is expected to need of the machine's memory.
 
-use mercury_common::formats::particle_csv::ParticleRow;
-
 use super::expected::{AtStart, at_start};
 use super::particles::{StartingSphere, Typed};
 use super::{NewBody, NewParticle, Plan};
-use crate::memory::GROWTH;
 use crate::walls::Shape;
 
 /// Bytes that a run is expected to need. What needs how much is counted where a run is made (`run::memory`), for it depends on all rooms.
@@ -38,7 +35,7 @@ impl Memory {
 pub struct StartBytes {
     /// The plan: the particles of the start, and meshes.
     pub plan: f64,
-    /// While the largest table is read, beside the plan.
+    /// While tables are read, beside the plan.
     pub reading: f64,
     /// While overlaps are looked for, beside the plan and the list that is built for it.
     pub looking_over: f64,
@@ -61,15 +58,12 @@ impl StartBytes {
             _ => 0.0,
         });
         let typed = (particles + bodies) * size_of::<Typed>() as f64;
-        let table = plan.notes().counted();
         Self {
             plan: particles * size_of::<NewParticle>() as f64
                 + bodies * size_of::<NewBody>() as f64
                 + meshes.sum::<f64>(),
-            // The text, and its rows until they are particles.
-            reading: table.table_bytes as f64
-                + GROWTH * table.table_rows as f64 * size_of::<ParticleRow>() as f64
-                + typed,
+            // A table is read line by line.
+            reading: typed,
             looking_over: spheres * size_of::<StartingSphere>() as f64 + typed,
             spheres,
         }

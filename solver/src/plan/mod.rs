@@ -22,6 +22,7 @@ mod motions;
 mod notes;
 mod outputs;
 mod pair;
+mod particle_table;
 mod particles;
 mod passes;
 mod physics;

@@ -1,19 +1,17 @@
 //! The particles of the start: `[[particles]]` in the order of the file, which is the order of their ids.
 
-use std::path::Path;
-
-use glam::{DQuat, DVec3};
-use mercury_common::formats::particle_csv::{ClumpCells, ParticleTable, read_particle_table};
+use glam::DVec3;
 use mercury_common::random::Stream;
 use mercury_common::readable;
 use mercury_common::scene::{
-    ClumpPlace, Lattice, Located, MaterialIndex, Orientation, ParticleSource, ParticleValues,
-    Place, Scene, SceneError, Start, nearest,
+    ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Place, Scene, SceneError,
+    Start,
 };
 
 use super::earlier::{Earlier, take_up};
-use super::unsupported::film_of_a_row;
-use super::{Counted, NewBody, NewParticle, PrescribedMotion};
+use super::expected::LeftOut;
+use super::particle_table::Table;
+use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
 use crate::neighbours::Images;
@@ -38,8 +36,8 @@ pub(super) struct StartingParticles {
     pub bodies: Vec<NewBody>,
     /// Where each body was typed.
     pub typed_bodies: Vec<Typed>,
-    /// The largest of the tables.
-    pub table: Counted,
+    /// What is not here although the scene has it.
+    pub left_out: LeftOut,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
     /// What is to be said of tables.
@@ -49,7 +47,7 @@ pub(super) struct StartingParticles {
 }
 
 impl StartingParticles {
-    fn add(&mut self, particle: NewParticle, images: &Images, typed: Typed) {
+    pub(super) fn add(&mut self, particle: NewParticle, images: &Images, typed: Typed) {
         self.particles.push(NewParticle {
             position: images.wrap(particle.position),
             ..particle
@@ -71,17 +69,6 @@ impl StartingParticles {
             self.typed_bodies.push(typed);
         }
         self.earlier.push(earlier);
-    }
-
-    /// Takes a table of so many rows into account.
-    fn note_table(&mut self, file: &Path, rows: usize) {
-        let bytes = std::fs::metadata(file).map_or(0, |data| data.len());
-        if bytes > self.table.table_bytes {
-            (self.table.table_bytes, self.table.table_rows) = (bytes, rows as u64);
-        }
-        // No more than what comes: there are a great many of them in large tables.
-        self.particles.reserve_exact(rows);
-        self.typed.reserve_exact(rows);
     }
 
     /// Spheres that can touch: particles, then the pebbles of bodies, each with the number of its grain (particles, then
@@ -184,7 +171,7 @@ pub(super) fn starting_particles(
                     continue;
                 };
                 let made = count.min(most_sites);
-                start.table.left_out.particles += (count - made) as f64;
+                start.left_out.particles += (count - made) as f64;
                 let room = start.particles.try_reserve(made as usize);
                 if room
                     .and_then(|()| start.typed.try_reserve(made as usize))
@@ -207,97 +194,18 @@ pub(super) fn starting_particles(
                 file,
                 material,
                 fixed,
-            } => match read_particle_table(&file.value) {
-                Err(mut error) => {
-                    // The reader's advice comes behind the line of the scene, as all advice does.
-                    let help = error.help.take();
-                    let error = file.error(error.to_string());
-                    errors.push(match help {
-                        Some(help) => error.with_help(help),
-                        None => error,
-                    });
+            } => {
+                let table = Table {
+                    scene,
+                    entry,
+                    file,
+                    material: material.as_ref(),
+                    fixed: *fixed,
+                };
+                if let Err(error) = start.read(&table, &images) {
+                    errors.push(error);
                 }
-                Ok(ParticleTable { rows, .. }) if rows.is_empty() => {
-                    let message = format!("{} has a header and no particle", file.display());
-                    let error = file.error(message);
-                    errors.push(error.with_help(
-                        "is it the right file? A scene without particles names no table",
-                    ));
-                }
-                Ok(ParticleTable { rows, ignored }) => {
-                    start.note_table(&file.value, rows.len());
-                    if !ignored.is_empty() {
-                        start.remarks.push(format!(
-                            "{}: not needed and not read: {}",
-                            file.display(),
-                            ignored.join(", ")
-                        ));
-                    }
-                    for row in rows {
-                        let of_row = |message: String| {
-                            file.error(format!("{}:{}: {message}", file.display(), row.line))
-                        };
-                        let moves =
-                            row.velocity != DVec3::ZERO || row.angular_velocity != DVec3::ZERO;
-                        if *fixed && moves {
-                            errors.push(of_row("a fixed particle has a velocity".to_owned()));
-                            break;
-                        }
-                        if let Some(cells) = &row.clump {
-                            match clump_of_row(scene, cells, row.material.as_deref()) {
-                                Ok(body) => {
-                                    start.bodies.push(NewBody {
-                                        position: images.wrap(row.position),
-                                        velocity: row.velocity,
-                                        angular_velocity: row.angular_velocity,
-                                        fixed: *fixed,
-                                        ..body
-                                    });
-                                    start.typed_bodies.push(Typed {
-                                        entry,
-                                        line: Some(row.line),
-                                    });
-                                    continue;
-                                }
-                                Err(message) => {
-                                    errors.push(of_row(message));
-                                    break;
-                                }
-                            }
-                        }
-                        let index = match row_material(scene, row.material.as_deref(), material) {
-                            Ok(index) => index,
-                            Err(message) => {
-                                errors.push(of_row(message));
-                                break;
-                            }
-                        };
-                        if row.film_volume > 0.0 {
-                            let row = format!("{}:{}", file.display(), row.line);
-                            errors.push(film_of_a_row(&file.place, &row));
-                            break;
-                        }
-                        let particle = NewParticle {
-                            velocity: row.velocity,
-                            angular_velocity: row.angular_velocity,
-                            fixed: *fixed,
-                            ..NewParticle::at(
-                                row.position,
-                                row.radius,
-                                crate::state::MaterialIndex::new(index.0 as u32),
-                            )
-                        };
-                        start.add(
-                            particle,
-                            &images,
-                            Typed {
-                                entry,
-                                line: Some(row.line),
-                            },
-                        );
-                    }
-                }
-            },
+            }
             ParticleSource::Clump {
                 clump,
                 at,
@@ -334,8 +242,8 @@ pub(super) fn starting_particles(
                             continue;
                         };
                         let made = count.min(most_sites);
-                        start.table.left_out.bodies += (count - made) as f64;
-                        start.table.left_out.pebbles += (count - made) as f64 * pebbles as f64;
+                        start.left_out.bodies += (count - made) as f64;
+                        start.left_out.pebbles += (count - made) as f64 * pebbles as f64;
                         let room = start.bodies.try_reserve(made as usize);
                         if room
                             .and_then(|()| start.typed_bodies.try_reserve(made as usize))
@@ -420,25 +328,6 @@ fn no_room(lattice: &Lattice, count: u64) -> SceneError {
     error.with_help("fewer sites: a larger `spacing`, or a smaller box")
 }
 
-fn row_material(
-    scene: &Scene,
-    name: Option<&str>,
-    default: &Option<Located<MaterialIndex>>,
-) -> Result<MaterialIndex, String> {
-    let Some(name) = name else {
-        return match default {
-            Some(material) => Ok(material.value),
-            None => Err("no material: give the column or `material` beside the file".to_owned()),
-        };
-    };
-    scene
-        .materials
-        .iter()
-        .position(|material| material.name.value == name)
-        .map(MaterialIndex)
-        .ok_or_else(|| format!("there is no material named `{name}`"))
-}
-
 /// A particle at a place, as its entry says.
 fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
     let motion = Motion::of(&values.start);
@@ -456,38 +345,6 @@ fn one(values: &ParticleValues, position: DVec3) -> NewParticle {
             crate::state::MaterialIndex::new(values.material.0 as u32),
         )
     }
-}
-
-/// The clump of a row of a table, at rest at the origin.
-fn clump_of_row(
-    scene: &Scene,
-    cells: &ClumpCells,
-    material: Option<&str>,
-) -> Result<NewBody, String> {
-    let name = &cells.name;
-    let index = scene.clumps.iter().position(|clump| *clump.name == **name);
-    let index = index.ok_or_else(|| {
-        let known = scene.clumps.iter().map(|clump| clump.name.as_str());
-        match nearest(name, known) {
-            Some(near) => format!("there is no clump named `{name}`; did you mean `{near}`?"),
-            None => format!("there is no clump named `{name}`: a table [clumps.{name}] makes one"),
-        }
-    })?;
-    if let Some(material) = material {
-        return Err(format!(
-            "the clump `{name}` has the material `{material}` here: leave the cell empty, [clumps.{name}] names it"
-        ));
-    }
-    let largest = cells
-        .orientation
-        .iter()
-        .fold(0.0_f64, |most, part| most.max(part.abs()));
-    let [w, x, y, z] = cells.orientation.map(|part| part / largest);
-    Ok(NewBody {
-        orientation: DQuat::from_xyzw(x, y, z, w).normalize(),
-        scale: cells.scale,
-        ..NewBody::at(DVec3::ZERO, index as u32)
-    })
 }
 
 /// A body of a clump that moves as its entry says, at the origin.

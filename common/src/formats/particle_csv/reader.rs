@@ -1,94 +1,119 @@
 //! Reading particle tables.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use glam::DVec3;
 use strsim::levenshtein;
 
 use super::cells::{Cell, Cells, detect_separator};
-use super::{
-    CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, ParticleRow, ParticleTable, RADIUS, REQUIRED,
-};
+use super::{CLUMP, COLUMNS, ClumpCells, IGNORED, MATERIAL, ParticleRow, RADIUS, REQUIRED};
 use crate::error::FormatError;
-use crate::formats::lines::{not_text, shorten};
+use crate::formats::lines::{LineReader, shorten};
 use crate::formats::number::parse_number;
 
-/// The rows of [`read_particle_table`].
+/// Reads all rows of a particle table.
 ///
 /// # Errors
-/// As there.
+/// Those of [`ParticleTableReader`].
 pub fn read_particle_csv(path: impl AsRef<Path>) -> Result<Vec<ParticleRow>, FormatError> {
-    Ok(read_particle_table(path)?.rows)
+    ParticleTableReader::open(path)?.collect()
 }
 
-/// Reads a particle table.
+/// Reads all rows of a particle table from memory; `path` is only used in messages.
 ///
 /// # Errors
-/// If the file cannot be read; if a column is unknown, missing or named twice; if a line has another
+/// Those of [`ParticleTableReader`].
+pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
+    ParticleTableReader::new(text.as_bytes(), path)?.collect()
+}
+
+/// Reads a particle table row by row: one line is in memory at a time. Nothing follows an error.
+///
+/// # Errors
+/// If the file cannot be read or is not text; if a column is unknown, missing or named twice; if a line has another
 /// number of cells than the header; if a cell is not a finite number; if a radius or scale is not positive, a film
 /// volume is negative, or an orientation is of length 0.
-pub fn read_particle_table(path: impl AsRef<Path>) -> Result<ParticleTable, FormatError> {
-    let path = path.as_ref();
-    let bytes = crate::formats::read_bytes(path)?;
-    match std::str::from_utf8(&bytes) {
-        Ok(text) => parse_particle_table(path, text),
-        Err(error) => {
-            let valid = &bytes[..error.valid_up_to()];
-            let line_start = valid
-                .iter()
-                .rposition(|&byte| byte == b'\n')
-                .map_or(0, |at| at + 1);
-            let line = valid.iter().filter(|&&byte| byte == b'\n').count() + 1;
-            Err(not_text(path, line, &bytes[line_start..])
-                .with_help("save the table as CSV with the encoding UTF-8"))
+pub struct ParticleTableReader<R> {
+    lines: LineReader<R>,
+    header: Header,
+    finished: bool,
+}
+
+impl ParticleTableReader<BufReader<File>> {
+    /// Opens a table and reads its header.
+    ///
+    /// # Errors
+    /// As for the whole.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
+        let path = path.as_ref();
+        let file = crate::formats::open(path)?;
+        Self::new(BufReader::with_capacity(1 << 17, file), path)
+    }
+}
+
+impl<R: BufRead> ParticleTableReader<R> {
+    /// Reads from anything, the header at once; `path` is only used in messages.
+    ///
+    /// # Errors
+    /// As for the whole.
+    pub fn new(input: R, path: &Path) -> Result<Self, FormatError> {
+        let mut lines = LineReader::new(input, path);
+        if !next_line(&mut lines)? {
+            return Err(
+                FormatError::of_file(path, "the table is empty").with_help(format!(
+                    "the first line must name the columns, for example x,y,z,radius (all: {})",
+                    COLUMNS.join(",")
+                )),
+            );
+        }
+        let header = Header::parse(Line::of(&lines))?;
+        Ok(Self {
+            lines,
+            header,
+            finished: false,
+        })
+    }
+
+    /// Names of columns that say nothing a start needs: ids, masses, and whatever else tables of other programs hold.
+    pub fn ignored(&self) -> impl Iterator<Item = &str> {
+        let columns = self.header.names.iter().zip(&self.header.columns);
+        columns
+            .filter(|(_, column)| column.is_none())
+            .map(|(name, _)| name.as_str())
+    }
+
+    fn row(&mut self) -> Result<Option<ParticleRow>, FormatError> {
+        if next_line(&mut self.lines)? {
+            self.header.row(Line::of(&self.lines)).map(Some)
+        } else {
+            Ok(None)
         }
     }
 }
 
-/// The rows of [`parse_particle_table`].
-///
-/// # Errors
-/// As [`read_particle_table`].
-pub fn parse_particle_csv(path: &Path, text: &str) -> Result<Vec<ParticleRow>, FormatError> {
-    Ok(parse_particle_table(path, text)?.rows)
+impl<R: BufRead> Iterator for ParticleTableReader<R> {
+    type Item = Result<ParticleRow, FormatError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.finished {
+            return None;
+        }
+        let row = self.row().transpose();
+        self.finished = !matches!(row, Some(Ok(_)));
+        row
+    }
 }
 
-/// Reads a particle table from memory; `path` is only used in messages.
-///
-/// # Errors
-/// As [`read_particle_table`].
-pub fn parse_particle_table(path: &Path, text: &str) -> Result<ParticleTable, FormatError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(index, text)| Line {
-            path,
-            number: index + 1,
-            text,
-        })
-        .filter(|line| {
-            let content = line.text.trim_start();
-            !content.is_empty() && !content.starts_with('#')
-        });
-    let Some(header) = lines.next() else {
-        return Err(
-            FormatError::of_file(path, "the table is empty").with_help(format!(
-                "the first line must name the columns, for example x,y,z,radius (all: {})",
-                COLUMNS.join(",")
-            )),
-        );
-    };
-    let header = Header::parse(header)?;
-    let rows = lines
-        .map(|line| header.row(line))
-        .collect::<Result<_, _>>()?;
-    let ignored = header.names.iter().zip(&header.columns);
-    let ignored = ignored.filter(|(_, column)| column.is_none());
-    Ok(ParticleTable {
-        rows,
-        ignored: ignored.map(|(name, _)| name.clone()).collect(),
-    })
+/// Goes to the next line that is no comment; `false` at the end.
+fn next_line<R: BufRead>(lines: &mut LineReader<R>) -> Result<bool, FormatError> {
+    loop {
+        let there = lines.advance()?;
+        if !(there && lines.is_comment()) {
+            return Ok(there);
+        }
+    }
 }
 
 /// A line of the table with its place.
@@ -99,7 +124,18 @@ struct Line<'a> {
     text: &'a str,
 }
 
-impl Line<'_> {
+impl<'a> Line<'a> {
+    /// The line that a reader is at, without its end.
+    fn of<R: BufRead>(lines: &'a LineReader<R>) -> Self {
+        let text = lines.line();
+        let text = text.strip_suffix('\n').unwrap_or(text);
+        Self {
+            path: lines.path(),
+            number: lines.line_number(),
+            text: text.strip_suffix('\r').unwrap_or(text),
+        }
+    }
+
     fn error(
         &self,
         byte: usize,
