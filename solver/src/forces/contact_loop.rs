@@ -208,11 +208,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             .collect();
     }
 
-    /// Notes which block reaches into which, once the slots are known.
+    /// Notes which block reaches into which, once each knows its targets.
     fn link(&mut self) {
         self.sources = vec![Vec::new(); self.blocks.len()];
         for (index, block) in self.blocks.iter_mut().enumerate() {
-            block.note_targets(self.block_size);
             for &target in &block.targets {
                 self.sources[target].push(index);
             }
@@ -242,9 +241,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let from_walls = self.carried_from_walls(new_row);
         let near_meshes = self.carried_near_meshes(new_row);
         self.cut(rows);
+        let block_size = self.block_size;
         let fill = |block: &mut Block<_>| {
             block.fill(list, &carried, near_walls, &from_walls);
             block.take_over(&near_meshes);
+            block.note_targets(block_size);
         };
         if parallel {
             self.blocks.par_iter_mut().for_each(fill);
@@ -458,6 +459,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                     history: <Histories<N, T, R, A>>::read(saved.history),
                 });
             }
+            block.note_targets(self.block_size);
         }
         self.link();
     }

@@ -207,7 +207,7 @@ mod tests {
             let images = Images::new(DVec3::ZERO, size, periodic);
             let mut draw = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
             let places: Vec<DVec3> = (0..count).map(|_| draw() * size).collect();
-            let (grid, order) = Grid::sort(places.iter().copied(), edge, &images);
+            let (grid, order) = Grid::sort(count, |k| places[k], edge, &images, parallel);
             let records: Vec<Particle> = order.iter().map(|&k| Particle {
                 position: places[k as usize],
                 radius: 0.01 * f64::from(k % 7 + 1),

@@ -1,7 +1,8 @@
 //! Extra skin for the few that move farthest.
 
 use super::Skin;
-use super::validity::displacements;
+use super::rows::each;
+use super::validity::displacement;
 use crate::state::Particles;
 
 /// One particle of so many gets extra skin.
@@ -18,14 +19,16 @@ const MORE: f64 = 1.5;
 /// stone that falls into a bed and the grains that it pushes away, they would set the pace for all. So the farthest of each
 /// 200 are listed farther out, by as much as lets the rest use up the skin: some pairs more, for fewer lists.
 #[must_use]
-pub fn extra_skins(particles: &Particles, skin: &Skin) -> Vec<f64> {
+pub fn extra_skins(particles: &Particles, skin: &Skin, parallel: bool) -> Vec<f64> {
     let few = particles.len() / FEW;
     // So that no pair is listed farther out than the largest skin says.
     let most = 0.5 * (skin.largest - skin.thickness);
     if few == 0 || most <= 0.0 {
         return Vec::new();
     }
-    let moved: Vec<f64> = displacements(particles).collect();
+    let moved = each(particles.len(), parallel, |row| {
+        displacement(particles, row)
+    });
     let mut sorted = moved.clone();
     let place = sorted.len() - 1 - few;
     let (_, &mut rest, faster) = sorted.select_nth_unstable_by(place, f64::total_cmp);
@@ -39,7 +42,7 @@ pub fn extra_skins(particles: &Particles, skin: &Skin) -> Vec<f64> {
             0.0
         }
     };
-    moved.into_iter().map(of).collect()
+    each(moved.len(), parallel, |row| of(moved[row]))
 }
 
 #[cfg(test)]
@@ -79,7 +82,7 @@ mod tests {
             900 => 5.0,
             k => 1e-5 * k as f64,
         };
-        let extra_skin = extra_skins(&moved_by((0..1000).map(far)), &skin);
+        let extra_skin = extra_skins(&moved_by((0..1000).map(far)), &skin, false);
         // The sixth from the top is the first without.
         let rest = far(996);
         for (k, extra_skin) in extra_skin.into_iter().enumerate() {
@@ -97,16 +100,17 @@ mod tests {
         assert!(
             extra_skins(
                 &moved_by((0..1000).map(|k| if k < 2 { 0.19 } else { 0.1 })),
-                &skin
+                &skin,
+                false
             )
             .is_empty()
         );
-        assert!(extra_skins(&moved_by((0..1000).map(|_| 0.0)), &skin).is_empty());
-        assert!(extra_skins(&moved_by((0..199).map(|k| k as f64)), &skin).is_empty());
+        assert!(extra_skins(&moved_by((0..1000).map(|_| 0.0)), &skin, false).is_empty());
+        assert!(extra_skins(&moved_by((0..199).map(|k| k as f64)), &skin, false).is_empty());
         let full = Skin {
             largest: 0.1,
             ..skin
         };
-        assert!(extra_skins(&moved_by((0..1000).map(far)), &full).is_empty());
+        assert!(extra_skins(&moved_by((0..1000).map(far)), &full, true).is_empty());
     }
 }

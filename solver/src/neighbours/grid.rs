@@ -1,8 +1,12 @@
 //! Cells and the sort of the particles into them.
 
+use std::ops::Range;
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::Images;
+use super::rows::{each, each_of};
 
 /// A grid of cells over the particles; rows are sorted by cell, x-like axis fastest.
 ///
@@ -22,22 +26,19 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of cells not smaller than `edge` (m) over the particles, and the order of rows by cell.
+    /// A grid of cells not smaller than `edge` (m) over so many particles, and the order of rows by cell; `parallel`: with the threads of the pool
+    /// from within which it is called.
     ///
     /// Positions must be finite and, along periodic axes, inside the domain.
     #[must_use]
     pub fn sort(
-        positions: impl ExactSizeIterator<Item = DVec3> + Clone,
+        particles: usize,
+        position: impl Fn(usize) -> DVec3 + Sync,
         edge: f64,
         images: &Images,
+        parallel: bool,
     ) -> (Self, Vec<u32>) {
-        let particles = positions.len();
-        let mut min = DVec3::INFINITY;
-        let mut max = DVec3::NEG_INFINITY;
-        for position in positions.clone() {
-            min = min.min(position);
-            max = max.max(position);
-        }
+        let [mut min, mut max] = bounds(particles, &position, parallel);
         if particles == 0 {
             (min, max) = (DVec3::ZERO, DVec3::ZERO);
         }
@@ -82,23 +83,66 @@ impl Grid {
             start: vec![0; cells + 1],
         };
 
-        let cell_of: Vec<u32> = positions
-            .map(|position| grid.cell(position) as u32)
-            .collect();
-        for &cell in &cell_of {
-            grid.start[cell as usize + 1] += 1;
-        }
-        for cell in 0..cells {
-            grid.start[cell + 1] += grid.start[cell];
-        }
-        let mut next = grid.start.clone();
-        let mut rows = vec![0; particles];
-        for (row, &cell) in cell_of.iter().enumerate() {
-            let place = &mut next[cell as usize];
-            rows[*place as usize] = row as u32;
-            *place += 1;
-        }
+        let cell_of = each(particles, parallel, |row| grid.cell(position(row)) as u32);
+        let rows = if parallel && particles > FEW {
+            grid.put_into_cells(&cell_of, rayon::current_num_threads())
+        } else {
+            grid.put_into_cells(&cell_of, 1)
+        };
         (grid, rows)
+    }
+
+    /// Finds where the rows of each cell begin and gives the rows cell by cell, in each cell in their order; in so many parts at once.
+    ///
+    /// Every part goes through all rows and sees to those of its own cells: reading them is cheap, and no two parts write at the same place.
+    fn put_into_cells(&mut self, cell_of: &[u32], parts: usize) -> Vec<u32> {
+        let cells = self.start.len() - 1;
+        let mut counts = Vec::with_capacity(parts);
+        let mut rest = &mut self.start[1..];
+        for part in 0..parts {
+            let range = cells * part / parts..cells * (part + 1) / parts;
+            let (own, others) = rest.split_at_mut(range.len());
+            rest = others;
+            counts.push((range, own));
+        }
+        each_of(counts, |(range, own): (Range<usize>, &mut [u32])| {
+            for &cell in cell_of {
+                if let Some(count) = own.get_mut((cell as usize).wrapping_sub(range.start)) {
+                    *count += 1;
+                }
+            }
+        });
+        for cell in 0..cells {
+            self.start[cell + 1] += self.start[cell];
+        }
+        let mut rows = vec![0; cell_of.len()];
+        let mut places = Vec::with_capacity(parts);
+        let mut rest = &mut rows[..];
+        let mut first = 0;
+        for part in 0..parts {
+            // About equally many rows in each.
+            let upto = (cell_of.len() * (part + 1) / parts) as u32;
+            let end = if part + 1 == parts {
+                cells
+            } else {
+                let end = self.start[..cells].partition_point(|&start| start < upto);
+                end.max(first)
+            };
+            let begin = self.start[first];
+            let (own, others) = rest.split_at_mut((self.start[end] - begin) as usize);
+            rest = others;
+            places.push((first, self.start[first..end].to_vec(), begin, own));
+            first = end;
+        }
+        each_of(places, |(first, mut next, begin, own)| {
+            for (row, &cell) in cell_of.iter().enumerate() {
+                if let Some(place) = next.get_mut((cell as usize).wrapping_sub(first)) {
+                    own[(*place - begin) as usize] = row as u32;
+                    *place += 1;
+                }
+            }
+        });
+        rows
     }
 
     /// Cell coordinates of a position; outside positions get the nearest cell.
@@ -158,6 +202,57 @@ impl Grid {
                 for row in self.rows(first, self.index(cell)) {
                     visit(row);
                 }
+            }
+        }
+    }
+}
+
+/// Fewer particles than these are sorted faster by one thread.
+const FEW: usize = 8192;
+
+/// The smallest box along the axes that holds all positions (m); the largest and smallest number without any.
+fn bounds(
+    particles: usize,
+    position: &(impl Fn(usize) -> DVec3 + Sync),
+    parallel: bool,
+) -> [DVec3; 2] {
+    let nothing = || [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let join = |[min, max]: [DVec3; 2], [low, high]: [DVec3; 2]| [min.min(low), max.max(high)];
+    let add = |found, row| join(found, [position(row); 2]);
+    if parallel && particles > FEW {
+        let rows = (0..particles).into_par_iter().with_min_len(FEW / 4);
+        rows.fold(nothing, add).reduce(nothing, join)
+    } else {
+        (0..particles).fold(nothing(), add)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mercury_common::random::Stream;
+
+    use super::*;
+
+    /// However many parts there are, also more than cells, and with all particles in one corner.
+    #[test]
+    fn parts_do_not_change_the_order() {
+        let images = Images::new(DVec3::ZERO, DVec3::ONE, [false, true, false]);
+        let mut stream = Stream::new(5, "grid", 0);
+        for (count, power, edge) in [(2000, 1, 0.07), (2000, 8, 0.11), (3, 1, 0.5), (0, 1, 0.1)] {
+            let mut number = || stream.uniform().powi(power);
+            let places: Vec<DVec3> = (0..count)
+                .map(|_| DVec3::new(number(), number(), number()))
+                .collect();
+            let (mut grid, order) = Grid::sort(count, |k| places[k], edge, &images, false);
+            let cells: Vec<u32> = (places.iter().map(|&x| grid.cell(x) as u32)).collect();
+            let mut expected: Vec<u32> = (0..count as u32).collect();
+            expected.sort_by_key(|&row| cells[row as usize]);
+            assert_eq!(order, expected);
+            let start = grid.start.clone();
+            for parts in [2, 3, 64] {
+                grid.start.fill(0);
+                assert_eq!(grid.put_into_cells(&cells, parts), expected, "{parts}");
+                assert_eq!(grid.start, start);
             }
         }
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::rows::{change_each, each};
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
 use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
@@ -69,25 +70,27 @@ pub fn build(
     images: &Images,
     parallel: bool,
 ) -> Built {
-    for record in &mut particles.records {
+    change_each(&mut particles.records, parallel, |_, record| {
         record.position = images.wrap(record.position);
-    }
+    });
     let levels = Levels::choose(&particles.records, skin);
     let cell = 2.0 * levels.largest[0] + skin;
-    let positions = particles.records.iter().map(|record| record.position);
-    let (grid, order) = Grid::sort(positions, cell, images);
+    let records = &particles.records;
+    let position = |row: usize| records[row].position;
+    let (grid, order) = Grid::sort(records.len(), position, cell, images, parallel);
     particles.reorder(&order, parallel);
     let mut new_row = vec![Row::new(0); order.len()];
     for (new, &old) in order.iter().enumerate() {
         new_row[old as usize] = Row::new(new);
     }
-    for (record, listed) in particles.records.iter().zip(&mut particles.listed_at) {
-        *listed = record.position;
-    }
+    let records = &particles.records;
+    change_each(&mut particles.listed_at, parallel, |row, listed| {
+        *listed = records[row].position;
+    });
     if !extra_skin.is_empty() {
         *extra_skin = order.iter().map(|&old| extra_skin[old as usize]).collect();
     }
-    let members = Members::new(&particles.records, extra_skin, &levels);
+    let members = Members::new(&particles.records, extra_skin, &levels, parallel);
     let mut list = list(&members, &grid, skin, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
@@ -126,30 +129,37 @@ struct Members {
 }
 
 impl Members {
-    fn new(records: &[Particle], extra_skin: &[f64], levels: &Levels) -> Self {
-        let mut members = Self {
-            all: Vec::with_capacity(records.len()),
-            level: Vec::with_capacity(records.len()),
-            largest: levels.largest.clone(),
-        };
+    fn new(records: &[Particle], extra_skin: &[f64], levels: &Levels, parallel: bool) -> Self {
+        let of_row = |row: usize| extra_skin.get(row).copied().unwrap_or_default();
         let own = levels.largest.len();
-        for (row, record) in records.iter().enumerate() {
-            let extra_skin = extra_skin.get(row).copied().unwrap_or_default();
-            let radius = record.radius + extra_skin;
-            let fixed = record.inverse_mass == 0.0;
-            members.all.push(Spot {
-                position: record.position.to_array(),
-                radius: if fixed { -radius } else { radius },
-            });
+        let mut largest = levels.largest.clone();
+        for (record, &extra_skin) in records.iter().zip(extra_skin) {
             if extra_skin > 0.0 {
-                members.largest.resize(own + 1, 0.0);
-                members.largest[own] = members.largest[own].max(radius);
-                members.level.push(own as u8);
-            } else {
-                members.level.push(levels.of(record.radius) as u8);
+                largest.resize(own + 1, 0.0);
+                largest[own] = largest[own].max(record.radius + extra_skin);
             }
         }
-        members
+        let spot = |row: usize| {
+            let record = &records[row];
+            let radius = record.radius + of_row(row);
+            let fixed = record.inverse_mass == 0.0;
+            Spot {
+                position: record.position.to_array(),
+                radius: if fixed { -radius } else { radius },
+            }
+        };
+        let level = |row: usize| {
+            if of_row(row) > 0.0 {
+                own as u8
+            } else {
+                levels.of(records[row].radius) as u8
+            }
+        };
+        Self {
+            all: each(records.len(), parallel, spot),
+            level: each(records.len(), parallel, level),
+            largest,
+        }
     }
 }
 
@@ -165,16 +175,15 @@ fn list(
     parallel: bool,
 ) -> CandidateList {
     let count = members.all.len();
-    let spots: Vec<Spot> = members
-        .all
-        .iter()
-        .zip(&members.level)
-        .map(|(&spot, &level)| Spot {
-            // Near nothing: compares false.
-            radius: if level == 0 { spot.radius } else { f64::NAN },
-            ..spot
-        })
-        .collect();
+    // Those of higher levels are near nothing: NaN compares false.
+    let spots = each(count, parallel, |row| Spot {
+        radius: if members.level[row] == 0 {
+            members.all[row].radius
+        } else {
+            f64::NAN
+        },
+        ..members.all[row]
+    });
     let through = OtherPairs::find(members, grid, skin, images, parallel);
     let [.., slow] = grid.ordered_counts();
     let layer = |c| layer(&spots, grid, c, skin, &through);
@@ -330,7 +339,7 @@ impl OtherPairs {
             members,
             grid,
             above: (1..members.largest.len())
-                .map(|level| Above::new(members, level, skin, images))
+                .map(|level| Above::new(members, level, skin, images, parallel))
                 .collect(),
             skin,
             images,
@@ -365,12 +374,12 @@ struct Above {
 }
 
 impl Above {
-    fn new(members: &Members, level: usize, skin: f64, images: &Images) -> Self {
+    fn new(members: &Members, level: usize, skin: f64, images: &Images, parallel: bool) -> Self {
         let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
         let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
-        let position = |&row: &u32| DVec3::from_array(members.all[row as usize].position);
+        let position = |k: usize| DVec3::from_array(members.all[rows[k] as usize].position);
         let cell = 2.0 * members.largest[level] + skin;
-        let (grid, order) = Grid::sort(rows.iter().map(position), cell, images);
+        let (grid, order) = Grid::sort(rows.len(), position, cell, images, parallel);
         let rows = order.iter().map(|&k| rows[k as usize]).collect();
         Self { grid, rows }
     }

@@ -9,6 +9,7 @@ mod grid;
 mod images;
 mod levels;
 mod list;
+mod rows;
 mod skin;
 mod validity;
 
@@ -18,5 +19,6 @@ pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};
+pub(crate) use rows::each;
 pub use skin::Skin;
 pub use validity::Validity;

@@ -35,19 +35,20 @@ impl Validity {
         if self.bound <= limit {
             return true;
         }
-        self.bound = displacements(particles)
-            .enumerate()
-            .map(|(row, moved)| moved - extra_skin.get(row).copied().unwrap_or_default())
+        self.bound = (0..particles.len())
+            .map(|row| {
+                displacement(particles, row) - extra_skin.get(row).copied().unwrap_or_default()
+            })
             .fold(0.0, f64::max);
         // Close to the limit a true measurement would be due in every step: rebuild instead.
         self.bound + 2.0 * speed * dt <= 0.97 * limit
     }
 }
 
-/// How far each particle is from where it was listed, m.
-pub(super) fn displacements(particles: &Particles) -> impl Iterator<Item = f64> {
-    let rows = particles.records.iter().zip(&particles.listed_at);
-    rows.map(|(record, listed)| record.position.distance(*listed))
+/// How far a particle is from where it was listed, m.
+pub(super) fn displacement(particles: &Particles, row: usize) -> f64 {
+    let listed = particles.listed_at[row];
+    particles.records[row].position.distance(listed)
 }
 
 crate::state::plain!(Validity { bound, steps });

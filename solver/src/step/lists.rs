@@ -3,7 +3,7 @@
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, Skin, Validity, build, extra_skins};
+use crate::neighbours::{Built, Skin, Validity, build, each, extra_skins};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -81,10 +81,10 @@ impl Engine {
                 idle as f64 / self.particles.len().max(1) as f64,
             );
         }
-        let mut extra_skin = extra_skins(&self.particles, &self.lists.skin);
-        let removed = self.boundaries.take_row_map(self.particles.len());
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
+        let mut extra_skin = extra_skins(&self.particles, &self.lists.skin, parallel);
+        let removed = self.boundaries.take_row_map(self.particles.len());
         let skin = self.lists.skin.thickness;
         // Forces that act across a gap need their pairs listed that much farther out.
         let margin = skin + self.forces.needs().range;
@@ -120,9 +120,9 @@ impl Engine {
             margin,
             parallel,
         );
-        let new_row: Vec<Option<Row>> = (removed.into_iter())
-            .map(|row| row.map(|row| sorted[row.index()]))
-            .collect();
+        let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
+            removed[old].map(|row| sorted[row.index()])
+        });
         self.forces.adopt(&NewList {
             particles: &self.particles,
             pairs: &list,

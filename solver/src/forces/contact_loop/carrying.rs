@@ -1,5 +1,7 @@
 //! What goes on when a candidate list is built: histories of contacts and lists of facets.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::slots::{FREE, HELD, Slot, TOUCHING, WallSlot};
@@ -112,6 +114,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         rows: usize,
         parallel: bool,
     ) -> Carried<Histories<N, T, R, A>> {
+        let parts = if parallel {
+            rayon::current_num_threads()
+        } else {
+            1
+        };
+        let per_part = rows.div_ceil(parts).max(1);
         let of_block = |block: &mut Block<Histories<N, T, R, A>>| {
             let first = block.rows.start;
             let slots = std::mem::take(&mut block.slots);
@@ -125,16 +133,33 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     (partner, row, slot.history.swapped())
                 })
             };
-            slots.iter().filter(held).filter_map(pair).collect()
+            let mut of_part = vec![Vec::new(); parts];
+            for pair in slots.iter().filter(held).filter_map(pair) {
+                of_part[pair.0 as usize / per_part].push(pair);
+            }
+            of_part
         };
-        let pairs: Vec<Vec<_>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
+        let pairs: Vec<Vec<Vec<_>>> = if <Histories<N, T, R, A>>::LENGTH == 0 {
             Vec::new()
         } else if parallel {
             self.blocks.par_iter_mut().map(of_block).collect()
         } else {
             self.blocks.iter_mut().map(of_block).collect()
         };
-        Carried::new(&pairs, rows)
+        let of_part = |part: usize| {
+            let pairs = pairs.iter().map(|of_block| &of_block[part][..]);
+            let first = (part * per_part).min(rows);
+            CarriedPart::new(pairs, first..(first + per_part).min(rows))
+        };
+        Carried {
+            per_part,
+            parts: if parallel {
+                let parts = (0..parts).into_par_iter().with_max_len(1);
+                parts.map(of_part).collect()
+            } else {
+                (0..parts).map(of_part).collect()
+            },
+        }
     }
 
     /// Wall histories by new row, wall and image.
@@ -187,26 +212,41 @@ pub(super) struct CarriedNearMeshes {
 
 /// Histories of contacts that go on when a list is built, by the lower of their new rows.
 pub(super) struct Carried<H> {
-    /// First entry of each row, and the number of entries at the end.
-    start: Vec<u32>,
-    /// Higher row, and history as seen from the lower one; within a row in no order.
-    entries: Vec<(u32, H)>,
+    /// Rows of a part; the last one may have fewer.
+    per_part: usize,
+    parts: Vec<CarriedPart<H>>,
 }
 
 impl<H: History> Carried<H> {
-    fn new(pairs: &[Vec<(u32, u32, H)>], rows: usize) -> Self {
-        let mut start = vec![0; rows + 1];
-        for pair in pairs.iter().flatten() {
-            start[pair.0 as usize + 1] += 1;
+    fn of(&self, row: usize) -> &[(u32, H)] {
+        self.parts[row / self.per_part].of(row % self.per_part)
+    }
+}
+
+/// Those of a run of rows.
+struct CarriedPart<H> {
+    /// First entry of each row, and the number of entries at the end.
+    start: Vec<u32>,
+    /// Higher row, and history as seen from the lower one; within a row in the order of what they were made of.
+    entries: Vec<(u32, H)>,
+}
+
+impl<H: History> CarriedPart<H> {
+    fn new<'a>(pairs: impl Iterator<Item = &'a [(u32, u32, H)]> + Clone, rows: Range<usize>) -> Self
+    where
+        H: 'a,
+    {
+        let mut start = vec![0; rows.len() + 1];
+        for pair in pairs.clone().flatten() {
+            start[pair.0 as usize - rows.start + 1] += 1;
         }
-        for row in 0..rows {
+        for row in 0..rows.len() {
             start[row + 1] += start[row];
         }
         let mut next = start.clone();
-        let count = pairs.iter().map(Vec::len).sum();
-        let mut entries = vec![(0, H::default()); count];
-        for &(row, partner, history) in pairs.iter().flatten() {
-            let place = &mut next[row as usize];
+        let mut entries = vec![(0, H::default()); start[rows.len()] as usize];
+        for &(row, partner, history) in pairs.flatten() {
+            let place = &mut next[row as usize - rows.start];
             entries[*place as usize] = (partner, history);
             *place += 1;
         }
