@@ -49,7 +49,7 @@ impl ParticleTableReader<BufReader<File>> {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FormatError> {
         let path = path.as_ref();
         let file = crate::formats::open(path)?;
-        Self::new(BufReader::with_capacity(1 << 17, file), path)
+        Self::new(BufReader::new(file), path)
     }
 }
 
