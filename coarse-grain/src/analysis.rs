@@ -95,7 +95,13 @@ pub struct Column {
     pub values: Vec<f64>,
     /// Standard errors of the mean.
     pub errors: Option<Vec<f64>>,
+    /// Of a quotient, whether there is enough at each point to divide by: at least [`SPARSE`] of the most; empty of other fields.
+    pub dense: Vec<bool>,
 }
+
+/// Where the sum that a quotient is divided by (for velocities the density) is a smaller share of its largest value, pictures leave the
+/// point blank: there is nothing, or the edge of the kernel of single particles.
+pub const SPARSE: f64 = 0.05;
 
 /// Fields of one time, or of an average.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,9 +236,10 @@ impl Analysis {
         let points = self.evaluator.place.len();
         let mut columns = Vec::new();
         let mut begin = 0;
-        for part in &self.parts {
+        for (part, sums) in self.parts.iter().zip(&parts) {
             for &field in &self.fields {
                 let count = field.components.count();
+                let dense = dense(field, sums);
                 let pick = |from: &[f64], component: usize| -> Vec<f64> {
                     from[begin..begin + count * points]
                         .iter()
@@ -253,6 +260,7 @@ impl Analysis {
                         name: format!("{prefix}{}{suffix}", field.name),
                         values: pick(&values, component),
                         errors: errors.as_ref().map(|errors| pick(errors, component)),
+                        dense: dense.clone(),
                     });
                 }
                 begin += count * points;
@@ -268,6 +276,17 @@ impl Analysis {
             sums,
         }
     }
+}
+
+/// See [`Column::dense`].
+fn dense(field: &Field, sums: &Sums) -> Vec<bool> {
+    let Some(divisor) = field.divisor() else {
+        return Vec::new();
+    };
+    let at = |point| sums.at(divisor, point).first().copied().unwrap_or(0.0);
+    let most = (0..sums.points).map(at).fold(0.0, f64::max);
+    let enough = |point| at(point) > 0.0 && at(point) >= SPARSE * most;
+    (0..sums.points).map(enough).collect()
 }
 
 #[cfg(test)]

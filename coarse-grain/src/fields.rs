@@ -64,6 +64,8 @@ pub struct Field {
     pub definition: &'static str,
     /// The sums that it needs.
     pub sums: &'static [Sum],
+    /// The sum that it is divided by, if it is a quotient.
+    per: &'static [Sum],
     compute: fn(&Point, &mut [f64]),
 }
 
@@ -78,6 +80,12 @@ impl Field {
     #[must_use]
     pub fn by_name(name: &str) -> Option<&'static Self> {
         FIELDS.iter().find(|field| field.name == name)
+    }
+
+    /// The sum that it is divided by, if it is a quotient: where that sum is next to nothing, the field is that of single particles.
+    #[must_use]
+    pub fn divisor(&self) -> Option<Sum> {
+        self.per.first().copied()
     }
 
     /// Whether it cannot be known without contacts.
@@ -186,7 +194,7 @@ pub const MERCURY_SUMS: [Sum; 7] = [
 use Components::{Powers, Scalar, Symmetric, Tensor, Vector};
 
 macro_rules! fields {
-    ($($name:ident $unit:literal $components:ident [$($sum:ident)*] $definition:literal;)*) => {
+    ($($name:ident $unit:literal $components:ident [$($sum:ident)*] $(per $by:ident)? $definition:literal;)*) => {
         /// All fields.
         pub const FIELDS: &[Field] = &[$(Field {
             name: stringify!($name),
@@ -194,6 +202,7 @@ macro_rules! fields {
             components: $components,
             definition: $definition,
             sums: &[$(Sum::$sum),*],
+            per: &[$(Sum::$by)?],
             compute: compute::$name,
         }),*];
     };
@@ -202,14 +211,14 @@ macro_rules! fields {
 fields! {
     number_density "1/m^3" Scalar [Sizes] "sum phi: particles per volume";
     size_moments "m^(q-3)" Powers [Sizes] "sum R^q phi for q = 0 to 5";
-    mean_radius "m" Scalar [Sizes] "M1 with Mq = sum R^q phi / sum phi";
-    radius_variance "m^2" Scalar [Sizes] "M2 - M1^2";
-    radius_skewness "1" Scalar [Sizes] "third central moment of the radii over the 3/2 power of the variance";
-    radius_kurtosis "1" Scalar [Sizes] "fourth central moment of the radii over the square of the variance";
+    mean_radius "m" Scalar [Sizes] per Sizes "M1 with Mq = sum R^q phi / sum phi";
+    radius_variance "m^2" Scalar [Sizes] per Sizes "M2 - M1^2";
+    radius_skewness "1" Scalar [Sizes] per Sizes "third central moment of the radii over the 3/2 power of the variance";
+    radius_kurtosis "1" Scalar [Sizes] per Sizes "fourth central moment of the radii over the square of the variance";
     volume_fraction "1" Scalar [Volume] "sum V phi: solid volume per volume";
     density "kg/m^3" Scalar [Mass] "rho = sum m phi";
     momentum "kg/(m^2 s)" Vector [Momentum] "j = sum m v phi";
-    velocity "m/s" Vector [Mass Momentum] "V = j / rho";
+    velocity "m/s" Vector [Mass Momentum] per Mass "V = j / rho";
     momentum_flux "Pa" Symmetric [MomentumFlux] "k = sum m v (x) v phi";
     kinetic_stress "Pa" Symmetric [Mass Momentum MomentumFlux] "sigma_k = k - rho V (x) V";
     contact_stress "Pa" Tensor [Stress] "sigma_c = sum F (x) l psi over contacts: F the force on a particle, l from its partner (at a boundary: from the contact point) to it; compression positive";
@@ -218,28 +227,28 @@ fields! {
     contact_pressure "Pa" Scalar [Stress] "tr sigma_c / 3 (2D: / 2)";
     kinetic_pressure "Pa" Scalar [Mass Momentum MomentumFlux] "tr sigma_k / 3 (2D: / 2)";
     deviatoric_stress "Pa" Scalar [Mass Momentum MomentumFlux Stress] "sqrt(s:s / 2) of s, the symmetric part of sigma without its trace";
-    stress_ratio "1" Scalar [Mass Momentum MomentumFlux Stress] "deviatoric_stress / pressure";
-    granular_temperature "m^2/s^2" Scalar [Mass Momentum MomentumFlux] "T = tr sigma_k / (3 rho) (2D: / (2 rho))";
+    stress_ratio "1" Scalar [Mass Momentum MomentumFlux Stress] per Mass "deviatoric_stress / pressure";
+    granular_temperature "m^2/s^2" Scalar [Mass Momentum MomentumFlux] per Mass "T = tr sigma_k / (3 rho) (2D: / (2 rho))";
     kinetic_energy "J/m^3" Scalar [MomentumFlux] "tr k / 2: translational energy per volume";
     fluctuation_energy "J/m^3" Scalar [Mass Momentum MomentumFlux] "tr sigma_k / 2: its part beyond that of the velocity field";
     rotational_energy "J/m^3" Scalar [SpinEnergy] "sum w.I w phi / 2";
     boundary_force "N/m^3" Vector [BoundaryForce] "sum F phi at the contact points with walls and fixed particles: F the force on the flowing particle";
     drag "N/m^3" Vector [Drag] "sum F phi at the contact points with flowing particles of other materials (0 for the mixture)";
-    coordination "1" Scalar [Sizes Touching] "sum z phi / sum phi, z the number of contacts of a particle with particles";
+    coordination "1" Scalar [Sizes Touching] per Sizes "sum z phi / sum phi, z the number of contacts of a particle with particles";
     contact_density "1/m^3" Scalar [ContactCount] "sum psi: contacts per volume";
-    fabric "1" Symmetric [ContactCount Fabric] "sum n (x) n psi / sum psi";
-    velocity_gradient "1/s" Tensor [Mass Momentum MassGradient MomentumGradient] "dV_a/dx_b = (dj_a/dx_b - V_a drho/dx_b) / rho";
-    strain_rate "1/s" Symmetric [Mass Momentum MassGradient MomentumGradient] "D, the symmetric part of the velocity gradient";
-    vorticity "1/s" Vector [Mass Momentum MassGradient MomentumGradient] "curl V";
-    shear_rate "1/s" Scalar [Mass Momentum MassGradient MomentumGradient] "sqrt(2 D':D') of D', the strain rate without its trace";
-    inertial_number "1" Scalar [Sizes Volume Mass Momentum MomentumFlux Stress MassGradient MomentumGradient] "I = shear_rate d sqrt(rho_s / p), d the mean diameter, rho_s = rho / volume fraction";
-    angular_velocity "rad/s" Vector [Sizes AngularVelocity] "sum w phi / sum phi";
+    fabric "1" Symmetric [ContactCount Fabric] per ContactCount "sum n (x) n psi / sum psi";
+    velocity_gradient "1/s" Tensor [Mass Momentum MassGradient MomentumGradient] per Mass "dV_a/dx_b = (dj_a/dx_b - V_a drho/dx_b) / rho";
+    strain_rate "1/s" Symmetric [Mass Momentum MassGradient MomentumGradient] per Mass "D, the symmetric part of the velocity gradient";
+    vorticity "1/s" Vector [Mass Momentum MassGradient MomentumGradient] per Mass "curl V";
+    shear_rate "1/s" Scalar [Mass Momentum MassGradient MomentumGradient] per Mass "sqrt(2 D':D') of D', the strain rate without its trace";
+    inertial_number "1" Scalar [Sizes Volume Mass Momentum MomentumFlux Stress MassGradient MomentumGradient] per Mass "I = shear_rate d sqrt(rho_s / p), d the mean diameter, rho_s = rho / volume fraction";
+    angular_velocity "rad/s" Vector [Sizes AngularVelocity] per Sizes "sum w phi / sum phi";
     spin "kg/(m s)" Vector [Spin] "s = sum I w phi: angular momentum about the particles' centres per volume";
     spin_flux "N/m" Tensor [SpinFlux] "sum (I w) (x) v phi";
     couple_stress "N/m" Tensor [CoupleDifference CoupleSum] "mu = sum ((M_P - M_I)/2 psi + (M_P + M_I) psi_1) (x) l, M the torques on both particles";
     boundary_couple "N/m^2" Vector [BoundaryCouple] "sum of the couples of walls and fixed particles phi at the contact points";
-    displacement "m" Vector [DisplacedMass Displacement] "U = sum m u phi / sum m phi, u the displacement since the reference frame";
-    strain "1" Symmetric [DisplacedMass Displacement DisplacedMassGradient DisplacementGradient] "symmetric part of dU_a/dx_b";
+    displacement "m" Vector [DisplacedMass Displacement] per DisplacedMass "U = sum m u phi / sum m phi, u the displacement since the reference frame";
+    strain "1" Symmetric [DisplacedMass Displacement DisplacedMassGradient DisplacementGradient] per DisplacedMass "symmetric part of dU_a/dx_b";
 }
 
 #[cfg(test)]
@@ -261,6 +270,21 @@ mod tests {
         for name in STANDARD {
             assert!(Field::by_name(name).is_some(), "{name}");
         }
+    }
+
+    #[test]
+    fn quotients_are_divided_by_a_sum_that_they_need() {
+        for field in FIELDS {
+            let by = field.divisor();
+            assert!(
+                by.is_none_or(|sum| field.sums.contains(&sum)),
+                "{}",
+                field.name
+            );
+        }
+        let divisor = |name| Field::by_name(name).unwrap().divisor();
+        assert_eq!(divisor("velocity"), Some(Sum::Mass));
+        assert_eq!((divisor("density"), divisor("stress")), (None, None));
     }
 
     #[test]

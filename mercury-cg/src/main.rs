@@ -34,7 +34,8 @@ Examples:
 INPUT is a run folder, NAME.particles.arrow, NAME.data (with NAME.fstat beside it), NAME.data.0000 (a series), or \
 a .restart of MercuryDPM; .data, .fstat and .restart may be packed (.gz, .zst, .xz, .bz2).
 The ending of -o says what is written: .csv and .parquet tables, .stat MercuryCG's layout, .vti image data for ParaView, .svg and .png \
-pictures of profiles (one coordinate) and maps (two).
+pictures of profiles (one coordinate) and maps (two). Maps leave quotients (velocity, temperature, ...) blank where what they are \
+divided by (the density, ...) is below 5 % of its largest value in the map.
 Fields with units and definitions: mercury-cg --list-fields.
 Exit codes: 0 done (also if the input was cut: its good frames are used, and a warning says so), 1 a file could not be \
 written, 2 wrong usage or input.";

@@ -12,6 +12,9 @@ use crate::evaluate::Evaluator;
 /// Most charts on a page: somewhat more than the components of the standard fields.
 const MOST: usize = 48;
 
+/// Maps of lengths are to scale unless one side is so many times the other: then nothing could be seen along the shorter one.
+const LONGEST: f64 = 5.0;
+
 /// A page of all fields of a block: of one coordinate a chart for each field, its components as lines and their standard errors (doubled: 95 %)
 /// as bands; of two a heat map for each component.
 ///
@@ -24,16 +27,15 @@ pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<Char
         ));
     };
     let (names, units) = (evaluator.coordinates.names(), evaluator.coordinates.units());
+    let mut to_scale = None;
     let charts = match grid[..] {
         [x] => profiles(block, &x, &Axis::linear(names[0], units[0])),
-        [x, y] => maps(
-            block,
-            [&x, &y],
-            [
-                &Axis::linear(names[0], units[0]),
-                &Axis::linear(names[1], units[1]),
-            ],
-        ),
+        [x, y] => {
+            let axes = [0, 1].map(|k| Axis::linear(names[k], units[k]));
+            let axes = [&axes[0], &axes[1]];
+            to_scale = slope([&x, &y], axes);
+            maps(block, [&x, &y], axes)
+        }
         _ => {
             return Err(refused(
                 "pictures show fields of one or two coordinates; three are for .vti",
@@ -48,7 +50,13 @@ pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<Char
         return Err(CgError::Input(format!("{found}\nhelp: --fields chooses")));
     }
     let columns = if charts.len() < 3 { charts.len() } else { 3 };
+    let rows = charts.len().div_ceil(columns) as f64;
     let mut page = ChartPage::new("", columns, charts);
+    if let Some(slope) = to_scale {
+        // About what axes and colour bar leave of the width, and as high a row as maps of this width need.
+        let room = page.size.0 / columns as f64 - 150.0;
+        page.size.1 = 40.0 + rows * (70.0 + (slope * room).clamp(100.0, 380.0));
+    }
     page.title = match time {
         TimeMode::Average => mean_of(block),
         _ => format!("t = {} s", seconds(block.time)),
@@ -238,7 +246,15 @@ fn named(column: &Column) -> String {
     }
 }
 
+/// Height over width of a map whose axes are both lengths and can be drawn to scale.
+fn slope([x, y]: [&GridAxis; 2], axes: [&Axis; 2]) -> Option<f64> {
+    let slope = (y.max - y.min) / (x.max - x.min);
+    let lengths = axes.iter().all(|axis| axis.unit == "m");
+    (lengths && (1.0 / LONGEST..=LONGEST).contains(&slope)).then_some(slope)
+}
+
 fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> Vec<Chart> {
+    let to_scale = slope([x, y], [x_axis, y_axis]).is_some();
     let edges = |axis: &GridAxis| -> Vec<f64> {
         (0..=axis.count)
             .map(|k| axis.min + k as f64 * axis.step())
@@ -247,7 +263,15 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
     let chart = |column: &Column| {
         let name = named(column);
         // Our grids run fastest along the last coordinate, maps along x.
-        let value = |row: usize, k: usize| column.values[k * y.count + row];
+        let value = |row: usize, k: usize| {
+            let point = k * y.count + row;
+            let shown = column.dense.get(point).is_none_or(|dense| *dense);
+            if shown {
+                column.values[point]
+            } else {
+                f64::NAN
+            }
+        };
         let cells = (0..y.count).flat_map(|row| (0..x.count).map(move |k| (row, k)));
         let values = cells.map(|(row, k)| value(row, k)).collect();
         let map = HeatMap {
@@ -259,7 +283,10 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
             map: ColourMap::Viridis,
             range: None,
         };
-        Chart::new(&name, x_axis.clone(), y_axis.clone()).with(Series::heat(map))
+        let mut chart = Chart::new(&name, x_axis.clone(), y_axis.clone()).with(Series::heat(map));
+        chart.when_empty = "no particles".into();
+        chart.to_scale = to_scale;
+        chart
     };
     block.columns.iter().map(chart).collect()
 }
@@ -293,6 +320,7 @@ mod tests {
             name: format!("velocity_{}", ["x", "y", "z"][component]),
             values: vec![1.0 + component as f64; 2],
             errors: Some(vec![0.1; 2]),
+            dense: Vec::new(),
         };
         let block = Block {
             time: 1.0,
@@ -316,6 +344,73 @@ mod tests {
                 assert!(matches!(pair[1].shape, Shape::Band { .. }));
             }
         }
+    }
+
+    /// One particle in a box three times as high as wide: the air has no velocity and no say in the colours, but a density of zero.
+    #[test]
+    fn maps_leave_the_air_blank_and_are_to_scale() {
+        use crate::analysis::{Analysis, Part, Reference};
+        use crate::coordinates::Coordinates;
+        use crate::kernel::{KernelChoice, KernelShape};
+        use crate::state::State;
+        use glam::DVec3;
+        use mercury_pictures::charts::Shape;
+        let axis = |max: f64| GridAxis {
+            min: 0.0,
+            max,
+            count: 30,
+        };
+        let place = Place::Grid(vec![axis(1.0), axis(3.0)]);
+        let kernel = KernelChoice::new(KernelShape::Gaussian, 0.1);
+        let coordinates = Coordinates::Cartesian([true, false, true]);
+        let analysis = Analysis {
+            evaluator: Evaluator::new(coordinates, place, kernel),
+            fields: ["density", "velocity"]
+                .iter()
+                .filter_map(|name| Field::by_name(name))
+                .collect(),
+            parts: vec![Part::everything()],
+            time: TimeMode::Frames,
+            errors: false,
+            reference: Reference::Previous,
+            keep_sums: false,
+            running: false,
+        };
+        let mut state = State::default();
+        state.space.max = DVec3::new(1.0, 1.0, 3.0);
+        let p = &mut state.particles;
+        p.id.push(1);
+        p.material.push(0);
+        p.flowing.push(true);
+        p.position.push(DVec3::new(0.5, 0.5, 0.5));
+        p.velocity.push(DVec3::new(2.0, 2.0, 2.0));
+        p.mass.push(1.0);
+        p.volume.push(0.1);
+        p.radius.push(0.1);
+        p.angular_velocity.push(DVec3::ZERO);
+        p.spin.push(DVec3::ZERO);
+        let mut blocks = Vec::new();
+        let keep = |block| {
+            blocks.push(block);
+            Ok(())
+        };
+        analysis.run([Ok(state)].into_iter(), keep).unwrap();
+        let page = page(&analysis.evaluator, TimeMode::Frames, &blocks[0]).unwrap();
+        let values = |chart: usize| match &page.charts[chart].series[0].shape {
+            Shape::Heat(map) => map.values.clone(),
+            _ => panic!("no map"),
+        };
+        assert!(page.charts.iter().all(|chart| chart.to_scale));
+        assert!(values(0).iter().all(|density| density.is_finite()));
+        assert!(values(0).contains(&0.0));
+        let velocities = values(1);
+        let shown: Vec<f64> = (velocities.iter().copied())
+            .filter(|value| value.is_finite())
+            .collect();
+        // Of a Gaussian, exp(-r^2 / (2 w^2)) > 0.05 within r = 2.45 w: 0.188 m^2 of 3 m^2.
+        assert!((45..70).contains(&shown.len()), "{}", shown.len());
+        assert!(shown.iter().all(|value| (value - 2.0).abs() < 1e-12));
+        assert!(page.svg().is_ok());
     }
 
     #[test]

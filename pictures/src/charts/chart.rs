@@ -21,6 +21,8 @@ pub struct Chart {
     pub legend: Legend,
     /// What stands in a chart without any value to draw.
     pub when_empty: String,
+    /// Whether one unit is as long to the right as upwards, as on a map. It needs two linear axes, and leaves room free.
+    pub to_scale: bool,
 }
 
 impl Chart {
@@ -35,7 +37,15 @@ impl Chart {
             notes: Vec::new(),
             legend: Legend::Auto,
             when_empty: "no data".into(),
+            to_scale: false,
         }
+    }
+
+    /// The same chart with one unit as long to the right as upwards.
+    #[must_use]
+    pub fn to_scale(mut self) -> Self {
+        self.to_scale = true;
+        self
     }
 
     /// The same chart with one series more.

@@ -246,6 +246,16 @@ impl ChartPage {
                 (placed[k].margins.left, placed[k].margins.right) = (left, right);
             }
         }
+        for one in &mut placed {
+            let margins = one.margins;
+            let (right, below) = one.panel.free((
+                one.size.0 - margins.left - margins.right,
+                one.size.1 - margins.top - margins.bottom,
+            ));
+            // The title of the x axis stands at the lower end of its margin, so that the chart ends above what is free.
+            one.margins.right += right;
+            one.size.1 -= below;
+        }
         Ok(placed)
     }
 

@@ -107,6 +107,18 @@ impl<'a> Panel<'a> {
         }
     }
 
+    /// What is left free to the right and below, if the part between the axes has this room and the chart is to scale. No side
+    /// becomes shorter than a chart may be.
+    pub(super) fn free(&self, (width, height): Spot) -> Spot {
+        let extents = (self.outline.x.extent(), self.outline.y.extent());
+        let (true, (Some(x), Some(y))) = (self.outline.chart.to_scale, extents) else {
+            return (0.0, 0.0);
+        };
+        let scale = (width / x).min(height / y);
+        let side = |room: f64, extent: f64| (room - (scale * extent).max(SMALLEST)).max(0.0);
+        (side(width, x), side(height, y))
+    }
+
     /// Where the legend of the chart goes in a chart of this size between its axes.
     pub(super) fn legend(&self, (width, height): Spot) -> Legend {
         let Some((w, h)) = legend::size(self.outline.chart, NUMBERS) else {

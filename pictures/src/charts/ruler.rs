@@ -96,6 +96,12 @@ impl Span {
         self.share(value).or(beyond)
     }
 
+    /// What a linear axis reaches over (SI); `None` of others.
+    pub(super) fn extent(&self) -> Option<f64> {
+        let extent = (self.ends.1 - self.ends.0) * self.unit.size;
+        (self.scale == Scale::Linear && extent > 0.0).then_some(extent)
+    }
+
     /// Name and unit.
     pub(super) fn title(&self) -> String {
         match (self.name.is_empty(), self.unit.name.is_empty()) {

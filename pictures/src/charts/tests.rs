@@ -300,6 +300,31 @@ fn a_heat_map_has_a_bar_and_leaves_empty_cells_free() {
     assert!(all.iter().any(|text| text == "pressure (kPa)"), "{all:?}");
 }
 
+/// The cells of a chart to scale are squares where their edges are, whichever side has room to spare.
+#[test]
+fn a_chart_to_scale_has_equal_lengths() {
+    for (width, height) in [(700.0, 300.0), (300.0, 700.0)] {
+        for to_scale in [false, true] {
+            let heat = grid(vec![1e3, 2e3, 3e3, 3e2, 2e2, 1e2]);
+            let chart = Chart {
+                to_scale,
+                ..Chart::new("", Axis::linear("x", "m"), Axis::linear("z", "m"))
+            };
+            let page = ChartPage::of(chart.with(Series::heat(heat))).size(width, height);
+            let text = page.svg().unwrap();
+            let document = Document::parse(&text).unwrap();
+            let group = document
+                .descendants()
+                .find(|node| node.attribute("shape-rendering") == Some("crispEdges"));
+            let cells: Vec<_> = group.unwrap().children().collect();
+            let first = cells.iter().find(|node| node.is_element()).unwrap();
+            let side = |name: &str| first.attribute(name).unwrap().parse::<f64>().unwrap();
+            let (wide, high) = (side("width"), side("height"));
+            assert_eq!((wide - high).abs() < 0.2, to_scale, "{wide} x {high}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_drawn_is_an_error_that_says_why() {
     let two = vec![(0.0, 0.0), (1.0, 1.0)];
