@@ -272,6 +272,23 @@ fn solve_into_closed_pipes(folder: &Path, arguments: &[&str]) -> Option<i32> {
         .code()
 }
 
+/// What is strange about a scene is said before the first step, not after a night.
+#[test]
+fn warnings_come_before_the_run() {
+    let folder = folder_with_scene(SCENE);
+    // A step beyond a fifth of a contact.
+    let long = ["pair.toml", "--set", "time.step=2e-3"];
+    let output = solve(folder.path(), &long);
+    assert_eq!(code(&output), Some(0), "{}", errors(&output));
+    let text = errors(&output);
+    assert!(text.contains("warning: "), "{text}");
+    let quiet = solve(
+        folder.path(),
+        &[&long[..], &["--force", "--quiet"]].concat(),
+    );
+    assert!(!errors(&quiet).contains("warning: "), "{}", errors(&quiet));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_reader_that_has_gone_away_changes_no_exit_code() {

@@ -2,6 +2,7 @@
 
 use super::waiting::stopped_early;
 use std::collections::BTreeMap;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -129,9 +130,13 @@ pub(crate) fn run_plan(
         }
         return Ok(None);
     }
-    for note in &notes {
-        if !how.quiet {
-            eprintln!("{note}");
+    if !how.quiet {
+        // Now, not at the end alone: a run may take a night.
+        let warnings = plan.notes().warnings().iter();
+        let warnings = warnings.map(|warning| format!("warning: {warning}"));
+        for line in notes.iter().cloned().chain(warnings) {
+            // Whoever closed standard error does not want to know.
+            let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
     let threads = how.threads_for(&plan);

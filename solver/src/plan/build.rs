@@ -90,7 +90,14 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let regions = regions(scene, &start, &mut errors);
     let deletions = deletions(scene, &mut errors);
     let fluxes = fluxes(scene, &mut errors);
-    let fields = fields(scene, &start, &clumps, &mut warnings, &mut errors);
+    let fields = fields(
+        scene,
+        &start,
+        &clumps,
+        &insertions,
+        &mut warnings,
+        &mut errors,
+    );
     let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
     let sizes = Sizes::of(
         &densities(scene),

@@ -12,6 +12,7 @@ use mercury_common::scene::{Dimensions, FieldTable, FieldWidth, Scene, SceneErro
 
 use super::particles::StartingParticles;
 use crate::bodies::Clump;
+use crate::boundaries::InsertionPlan;
 use crate::state::{FIXED, PRESCRIBED};
 
 /// Most field tables of a scene: what is due of them is a bit each.
@@ -84,6 +85,7 @@ pub(super) fn fields(
     scene: &Scene,
     start: &StartingParticles,
     clumps: &[Clump],
+    insertions: &[InsertionPlan],
     warnings: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Vec<FieldPlan> {
@@ -98,6 +100,13 @@ pub(super) fn fields(
     let materials = scene.materials.iter();
     let materials: Vec<String> = materials.map(|one| one.name.value.clone()).collect();
     let first = first_state(scene, start, clumps);
+    // Where nothing flows yet, widths are in diameters of what comes.
+    let flows = first.particles.flowing.contains(&true);
+    let coming = if flows {
+        None
+    } else {
+        mean_diameter(insertions)
+    };
     let mut planned = Vec::new();
     for table in &scene.fields {
         let from = table.from.as_deref().copied().unwrap_or(0.0);
@@ -120,7 +129,7 @@ pub(super) fn fields(
                 errors.push(smooth.place.error(found));
             }
         }
-        match analysis(table, &materials, &first) {
+        match analysis(table, &materials, &first, coming) {
             Ok(analysis) => planned.push(FieldPlan {
                 name: table.name.value.clone(),
                 analysis,
@@ -201,7 +210,24 @@ fn with_keys(text: &str) -> String {
     out
 }
 
-fn analysis(table: &FieldTable, materials: &[String], first: &State) -> Result<Analysis, CgError> {
+/// Mean diameter by number of what insertions bring, m; of clumps that of a sphere of equal volume.
+fn mean_diameter(insertions: &[InsertionPlan]) -> Option<f64> {
+    let parts = insertions.iter().flat_map(|insertion| &insertion.mixture);
+    let (mut sum, mut shares) = (0.0, 0.0);
+    for part in parts {
+        sum += part.share * part.sizes.mean_diameter();
+        shares += part.share;
+    }
+    (sum > 0.0).then(|| sum / shares)
+}
+
+/// What a table wants; `coming`: the diameter in which widths are given if not that of the first particles, m.
+fn analysis(
+    table: &FieldTable,
+    materials: &[String],
+    first: &State,
+    coming: Option<f64>,
+) -> Result<Analysis, CgError> {
     let wrong = |key: &str, found: String| CgError::Input(format!("--{key}: {found}"));
     let coordinates = match &table.coordinates {
         Some(word) => Some(word.parse().map_err(|found| wrong("coordinates", found))?),
@@ -214,6 +240,10 @@ fn analysis(table: &FieldTable, materials: &[String], first: &State) -> Result<A
         mirrors(&faces.join(","))
     };
     let cells = |grid: &Vec<u64>| Cells(grid.iter().map(|&n| n as usize).collect());
+    let width = table.width.as_deref().map(|width| match *width {
+        FieldWidth::Metres(width) => Width::Metres(width),
+        FieldWidth::Diameters(times) => Width::Diameters(times),
+    });
     let limits = table.limits.iter();
     let limits = limits.map(|(name, range)| ((*name).to_owned(), range[0], range[1]));
     let wanted = Wanted {
@@ -233,10 +263,13 @@ fn analysis(table: &FieldTable, materials: &[String], first: &State) -> Result<A
             "heaviside" => KernelShape::Heaviside,
             _ => KernelShape::Gaussian,
         },
-        width: table.width.as_deref().map(|width| match *width {
-            FieldWidth::Metres(width) => Width::Metres(width),
-            FieldWidth::Diameters(times) => Width::Diameters(times),
-        }),
+        width: match coming {
+            Some(diameter) => {
+                let width = width.unwrap_or(Width::Diameters(1.0));
+                Some(Width::Metres(width.metres(diameter)))
+            }
+            None => width,
+        },
         cutoff: table.cutoff.as_deref().copied(),
         tolerance: table.tolerance.as_deref().copied(),
         mirrors: mirrors.map_err(|found| wrong("mirror", found))?,

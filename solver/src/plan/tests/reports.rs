@@ -124,3 +124,20 @@ fn keys_that_change_nothing_are_warned_of() {
     let plan = planned_with(&text, written).unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(plan.notes().warnings(), [""; 0]);
 }
+
+/// Where nothing is there at the start, a width in diameters is one of the grains that come: 1/3 of 2 mm and 2/3 of 1 mm.
+#[test]
+fn widths_of_fields_are_in_diameters_of_what_comes() {
+    let mean = (2e-3 + 2.0 * 1e-3) / 3.0;
+    for (width, expected) in [
+        ("", mean),
+        ("width = \"1.5d\"\n", 1.5 * mean),
+        ("width = 0.004\n", 4e-3),
+    ] {
+        let fields = "[[fields]]\nname = \"profile\"\ncoordinates = \"Z\"\ngrid = [10]\n";
+        let plan = planned_with(&format!("{SCENE}{fields}{width}"), &[]);
+        let plan = plan.unwrap_or_else(|errors| panic!("{errors}"));
+        let kernel = &plan.outputs().files().fields[0].analysis.evaluator.kernel;
+        close(kernel.width, expected, 1e-12);
+    }
+}
