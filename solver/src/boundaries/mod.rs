@@ -32,7 +32,7 @@ mod tally;
 mod tests;
 mod thinning;
 
-pub(crate) use blocked::{PLACES as PLACES_AMONG_WALLS, wall_in_the_way};
+pub(crate) use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked};
 pub use domain_volume::volume_within;
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};

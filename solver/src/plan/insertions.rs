@@ -15,8 +15,8 @@ use mercury_common::sizes::{SizeDistribution, SizeError, warning_of_shares};
 use super::{Plan, meshes};
 use crate::bodies::Clump;
 use crate::boundaries::{
-    DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, PLACES_AMONG_WALLS, Rate, Region,
-    Space, may_hold, volume_within, wall_in_the_way,
+    Blocked, DeletionPlan, Ingredient, InsertionPlan, MOST_OF_QUOTA, PLACES_AMONG_WALLS, Rate,
+    Region, Space, blocked, may_hold, volume_within,
 };
 use crate::contact::parameter::short;
 use crate::neighbours::Images;
@@ -303,15 +303,21 @@ pub(super) fn check_among_walls(
         if !radius.is_finite() {
             continue;
         }
-        if let Some(wall) = wall_in_the_way(&planned.region, radius, space, &now) {
+        let Some(Blocked { wall, share }) = blocked(&planned.region, radius, space, &now) else {
+            continue;
+        };
+        let wall = &walls[wall].name;
+        let help = "move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`";
+        if share == 1.0 {
             let error = insertion.region.error(format!(
-                "the region of \"{}\" lies behind or in walls, most of it `{}`: of {PLACES_AMONG_WALLS} places in it not one has room for a sphere of {} m",
-                insertion.name.value,
-                walls[wall].name,
+                "the region of {whose} lies behind or in walls, most of it `{wall}`: of {PLACES_AMONG_WALLS} places in it not one has room for a sphere of {} m",
                 short(2.0 * radius)
             ));
-            errors.push(error.with_help(
-                "move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`",
+            errors.push(error.with_help(help));
+        } else if share > 0.5 {
+            let percent = (100.0 * share).round();
+            warnings.push(format!(
+                "insertion {whose}: {percent} % of its region lie behind or in walls, most of it `{wall}`, and get no grain; if that is not meant: {help}"
             ));
         }
     }
