@@ -431,8 +431,29 @@ fn a_scene_can_read_the_particles_of_a_run() {
     refused(
         place.path(),
         &["particles", "run"],
-        "run/run.particles.arrow: the frame has clumps (body 2), which a table of spheres cannot hold\n",
+        "run/run.particles.arrow: the frame has clumps (body 2), which a table of spheres cannot hold\n\
+         help: `[[particles]]` with `run = \"FOLDER\"` starts from the last state of a run of mercury-solve, with its clumps and contacts\n",
     );
+}
+
+/// The laws that are printed are nobody's: of a run of our own the lines say how to go on with what it had.
+#[test]
+fn lines_for_a_scene_name_the_other_way_from_a_run() {
+    let place = folder_with_run();
+    // Without the sphere of a clump.
+    let of_run = [
+        "particles",
+        "run",
+        "--region",
+        "x=0.5..2.5",
+        "--frames",
+        "last",
+    ];
+    let said = succeeds(place.path(), &of_run);
+    assert!(said.contains("run = \"FOLDER\""), "{said}");
+    let place = folder_with_data(DATA);
+    let said = succeeds(place.path(), &["particles", "old.data"]);
+    assert!(!said.contains("run = \"FOLDER\""), "{said}");
 }
 
 /// Out as LIGGGHTS reads it, back, and into a scene: the same spheres, and lines that are a scene with time and output.
@@ -521,6 +542,24 @@ fn help_shows_examples_and_bad_usage_exits_2() {
             Some(2),
             "{arguments:?}"
         );
+    }
+}
+
+/// `-o zz.jpg` made a folder of that name.
+#[test]
+fn an_ending_that_is_not_written_is_refused() {
+    let place = folder_with_run();
+    for (command, name) in [("png", "zz.jpg"), ("gif", "zz.mp4"), ("svg", "zz.TIF")] {
+        let ending = name[3..].to_lowercase();
+        refused(
+            place.path(),
+            &[command, "run", "--frames", "last", "-o", name],
+            &format!(
+                "{name}: no picture or film is written as .{ending}\nhelp: mercury-export png, svg, gif and apng write .png, .svg, .gif and .apng; \
+                 a folder takes a name without such an ending\n"
+            ),
+        );
+        assert!(!place.path().join(name).exists());
     }
 }
 

@@ -13,6 +13,9 @@ use super::{Encode, FilePerFrame};
 use crate::output::Output;
 use crate::{ExportError, Outcome, Sink, Snapshot};
 
+/// How a scene starts from a run with all that a table lacks.
+const FROM_RUN: &str = "`[[particles]]` with `run = \"FOLDER\"` starts from the last state of a run of mercury-solve, with its clumps and contacts";
+
 /// The rows of a frame.
 ///
 /// # Errors
@@ -23,7 +26,7 @@ pub fn particle_rows(snapshot: &Snapshot) -> Result<Vec<ParticleRow>, ExportErro
         && let Some(body) = bodies.iter().flatten().next()
     {
         return Err(input(format!(
-            "the frame has clumps (body {body}), which a table of spheres cannot hold"
+            "the frame has clumps (body {body}), which a table of spheres cannot hold\nhelp: {FROM_RUN}"
         )));
     }
     let radius = snapshot.numbers("radius")?;
@@ -140,6 +143,11 @@ fn scene_lines(snapshot: &Snapshot) -> Result<String, ExportError> {
         entry("grain", density(None));
     }
     text += "\n[[particles]]\n";
+    let name = snapshot.path.to_string_lossy();
+    if name.ends_with(".particles.arrow") {
+        text += "# The laws above are made up. With the materials of the run's own scene, and instead of the table, this starts\n\
+                 # from the last state of the run with its contacts: run = \"FOLDER\"\n";
+    }
     if used.is_empty() {
         text += "material = \"grain\"\n";
     }

@@ -86,10 +86,21 @@ impl PictureKind {
                 path.display(),
                 self.endings()[0]
             ))),
+            false if OTHERS.contains(&ending.as_str()) => Err(ExportError::Input(format!(
+                "{}: no picture or film is written as .{ending}\nhelp: mercury-export png, svg, gif and apng write .png, .svg, .gif and .apng; a folder takes a name without such an ending",
+                path.display()
+            ))),
             false => Ok(false),
         }
     }
 }
+
+/// Endings that people mean files by, and that no picture has: a folder of such a name would surprise.
+const OTHERS: &[&str] = &[
+    "jpg", "jpeg", "bmp", "tif", "tiff", "webp", "avif", "eps", "ps", "pdf", "ppm", "mp4", "m4v",
+    "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ogv", "wmv", "csv", "parquet", "vtu", "vti",
+    "pvd", "txt", "zip",
+];
 
 /// The most frames of a film strip.
 pub const LONGEST_STRIP: usize = 64;
