@@ -380,3 +380,82 @@ fn a_file_of_a_run_that_is_gone_is_told_with_what_to_do() {
     );
     assert_ne!(column(&study, "push")[1], "");
 }
+
+/// The second study wrote its table over that of the first one, whose plot stayed beside it.
+#[test]
+fn the_table_of_another_study_is_not_replaced() {
+    let folder = folder();
+    let friction = "materials.ball.tangential.friction=0.1..0.5/3";
+    let first = [
+        "ball.toml",
+        "--sweep",
+        friction,
+        "--result",
+        "height=max(particles.z)",
+    ];
+    assert_eq!(solve(folder.path(), &first).0, Some(0));
+    let study = folder.path().join("ball-study");
+    let table = || fs::read(study.join("study.csv")).unwrap();
+    let before = table();
+    let refused = |arguments: &[&str], part: &str| {
+        let (code, _, errors) = solve(folder.path(), &[&["ball.toml"], arguments].concat());
+        assert_eq!(code, Some(2), "{errors}");
+        for part in ["table of another study", part, "--output OTHER", "--force"] {
+            assert!(errors.contains(part), "{part}: {errors}");
+        }
+        assert!(table() == before);
+        assert!(study.join("study.height.png").exists());
+        assert!(!study.join("seed=1").exists());
+    };
+    refused(&["--sweep", "seed=1,2"], "those of this one in seed");
+    refused(
+        &["--sweep", "seed=1,2", "--check"],
+        "those of this one in seed",
+    );
+    refused(
+        &["--sweep", friction],
+        "height=max(particles.z) is not asked for here",
+    );
+    refused(
+        &["--sweep", friction, "--result", "height=min(particles.z)"],
+        "`height` is max(particles.z), that of this one min(particles.z)",
+    );
+    let end = ["--set", "time.end=0.01"];
+    refused(
+        &[&first[1..], &end].concat(),
+        "--set time.end=0.01 was not given there",
+    );
+
+    // A result more costs no run, and values of another day stand beside the first ones.
+    let more = ["--result", "speed=last(particles.vz)"];
+    let mut later = [&first[..], &more].concat();
+    let (code, said, errors) = solve(folder.path(), &later);
+    assert_eq!(code, Some(0), "{errors}");
+    assert!(said.contains("(3 before)"), "{said}");
+    later[2] = "materials.ball.tangential.friction=0.5,0.7";
+    assert_eq!(solve(folder.path(), &later).0, Some(0));
+    let names = [
+        "friction=0.5",
+        "friction=0.7",
+        "friction=0.1",
+        "friction=0.3",
+    ];
+    assert_eq!(column(&study, "run"), names);
+    assert!(!column(&study, "speed").contains(&String::new()));
+
+    // Runs that cannot be made again keep what they had, and the table says why.
+    let scene = folder.path().join("ball.toml");
+    let other = SCENE.replace("stiffness = 1e5", "stiffness = 2e5");
+    let heights = column(&study, "height");
+    fs::write(&scene, other).unwrap();
+    assert_eq!(solve(folder.path(), &later).0, Some(1));
+    assert_eq!(column(&study, "height"), heights);
+    assert_ne!(column(&study, "problem")[0], "");
+
+    let forced = ["ball.toml", "--sweep", "seed=1,2", "--force"];
+    let (code, _, errors) = solve(folder.path(), &forced);
+    assert_eq!(code, Some(0), "{errors}");
+    assert_eq!(column(&study, "run"), ["seed=1", "seed=2"]);
+    assert!(!study.join("study.height.png").exists());
+    assert!(!study.join("study.height.svg").exists());
+}

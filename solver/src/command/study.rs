@@ -17,7 +17,7 @@ use mercury_solver::run::{check_fit, plan_within};
 use mercury_solver::stage::{Stage, Task};
 use mercury_solver::study::results::NamedResult;
 use mercury_solver::study::table::{FILE, State, StudyTable};
-use mercury_solver::study::{Study, StudyRun, Sweep, file, grid, plot};
+use mercury_solver::study::{Study, StudyRun, Sweep, earlier, file, grid, plot};
 
 use super::run::{How, Requests, run_plan};
 use super::waiting::Waiting;
@@ -123,6 +123,9 @@ pub(crate) fn execute(
 ) -> Outcome {
     let jobs = jobs(study);
     let prefix = check(study, jobs, arguments.force_memory)?;
+    if !arguments.force {
+        earlier_rows(study, &prefix)?;
+    }
     // From here on runs may have something to keep.
     stage.begin(Task::Stepping);
     drop(waiting);
@@ -148,10 +151,19 @@ pub(crate) fn execute(
     // Two tables in one file would be neither's.
     let lock_file = cli::Temporary::new(&study.folder.join(folder::LOCK));
     let lock = folder::take(&study.folder).map_err(Failure::input)?;
+    // Again, now that nobody else can write it.
+    let earlier = if arguments.force {
+        earlier::remove(&study.folder).map_err(Failure::run)?;
+        earlier::Rows::new()
+    } else {
+        earlier_rows(study, &prefix)?
+    };
+    earlier::write_record(study, &prefix).map_err(Failure::run)?;
     let work = Work {
         study,
         arguments,
         prefix: &prefix,
+        earlier: &earlier,
         requests,
         begun: Instant::now(),
         next: AtomicUsize::new(0),
@@ -174,7 +186,7 @@ pub(crate) fn execute(
         .into_inner()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
     board.line.clear();
-    let outcome = conclude(study, &prefix, &board, arguments.quiet, &requests);
+    let outcome = conclude(study, &prefix, &earlier, &board, arguments.quiet, &requests);
     drop(lock);
     drop(lock_file);
     outcome
@@ -287,6 +299,8 @@ struct Work<'a> {
     study: &'a Study,
     arguments: &'a Arguments,
     prefix: &'a str,
+    /// Rows of the table that was there.
+    earlier: &'a earlier::Rows,
     requests: Requests,
     begun: Instant,
     next: AtomicUsize,
@@ -320,7 +334,7 @@ impl Work<'_> {
             board.found += usize::from(was_there);
             // So that there is something to look at while the others run; a table that cannot be written is told at the end.
             if !was_there {
-                let _ = write_table(self.study, &board.states, self.prefix);
+                let _ = write_table(self.study, &board.states, self.prefix, self.earlier);
             }
         }
     }
@@ -406,8 +420,22 @@ fn left(since: Duration, shares: &[f64], taken_up: &[Option<f64>]) -> f64 {
     since.as_secs_f64() * ahead / done.max(1e-9)
 }
 
-fn write_table(study: &Study, states: &[State], prefix: &str) -> Result<StudyTable, Failure> {
-    let table = StudyTable::of(study, states, prefix);
+/// The finished rows of the table that is there, which must be this study's.
+fn earlier_rows(study: &Study, prefix: &str) -> Result<earlier::Rows, Failure> {
+    earlier::rows(study, prefix).map_err(|problem| {
+        Failure::input(problem).with_help(
+            "--output OTHER writes this study elsewhere; --force removes that table and its plots, and runs all anew",
+        )
+    })
+}
+
+fn write_table(
+    study: &Study,
+    states: &[State],
+    prefix: &str,
+    earlier: &earlier::Rows,
+) -> Result<StudyTable, Failure> {
+    let table = StudyTable::of(study, states, prefix, earlier);
     write_whole(&study.folder.join(FILE), table.csv().as_bytes()).map_err(Failure::run)?;
     Ok(table)
 }
@@ -416,11 +444,12 @@ fn write_table(study: &Study, states: &[State], prefix: &str) -> Result<StudyTab
 fn conclude(
     study: &Study,
     prefix: &str,
+    earlier: &earlier::Rows,
     board: &Board,
     quiet: bool,
     requests: &Requests,
 ) -> Outcome {
-    let table = write_table(study, &board.states, prefix)?;
+    let table = write_table(study, &board.states, prefix, earlier)?;
     let count =
         |wanted: &dyn Fn(&State) -> bool| board.states.iter().filter(|state| wanted(state)).count();
     let finished = count(&|state| *state == State::Finished);

@@ -63,6 +63,7 @@ enum Source {
 pub struct NamedResult {
     /// Its name, that of its column.
     pub name: String,
+    text: String,
     function: Function,
     source: Source,
     /// From and until, s.
@@ -118,6 +119,7 @@ impl NamedResult {
         }
         Ok(Self {
             name: name.to_owned(),
+            text: text.trim().to_owned(),
             function,
             source,
             window,
@@ -133,6 +135,12 @@ impl NamedResult {
             .split_once('=')
             .ok_or("there is no `=` in it: expected NAME=FUNCTION(SOURCE.COLUMN)")?;
         Self::new(name.trim(), what)
+    }
+
+    /// What it is, as it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// The wall that it asks for, if it does.

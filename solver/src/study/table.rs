@@ -8,6 +8,7 @@ use std::path::Path;
 use mercury_common::units::{Dimension, Quantity};
 
 use super::Study;
+use super::earlier::Rows;
 use super::results::lost;
 
 /// Name of the file in the study's folder.
@@ -49,9 +50,10 @@ pub struct StudyTable {
 }
 
 impl StudyTable {
-    /// From the folders of the runs that are finished. `prefix` is that of the runs' files.
+    /// From the folders of the runs that are finished. `prefix` is that of the runs' files. The rows of an `earlier` table stay
+    /// where the run has not come to its end again, and where it is none of this study's.
     #[must_use]
-    pub fn of(study: &Study, states: &[State], prefix: &str) -> Self {
+    pub fn of(study: &Study, states: &[State], prefix: &str, earlier: &Rows) -> Self {
         let mut table = Self::default();
         let mut places = HashMap::new();
         let mut cells = Vec::new();
@@ -66,6 +68,13 @@ impl StudyTable {
                 _ => "",
             };
             row.push(("problem".to_owned(), why.to_owned()));
+            let before = earlier.iter().find(|(name, _)| *name == run.name);
+            if let (State::Waiting | State::Failed(_), Some((_, cells))) = (state, before) {
+                row.clone_from(cells);
+                for (_, cell) in row.iter_mut().filter(|(name, _)| name == "problem") {
+                    why.clone_into(cell);
+                }
+            }
             if *state == State::Finished {
                 let folder = study.folder.join(&run.name);
                 match summary(&folder) {
@@ -90,14 +99,19 @@ impl StudyTable {
                     row.push((result.name.clone(), text));
                 }
             }
-            for (name, _) in &row {
+            cells.push(row);
+        }
+        let is_other = |name: &str| study.runs.iter().all(|run| run.name != name);
+        let others = earlier.iter().filter(|(name, _)| is_other(name));
+        cells.extend(others.map(|(_, row)| row.clone()));
+        for row in &cells {
+            for (name, _) in row {
                 let next = places.len();
                 places.entry(name.clone()).or_insert_with(|| {
                     table.columns.push(name.clone());
                     next
                 });
             }
-            cells.push(row);
         }
         table.rows = cells
             .into_iter()

@@ -5,7 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::table::{State, StudyTable};
-use super::{Study, Sweep, file, grid, plot};
+use super::{Study, Sweep, earlier, file, grid, plot};
 
 fn sweeps(texts: &[&str]) -> Vec<Sweep> {
     texts
@@ -194,7 +194,7 @@ fn slips_in_a_file_are_told() {
 /// A study whose runs have ended with these values of a column.
 fn table(study: &Study, column: &str, values: &[f64]) -> StudyTable {
     let states = vec![State::Waiting; study.runs.len()];
-    let mut table = StudyTable::of(study, &states, "a");
+    let mut table = StudyTable::of(study, &states, "a", &earlier::Rows::new());
     table.columns.push(column.to_owned());
     let cells = values.iter().map(|value| format!("{value:?}"));
     for (row, cell) in (table.rows.iter_mut()).zip(cells.chain(std::iter::repeat_with(String::new)))
@@ -287,7 +287,7 @@ fn cells_of_the_table_are_quoted() {
         State::Failed("it \"broke\"\nbadly".to_owned()),
         State::Waiting,
     ];
-    let text = StudyTable::of(&study, &states, "a").csv();
+    let text = StudyTable::of(&study, &states, "a", &earlier::Rows::new()).csv();
     assert_eq!(
         text,
         "run,title,status,problem\n\"title=a,b\",\"a,b\",failed,\"it \"\"broke\"\"\"\ntitle=c,c,waiting,\n"

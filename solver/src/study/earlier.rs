@@ -1,0 +1,196 @@
+//! What a folder holds of an earlier study: its table, and what it was a study of.
+//!
+//! A table alone does not say what was the same in all its runs, nor how its results were meant. So a study leaves
+//! [`RECORD`] beside it, and the next one is compared with that.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use mercury_common::scene::listed;
+use mercury_common::whole_file::write_whole;
+use toml::{Table, Value};
+
+use super::Study;
+use super::table::FILE;
+
+/// Name of the file that says what the table beside it is of.
+pub const RECORD: &str = "study.plan.toml";
+
+/// The finished rows of an earlier table of the same study: for each run its cells by column.
+pub type Rows = Vec<(String, Vec<(String, String)>)>;
+
+/// The finished rows of the study's table in its folder, if there is one.
+///
+/// # Errors
+/// What differs, if the table is that of another study. `prefix` is that of the runs' files.
+pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
+    let path = study.folder.join(FILE);
+    let unreadable = |error: io::Error| format!("{} cannot be read: {error}", path.display());
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Rows::new()),
+        Err(error) => return Err(unreadable(error)),
+    };
+    let mut lines = cells(&text).into_iter();
+    let header = lines.next().unwrap_or_default();
+    let status = header.iter().position(|name| name == "status");
+    let Some(status) = status.filter(|_| header[0] == "run") else {
+        return Err(format!("{} is no table of a study", path.display()));
+    };
+    let mut differences = Vec::new();
+    if header[1..status] != study.keys {
+        differences.push(format!(
+            "its runs differ in {}, those of this one in {}",
+            all(&header[1..status]),
+            all(&study.keys)
+        ));
+    }
+    match fs::read_to_string(study.folder.join(RECORD)) {
+        Ok(record) => differences.extend(other_than(study, prefix, &record)),
+        // A table without it can be compared by its keys only.
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(unreadable(error)),
+    }
+    if !differences.is_empty() {
+        return Err(format!(
+            "{}: this folder holds the table of another study ({FILE}):\n  {}",
+            study.folder.display(),
+            differences.join("\n  ")
+        ));
+    }
+    let finished = lines.filter(|row| row.len() == header.len() && row[status] == "finished");
+    Ok(finished
+        .map(|row| (row[0].clone(), header.iter().cloned().zip(row).collect()))
+        .collect())
+}
+
+/// Names in quotes, or that there are none.
+fn all(names: &[String]) -> String {
+    match names {
+        [] => "nothing".to_owned(),
+        _ => listed(names.iter().map(String::as_str)),
+    }
+}
+
+/// Says beside the table what it is of.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_record(study: &Study, prefix: &str) -> Result<(), String> {
+    let texts = |texts: &[String]| Value::Array(texts.iter().cloned().map(Value::from).collect());
+    let results = study.results.iter();
+    let results: Table = results
+        .map(|result| (result.name.clone(), Value::from(result.text())))
+        .collect();
+    let mut record = Table::new();
+    record.insert("scene".to_owned(), Value::from(prefix));
+    record.insert("keys".to_owned(), texts(&study.keys));
+    record.insert("set".to_owned(), texts(&study.set));
+    record.insert("results".to_owned(), Value::Table(results));
+    write_whole(&study.folder.join(RECORD), record.to_string().as_bytes())
+        .map_err(|error| error.to_string())
+}
+
+/// What the study that was recorded has otherwise than this one. Results that are new are no difference: they cost no run.
+fn other_than(study: &Study, prefix: &str, record: &str) -> Vec<String> {
+    let Ok(record) = record.parse::<Table>() else {
+        return vec![format!("{RECORD} cannot be understood")];
+    };
+    let mut differences = Vec::new();
+    let scene = record.get("scene").and_then(Value::as_str);
+    if let Some(scene) = scene.filter(|scene| *scene != prefix) {
+        differences.push(format!(
+            "it is of the scene `{scene}`, and this one of `{prefix}`"
+        ));
+    }
+    let set = record.get("set").and_then(Value::as_array);
+    let set: Vec<&str> = (set.into_iter().flatten())
+        .filter_map(Value::as_str)
+        .collect();
+    for text in &set {
+        if !study.set.iter().any(|here| here == text) {
+            differences.push(format!("--set {text} is missing here"));
+        }
+    }
+    for text in &study.set {
+        if !set.contains(&text.as_str()) {
+            differences.push(format!("--set {text} was not given there"));
+        }
+    }
+    let here: BTreeMap<&str, &str> = (study.results.iter())
+        .map(|result| (result.name.as_str(), result.text()))
+        .collect();
+    let results = record.get("results").and_then(Value::as_table);
+    for (name, text) in results.into_iter().flatten() {
+        let text = text.as_str().unwrap_or_default();
+        match here.get(name.as_str()) {
+            Some(here) if *here == text => {}
+            Some(here) => {
+                differences.push(format!(
+                    "its result `{name}` is {text}, that of this one {here}"
+                ));
+            }
+            None => differences.push(format!("its result {name}={text} is not asked for here")),
+        }
+    }
+    differences
+}
+
+/// Removes the table that is there, what says what it is of, and its plots; not the runs.
+///
+/// # Errors
+/// The file that cannot be removed, and why.
+pub fn remove(folder: &Path) -> Result<(), String> {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_plot =
+            name.starts_with("study.") && (name.ends_with(".svg") || name.ends_with(".png"));
+        if is_plot || name == FILE || name == RECORD {
+            let path = entry.path();
+            fs::remove_file(&path)
+                .map_err(|error| format!("{} cannot be removed: {error}", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// The cells of a table of text: commas between them, quotes doubled inside of quotes.
+fn cells(text: &str) -> Vec<Vec<String>> {
+    let (mut rows, mut row, mut cell) = (Vec::new(), Vec::new(), String::new());
+    let (mut in_quotes, mut letters) = (false, text.chars().peekable());
+    while let Some(c) = letters.next() {
+        match c {
+            '"' if in_quotes && letters.peek() == Some(&'"') => {
+                letters.next();
+                cell.push('"');
+            }
+            '"' => in_quotes = !in_quotes,
+            ',' if !in_quotes => row.push(std::mem::take(&mut cell)),
+            '\n' if !in_quotes => {
+                row.push(std::mem::take(&mut cell));
+                rows.push(std::mem::take(&mut row));
+            }
+            _ => cell.push(c),
+        }
+    }
+    // A last line without its end is cut off.
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_read_as_it_is_written() {
+        let table = super::super::table::StudyTable {
+            columns: vec!["run".to_owned(), "title".to_owned()],
+            rows: vec![vec!["a".to_owned(), "one,\n\"two\"".to_owned()]],
+            problems: Vec::new(),
+        };
+        let read = cells(&(table.csv() + "b,cut"));
+        assert_eq!(read, [table.columns, table.rows[0].clone()]);
+    }
+}
