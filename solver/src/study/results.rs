@@ -111,7 +111,13 @@ impl NamedResult {
             (path, None) => (path, (f64::NEG_INFINITY, f64::INFINITY)),
             (path, Some(window)) => (path, self::window(window)?),
         };
-        let source = source(&path, function)?;
+        let source = source(&path, function).map_err(|problem| match in_quotes(&path) {
+            Some(quoted) => format!(
+                "{problem}\nhelp: names with dots stand in quotes: '{name}={}'",
+                text.trim().replace(&path.join("."), &quoted)
+            ),
+            None => problem,
+        })?;
         if matches!(source, Source::Particles { .. })
             && window != (f64::NEG_INFINITY, f64::INFINITY)
         {
@@ -267,6 +273,19 @@ fn window(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// A path with more steps than any has, all between the first and the last as one name in quotes.
+fn in_quotes(path: &[String]) -> Option<String> {
+    let [first, name @ .., column] = path else {
+        return None;
+    };
+    let most = match first.as_str() {
+        "walls" => 1,
+        "regions" | "flux" => 2,
+        _ => return None,
+    };
+    (name.len() > most).then(|| format!("{first}.\"{}\".{column}", name.join(".")))
+}
+
 fn source(path: &[String], function: Function) -> Result<Source, String> {
     let words: Vec<&str> = path.iter().map(String::as_str).collect();
     if function == Function::Slope {
@@ -354,6 +373,10 @@ mod tests {
             ("a=mean(wals.drum.ty)", "did you mean `walls`?"),
             ("a=mean(walls.drum.tt)", "no column `tt`"),
             ("a=mean(walls.drum)", "leads nowhere"),
+            (
+                "a=mean(walls.box.-z.fz, 1..)",
+                "'a=mean(walls.\"box.-z\".fz, 1..)'",
+            ),
             ("a=mean(walls.drum.ty, 1)", "are no times"),
             ("a=mean(walls.drum.ty, 2..1)", "are no times"),
             ("a=mean(particles.z, 1..2)", "last frame"),
