@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use mercury_common::units::{Dimension, Quantity};
+
 use crate::evaluate::Mirrors;
 
 /// A width: as a length, or in mean diameters of the flowing particles.
@@ -31,16 +33,26 @@ fn positive(text: &str) -> Option<f64> {
         .filter(|value: &f64| *value > 0.0 && value.is_finite())
 }
 
+/// A length in m, or with a unit as scenes take it.
+fn length(text: &str) -> Option<f64> {
+    let with_unit = || {
+        let quantity = Quantity::parse(text.trim()).ok()?;
+        quantity.value(Dimension::LENGTH).ok()
+    };
+    let found = positive(text).or_else(with_unit);
+    found.filter(|length| *length > 0.0 && length.is_finite())
+}
+
 impl FromStr for Width {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = match text.trim().strip_suffix('d') {
             Some(times) => positive(times).map(Self::Diameters),
-            None => positive(text).map(Self::Metres),
+            None => length(text).map(Self::Metres),
         };
         found.ok_or_else(|| {
-            "expected a positive length in m, or in mean diameters as in 1.5d".to_owned()
+            "expected a positive length in m or with its unit as in \"4 mm\", or in mean diameters as in 1.5d".to_owned()
         })
     }
 }
@@ -297,6 +309,8 @@ mod tests {
     fn good_words_are_understood() {
         assert_eq!("0.004".parse(), Ok(Width::Metres(0.004)));
         assert_eq!("1.5d".parse(), Ok(Width::Diameters(1.5)));
+        assert_eq!("4 mm".parse(), Ok(Width::Metres(0.004)));
+        assert_eq!("0.4cm".parse(), Ok(Width::Metres(0.004)));
         let scan: Scan = "1d..4d/3".parse().unwrap();
         let widths = scan.widths(0.1);
         assert!(
@@ -328,9 +342,12 @@ mod tests {
 
     #[test]
     fn bad_words_are_told() {
-        for bad in ["", "0", "-1", "nan", "inf", "d", "0d", "1m"] {
+        for bad in ["", "0", "-1", "nan", "inf", "d", "0d", "1 kg"] {
             assert!(bad.parse::<Width>().is_err(), "{bad}");
             assert!(bad.parse::<Density>().is_err(), "{bad}");
+        }
+        for bad in ["-4 mm", "0 mm", "4 mm2", "4 s", "mm"] {
+            assert!(bad.parse::<Width>().is_err(), "{bad}");
         }
         for bad in [
             "",

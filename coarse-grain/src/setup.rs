@@ -14,6 +14,7 @@ use crate::input::{Given, Needs, Source};
 use crate::kernel::{DEFAULT_CUTOFF, DEFAULT_TOLERANCE, KernelChoice, KernelShape, LineCut};
 use crate::options::{Cells, Limits, Spacing, Width};
 use crate::state::{Space, State};
+use mercury_common::scene::nearest;
 
 /// What is wanted, as far as it was said.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -108,8 +109,13 @@ impl Wanted {
                     None => {
                         let known: Vec<&str> = FIELDS.iter().map(|field| field.name).collect();
                         let found = format!("--fields: there is no field {name}");
+                        let words = ["standard", "all"].into_iter().chain(known.iter().copied());
+                        let near = nearest(name, words);
+                        let near = near.map_or(String::new(), |near| {
+                            format!("did you mean {near}? There are ")
+                        });
                         return Err(CgError::Input(format!(
-                            "{found}\nhelp: standard, all, {}",
+                            "{found}\nhelp: {near}standard, all, {}",
                             known.join(", ")
                         )));
                     }

@@ -2,6 +2,7 @@
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::mpsc::sync_channel;
 
 use mercury_cg::CgError;
@@ -46,15 +47,31 @@ pub(crate) fn compute(arguments: &Arguments) -> Result<String, CgError> {
     for note in source.notes().iter().filter(|_| !arguments.quiet) {
         let _ = writeln!(std::io::stderr(), "note: {note}");
     }
+    // Times of frames before the first that is wanted.
+    let passed = Mutex::new(None::<(f64, f64)>);
     let first = match &mut source {
         // Waits for it.
         Source::Run(run) if follow => {
             let states = Box::new(run.follow(arguments.frames, end.clone()));
             arguments.between(states).next()
         }
-        source => arguments.between(source.states(arguments.frames)).next(),
+        source => {
+            let states = source.states(arguments.frames).inspect(|state| {
+                if let (Ok(state), Ok(mut passed)) = (state, passed.lock()) {
+                    let (first, _) = passed.unwrap_or((state.time, state.time));
+                    *passed = Some((first, state.time));
+                }
+            });
+            arguments.between(Box::new(states)).next()
+        }
     };
-    let first = first.unwrap_or_else(|| Err(CgError::Input(nothing(&source))))?;
+    let first = first.unwrap_or_else(|| {
+        let mut found = nothing(&source);
+        if let (0, Ok(Some((from, to)))) = (source.skipped().0, passed.into_inner()) {
+            found += &format!("\nhelp: its frames are from t = {from} to {to} s (--from, --to)");
+        }
+        Err(CgError::Input(found))
+    })?;
     let mut analysis = wanted.analysis(source.materials(), &first, fields)?;
     analysis.running = follow;
     let expected = match &source {

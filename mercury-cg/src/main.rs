@@ -82,7 +82,7 @@ struct Arguments {
     /// Function that particles are spread by
     #[arg(long, value_enum, default_value_t, help_heading = "Kernel")]
     kernel: KernelName,
-    /// Its width in m, or in mean diameters as in 1.5d: standard deviation (gaussian) or radius (others) [default: 1d]
+    /// Its width in m or with its unit as in "4 mm", or in mean diameters as in 1.5d: standard deviation (gaussian) or radius (others) [default: 1d]
     #[arg(long, value_name = "WIDTH", help_heading = "Kernel")]
     width: Option<Width>,
     /// Many widths at equal ratios, FROM..TO/COUNT as in 0.5d..4d/12: a table with the width as first column, and pictures of fields over the width

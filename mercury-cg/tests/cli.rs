@@ -540,7 +540,10 @@ fn mistakes_are_told_with_a_way_out() {
             .collect()
     };
     for (words, expected) in [
-        (&["--fields", "densty"][..], "there is no field densty"),
+        (
+            &["--fields", "densty"][..],
+            "there is no field densty\nhelp: did you mean density? There are standard",
+        ),
         (&["--fields", "couple_stress"][..], "no torques"),
         (&["--coordinates", "YX"][..], "expected O, X, Y"),
         (
@@ -582,7 +585,10 @@ fn mistakes_are_told_with_a_way_out() {
         ),
         (&["--smooth", "1,1e-9"][..], "the step must be at least"),
         (&["--frames", "7"][..], "no frame is selected"),
-        (&["--from", "1"][..], "no frame is selected"),
+        (
+            &["--from", "1"][..],
+            "no frame is selected, or the input has none\nhelp: its frames are from t = ",
+        ),
         (&["--follow"][..], "only the Arrow frames"),
         (
             &["-o", "a.txt"][..],
@@ -602,6 +608,16 @@ fn mistakes_are_told_with_a_way_out() {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         bad(&words, folder.path(), expected);
     }
+    // The name asked for, not the one that the file has until it is complete.
+    let words = with(&["--coordinates", "O", "-o", "nowhere/b.csv"]);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let output = run(&words, folder.path());
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(
+        errors.contains("nowhere/b.csv: the file cannot be written"),
+        "{errors}"
+    );
     bad(&[input], folder.path(), "no masses");
     bad(
         &["nothing"],

@@ -186,7 +186,7 @@ impl Writer {
         if !timed {
             return Self::replace(&self.path, &bytes);
         }
-        let (path, file) = match &mut self.file {
+        let (_, file) = match &mut self.file {
             Some(open) => open,
             None => {
                 let path = if self.live {
@@ -194,11 +194,12 @@ impl Writer {
                 } else {
                     temporary(&self.path)
                 };
-                let file = File::create(&path).map_err(failed(&path))?;
+                // Nobody asked for the name that it has until it is complete.
+                let file = File::create(&path).map_err(failed(&self.path))?;
                 self.file.insert((path, file))
             }
         };
-        file.write_all(&bytes).map_err(failed(path))
+        file.write_all(&bytes).map_err(failed(&self.path))
     }
 
     /// Puts a whole file in the place of what was there.
