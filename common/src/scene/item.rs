@@ -116,6 +116,13 @@ impl<'a> Item<'a> {
                     None
                 }
             },
+            // `1e6` is a float to TOML. Up to 2^53 each whole number has a float of its own.
+            Value::Float(value)
+                if value.fract() == 0.0
+                    && (smallest as f64..=9_007_199_254_740_992.0).contains(&value) =>
+            {
+                Some(self.located(value as u64))
+            }
             Value::Float(_) => {
                 self.report(format!(
                     "expected a whole number up to {}, got {}",

@@ -219,6 +219,23 @@ fn materials_go_by_their_number_too() {
     );
 }
 
+/// `1e9` is a float to TOML, and a whole number to everybody else.
+#[test]
+fn whole_numbers_may_be_written_as_floats() {
+    assert_eq!(good(&["seed=1e9"]).seed, 1_000_000_000);
+    assert_eq!(good(&["seed=20.0"]).seed, 20);
+    for slip in [
+        "seed=1.5",
+        "seed=1e-3",
+        "seed=1e300",
+        "seed=-1e3",
+        "seed=inf",
+        "seed=nan",
+    ] {
+        assert!(with(&[slip]).is_err(), "{slip}");
+    }
+}
+
 #[test]
 fn a_clump_file_is_no_scene() {
     let text = "name = \"ball\"\ndensity = 1000\nmass = 1\nvolume = 1e-3\n\
