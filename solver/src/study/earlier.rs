@@ -24,7 +24,7 @@ pub type Rows = Vec<(String, Vec<(String, String)>)>;
 /// The finished rows of the study's table in its folder, if there is one.
 ///
 /// # Errors
-/// What differs, if the table is that of another study. `prefix` is that of the runs' files.
+/// What differs, if the table is that of another study and has finished rows. `prefix` is that of the runs' files.
 pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
     let path = study.folder.join(FILE);
     let unreadable = |error: io::Error| format!("{} cannot be read: {error}", path.display());
@@ -39,6 +39,14 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
     let Some(status) = status.filter(|_| header[0] == "run") else {
         return Err(format!("{} is no table of a study", path.display()));
     };
+    let finished = lines.filter(|row| row.len() == header.len() && row[status] == "finished");
+    let finished: Rows = finished
+        .map(|row| (row[0].clone(), header.iter().cloned().zip(row).collect()))
+        .collect();
+    if finished.is_empty() {
+        // Nothing is lost with it, whatever it is of.
+        return Ok(finished);
+    }
     let mut differences = Vec::new();
     if header[1..status] != study.keys {
         differences.push(format!(
@@ -60,10 +68,7 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
             differences.join("\n  ")
         ));
     }
-    let finished = lines.filter(|row| row.len() == header.len() && row[status] == "finished");
-    Ok(finished
-        .map(|row| (row[0].clone(), header.iter().cloned().zip(row).collect()))
-        .collect())
+    Ok(finished)
 }
 
 /// Names in quotes, or that there are none.
