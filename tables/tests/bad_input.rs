@@ -241,7 +241,7 @@ fn text_that_is_no_table() {
     );
     refused(
         &place.with("t.csv", b"x,y\n1,\xff\n"),
-        ":2:3: a byte that is not text, expected a text file in UTF-8",
+        ":2:3: a byte that is not text, expected a text file in UTF-8\nhelp: save it as text with the encoding UTF-8",
     );
 }
 
