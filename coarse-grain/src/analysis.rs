@@ -4,7 +4,7 @@ mod course;
 pub(crate) mod words;
 
 use crate::CgError;
-use crate::evaluate::Evaluator;
+use crate::evaluate::{Evaluator, MOST_GROUPED};
 use crate::fields::{Field, MERCURY_SUMS};
 use crate::state::{Space, State};
 use crate::sums::{Layout, SPREADS, Sum, Sums};
@@ -159,8 +159,9 @@ impl Analysis {
         let of_particles: f64 = strides[..2].iter().map(row).sum();
         let of_contacts: f64 = strides[2..].iter().map(row).sum();
         let rows = particles * of_particles + contacts * of_contacts;
-        // The sums of one part once more, while they are put in order.
-        let spreading = sums / self.parts.len().max(1) as f64;
+        // The sums of one part once more, while they are put in order, and those of parts of the grid: three grids at most.
+        let of_part = sums / self.parts.len().max(1) as f64;
+        let spreading = of_part + (3.0 * of_part).min(MOST_GROUPED);
         let kept = match self.time {
             TimeMode::Frames => 0.0,
             TimeMode::Average => {

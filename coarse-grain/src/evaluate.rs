@@ -30,6 +30,9 @@ pub use scratch::Scratch;
 use scratch::{Buffers, SpreadScratch};
 use spread::Layer;
 
+/// Most numbers in the sums of parts of the grid, of all five spreads.
+pub(crate) const MOST_GROUPED: f64 = (5 * grid::MOST_BYTES / size_of::<f64>()) as f64;
+
 /// Where and how fields are evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluator {
@@ -523,7 +526,7 @@ fn finish_gradients(
     buffers: &mut Buffers,
 ) -> Vec<f64> {
     let (width, channels) = (layer.width, layer.channels());
-    let mut out = buffers.zeros(found.len() / channels * 3 * width);
+    let mut out = buffers.any(found.len() / channels * 3 * width);
     out.par_chunks_exact_mut(3 * width)
         .zip(found.par_chunks_exact(channels))
         .enumerate()
@@ -543,7 +546,7 @@ fn finish_gradients(
 /// Sizes, volume and mass from the number of equal particles, which stands first in the reduced rows.
 fn expand(found: Vec<f64>, width: usize, uniform: &[f64], buffers: &mut Buffers) -> Vec<f64> {
     let whole = width - 1 + uniform.len();
-    let mut out = buffers.zeros(found.len() / width * whole);
+    let mut out = buffers.any(found.len() / width * whole);
     out.par_chunks_exact_mut(whole)
         .zip(found.par_chunks_exact(width))
         .for_each(|(out, found)| {

@@ -45,7 +45,7 @@ pub(crate) fn spread(
     if channels <= MOST {
         return some(lattice, kernel, layer, 0..channels, scratch);
     }
-    let mut all = scratch.buffers.zeros(lattice.len() * channels);
+    let mut all = scratch.buffers.any(lattice.len() * channels);
     for first in (0..channels).step_by(MOST) {
         let count = MOST.min(channels - first);
         let part = some(lattice, kernel, layer, first..first + count, scratch);
@@ -135,7 +135,7 @@ fn widened<const F: usize>(
     if F == count && lattice.is_ordered() {
         return all;
     }
-    let mut ordered = scratch.buffers.zeros(lattice.len() * count);
+    let mut ordered = scratch.buffers.any(lattice.len() * count);
     let sums = all.as_chunks::<F>().0;
     let some = |(part, ordered): (usize, &mut [f64])| {
         for (place, to) in (part * ORDERED..).zip(ordered.chunks_exact_mut(count)) {
@@ -242,7 +242,7 @@ const MOST_GROUPS: usize = 16;
 /// Fewer places than these are one group.
 const FEWEST: usize = 1024;
 /// Most bytes of the sums of all groups; where they would take more, there is one group.
-const MOST_BYTES: usize = 1 << 26;
+pub(super) const MOST_BYTES: usize = 1 << 26;
 
 /// The places in groups along the grid, about equally many in each, for each of which a thread sums apart: so every place is seen to once, whatever
 /// the number of threads. Who belongs together follows from the places alone, as it decides the order of sums. No more groups than let their

@@ -57,17 +57,27 @@ impl Buffers {
 
     /// So many zeros.
     pub(super) fn zeros(&mut self, length: usize) -> Vec<f64> {
-        // The smallest that is large enough, or else the largest.
-        let capacity = |buffer: &Vec<f64>| buffer.capacity();
-        self.0.sort_unstable_by_key(capacity);
-        let fits = self.0.partition_point(|buffer| buffer.capacity() < length);
-        let mut buffer = match self.0.len() {
-            0 => Vec::new(),
-            waiting => self.0.remove(fits.min(waiting - 1)),
-        };
+        let mut buffer = self.taken(length);
         buffer.clear();
         buffer.resize(length, 0.0);
         buffer
+    }
+
+    /// So many numbers, whatever they are: for who writes each of them.
+    pub(super) fn any(&mut self, length: usize) -> Vec<f64> {
+        let mut buffer = self.taken(length);
+        buffer.resize(length, 0.0);
+        buffer
+    }
+
+    /// The smallest that is large enough, or else the largest.
+    fn taken(&mut self, length: usize) -> Vec<f64> {
+        self.0.sort_unstable_by_key(Vec::capacity);
+        let fits = self.0.partition_point(|buffer| buffer.capacity() < length);
+        match self.0.len() {
+            0 => Vec::new(),
+            waiting => self.0.remove(fits.min(waiting - 1)),
+        }
     }
 
     /// For the next who needs one.
@@ -93,6 +103,8 @@ mod tests {
         let again = buffers.zeros(50);
         assert!(again.as_ptr() == at && again == vec![0.0; 50]);
         assert_eq!(buffers.zeros(20), vec![0.0; 20]);
+        buffers.keep(again);
+        assert_eq!(buffers.any(70).len(), 70);
         for _ in 0..10 {
             buffers.keep(vec![0.0; 5]);
         }
