@@ -1,5 +1,6 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
+mod ahead;
 mod alarming;
 mod carrying;
 mod contact_point;
@@ -31,6 +32,7 @@ use crate::lanes::Width;
 use crate::neighbours::CandidateList;
 use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
+use ahead::BEYOND_CACHE;
 use found::Numbers;
 use memory::Memory;
 use pairs::Pairs;
@@ -274,6 +276,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             materials: self.materials,
             memory: &self.memory,
             block_size: self.block_size,
+            asks_ahead: records.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
             movers: bodies.as_ref(),
@@ -487,6 +490,8 @@ struct Pass<'a, N, T, R, A> {
     materials: usize,
     memory: &'a Memory,
     block_size: usize,
+    /// Whether the memory of contacts is asked for before they come.
+    asks_ahead: bool,
     ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     bodies: Option<&'a Bodies>,

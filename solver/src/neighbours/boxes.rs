@@ -174,7 +174,7 @@ fn rows_of(
     layers.flat_map(move |c| {
         let lines = b..(b + BLOCK[1]).min(middle);
         lines.map(move |b| {
-            let line = fast * (b + middle * c);
+            let line = grid.line(b, c);
             grid.rows(line + a, line + last)
         })
     })

@@ -6,9 +6,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Images;
+use super::lines::Lines;
 use super::rows::{each, each_of};
 
-/// A grid of cells over the particles; rows are sorted by cell, x-like axis fastest.
+/// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines [brick by brick](Lines).
 ///
 /// Particles outside the outermost cells belong to the nearest one, which keeps neighbours neighbours. Axes are taken in
 /// ascending order of extent, so that the slowest axis is the longest and layers are small.
@@ -20,7 +21,7 @@ pub struct Grid {
     counts: [usize; 3],
     /// x, y and z in order from the fastest to the slowest.
     order: [usize; 3],
-    strides: [usize; 3],
+    lines: Lines,
     /// First row of each cell, and the number of rows at the end.
     pub(super) start: Vec<u32>,
 }
@@ -63,23 +64,23 @@ impl Grid {
         };
         let mut order = [0, 1, 2];
         order.sort_by_key(|&axis| counts[axis]);
-        let mut strides = [0; 3];
-        strides[order[0]] = 1;
-        strides[order[1]] = counts[order[0]];
-        strides[order[2]] = counts[order[0]] * counts[order[1]];
+        let cells = counts.iter().product::<usize>();
+        let lines = Lines::new(
+            order.map(|axis| counts[axis]),
+            particles as f64 / cells as f64,
+        );
         let mut inverse_edge = DVec3::ZERO;
         for axis in 0..3 {
             if extent[axis] > 0.0 {
                 inverse_edge[axis] = counts[axis] as f64 / extent[axis];
             }
         }
-        let cells = counts.iter().product::<usize>();
         let mut grid = Self {
             origin: min,
             inverse_edge,
             counts,
             order,
-            strides,
+            lines,
             start: vec![0; cells + 1],
         };
 
@@ -166,9 +167,8 @@ impl Grid {
     /// Index of the cell with these coordinates.
     #[inline]
     pub(super) fn index(&self, coordinates: [usize; 3]) -> usize {
-        coordinates[0] * self.strides[0]
-            + coordinates[1] * self.strides[1]
-            + coordinates[2] * self.strides[2]
+        let [fast, middle, slow] = self.order.map(|axis| coordinates[axis]);
+        self.line(middle, slow) + fast
     }
 
     /// Cells along the fastest, the middle and the slowest axis.
@@ -178,6 +178,23 @@ impl Grid {
             self.counts[self.order[1]],
             self.counts[self.order[2]],
         ]
+    }
+
+    /// Index of the first cell of the line of cells that is `b` along the middle and `c` along the slowest axis.
+    #[inline]
+    pub(super) fn line(&self, b: usize, c: usize) -> usize {
+        self.counts[self.order[0]] * self.lines.at(b, c)
+    }
+
+    /// Indices of the first cells of the lines next to that line which come later; at most [`MOST_LATER`].
+    pub(super) fn later_lines(&self, b: usize, c: usize) -> Vec<usize> {
+        let fast = self.counts[self.order[0]];
+        self.lines.later(b, c).map(|line| fast * line).collect()
+    }
+
+    /// The layers of cells in the order of the rows: which lines along the middle axis, and where along the slowest one.
+    pub(super) fn layers(&self) -> Vec<(Range<usize>, usize)> {
+        self.lines.layers()
     }
 
     /// Rows in the cells from index `first` to `last` inclusive.
@@ -206,6 +223,9 @@ impl Grid {
         }
     }
 }
+
+/// A line of cells has eight neighbours, half of which come later, and one more where bricks meet.
+pub(super) const MOST_LATER: usize = 5;
 
 /// Fewer particles than these are sorted faster by one thread.
 const FEW: usize = 8192;

@@ -1,8 +1,11 @@
 //! The candidate list: every pair that may touch before the list is built again.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::grid::MOST_LATER;
 use super::rows::{change_each, each};
 use super::{Grid, Images, Levels, NO_SHIFT, opposite};
 use crate::memory::GROWTH;
@@ -165,8 +168,8 @@ impl Members {
 
 /// Lists the pairs of sorted particles.
 ///
-/// The partners of a row in later cells lie in five runs of rows: the rest of its own cell with the next one, and three
-/// neighbouring cells in each of four later rows of cells. That is for particles of the lowest level; the others are few.
+/// The partners of a row in later cells lie in a few runs of rows: the rest of its own cell with the next one, and three
+/// neighbouring cells in each later one of the neighbouring lines of cells. That is for particles of the lowest level; the others are few.
 fn list(
     members: &Members,
     grid: &Grid,
@@ -185,12 +188,13 @@ fn list(
         ..members.all[row]
     });
     let through = OtherPairs::find(members, grid, skin, images, parallel);
-    let [.., slow] = grid.ordered_counts();
-    let layer = |c| layer(&spots, grid, c, skin, &through);
+    let layers = grid.layers();
+    let layer =
+        |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, skin, &through);
     let layers: Vec<CandidateList> = if parallel {
-        (0..slow).into_par_iter().map(layer).collect()
+        layers.par_iter().map(layer).collect()
     } else {
-        (0..slow).map(layer).collect()
+        layers.iter().map(layer).collect()
     };
     let entries = layers.iter().map(|layer| layer.entries.len()).sum();
     let mut result = CandidateList {
@@ -208,41 +212,35 @@ fn list(
     result
 }
 
-/// The part of the list that belongs to the rows of layer `c` of cells; `start` holds the ends of the rows alone.
-fn layer(spots: &[Spot], grid: &Grid, c: usize, skin: f64, through: &OtherPairs) -> CandidateList {
-    let [fast, middle, slow] = grid.ordered_counts();
+/// The part of the list that belongs to the rows of some lines of layer `c` of cells; `start` holds the ends of the rows alone.
+fn layer(
+    spots: &[Spot],
+    grid: &Grid,
+    lines: Range<usize>,
+    c: usize,
+    skin: f64,
+    through: &OtherPairs,
+) -> CandidateList {
+    let [fast, ..] = grid.ordered_counts();
     let (mut start, mut list) = (Vec::new(), Growing::default());
-    let first = grid.rows(fast * middle * c, fast * middle * c).start;
-    let mut through = through.from(first as u32);
-    for b in 0..middle {
+    let first = grid.line(lines.start, c);
+    let mut through = through.from(grid.rows(first, first).start as u32);
+    for b in lines {
+        let line = grid.line(b, c);
+        let later = grid.later_lines(b, c);
         for a in 0..fast {
-            let cell = a + fast * (b + middle * c);
+            let cell = a + line;
             let (left, right) = (a.saturating_sub(1), (a + 1).min(fast - 1));
-            let mut runs = [0..0, 0..0, 0..0, 0..0];
-            let mut used = 0;
-            let mut add = |b: usize, c: usize| {
-                let row = fast * (b + middle * c);
-                runs[used] = grid.rows(row + left, row + right);
-                used += 1;
-            };
-            if b + 1 < middle {
-                add(b + 1, c);
-            }
-            if c + 1 < slow {
-                if b > 0 {
-                    add(b - 1, c + 1);
-                }
-                add(b, c + 1);
-                if b + 1 < middle {
-                    add(b + 1, c + 1);
-                }
+            let mut runs = [const { 0..0 }; MOST_LATER];
+            for (run, line) in runs.iter_mut().zip(later.iter()) {
+                *run = grid.rows(line + left, line + right);
             }
             let own = grid.rows(cell, cell);
             let end = grid.rows(cell, cell + right - a).end;
             for row in own {
                 let spot = spots[row];
                 list.scan(spots, spot, row + 1..end, skin);
-                for run in &runs[..used] {
+                for run in &runs[..later.len()] {
                     list.scan(spots, spot, run.clone(), skin);
                 }
                 while let Some(&(_, candidate)) =
@@ -293,7 +291,7 @@ impl Growing {
     /// Appends the partners among the rows `run`. Few of those that are looked at are near, in no order that a processor
     /// could foresee: each is written, and the next one over it if it was not.
     #[inline]
-    fn scan(&mut self, spots: &[Spot], spot: Spot, run: std::ops::Range<usize>, skin: f64) {
+    fn scan(&mut self, spots: &[Spot], spot: Spot, run: Range<usize>, skin: f64) {
         let (first, others) = (run.start, &spots[run]);
         let room = self.reserve(others.len());
         let mut found = 0;

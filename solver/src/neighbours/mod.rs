@@ -8,6 +8,7 @@ mod extra_skin;
 mod grid;
 mod images;
 mod levels;
+mod lines;
 mod list;
 mod rows;
 mod skin;

@@ -10,8 +10,11 @@
 //! The first three work in lanes; nothing is summed up there, so that their number changes no bit. Where pairs follow different laws, those of each
 //! law are put side by side between search and prepare.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
+use super::ahead::{PORTION, ask_ahead};
 use super::contact_point::mobility;
 use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::slots::{FREE, HELD, IMAGE, Slot, TOUCHING, held};
@@ -61,7 +64,10 @@ where
         }
         let mut found = Found::new(nobody, numbers);
         let first_row = block.rows.start;
-        for slots in block.slots.chunks_mut(CHUNK) {
+        let mut rest = &mut block.slots[..];
+        while !rest.is_empty() {
+            let (slots, later) = rest.split_at_mut(rest.len().min(CHUNK));
+            rest = later;
             let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
             let end = found.put_in_turn(count, pass.materials, L::LANES);
             if found.prepare::<L>(end, pass.context.overlap_limit) {
@@ -75,7 +81,14 @@ where
                 pass.masses_at_contacts(bodies, slots, first_row, rows, &mut found, end);
             }
             let observation = &mut block.observation;
-            pass.act::<L, WATCHED>(slots, first_row, &mut found, end, observation);
+            let portion = if pass.asks_ahead { PORTION } else { ROOM };
+            for base in (0..end).step_by(portion) {
+                if pass.asks_ahead {
+                    ask_ahead(rest, rows, first_row, base);
+                }
+                let some = base..end.min(base + portion);
+                pass.act::<L, WATCHED>(slots, first_row, &mut found, some, observation);
+            }
             for &at in &found.numbers.places[..count] {
                 let at = usize::from(at);
                 let slot = &slots[usize::from(found.numbers.slot[at])];
@@ -222,7 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The laws of the contacts up to `end`: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
+    /// The laws of some contacts: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
     /// the same numbers.
     #[inline(always)]
     fn act<L: Real, const WATCHED: bool>(
@@ -230,12 +243,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slots: &mut [Slot<Histories<N, T, R, A>>],
         first_row: usize,
         found: &mut Found<'_>,
-        end: usize,
+        some: Range<usize>,
         observation: &mut Observation,
     ) {
         let dt = self.context.spring_time;
-        let mut base = 0;
-        while base < end {
+        let mut base = some.start;
+        while base < some.end {
             let at = found.slots(base);
             let pair = |k: usize| found.numbers.pair[(base + k) % ROOM] as usize;
             let (contact, levers) = found.meet::<L, T, R>(base, &at);
