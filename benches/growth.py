@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """How the time of a particle-step grows with the number of particles: the packing of dense-20k, made periodic and left to rest, beside itself.
 
-usage: benches/growth.py [--solver target/release/mercury-solve] [--copies 1 2 3 5 7] [--rounds 3] [--threads 1] [--speed 0]
+usage: benches/growth.py [--solver target/release/mercury-solve] [--copies 1 2 3 5 7] [--rounds 3] [--threads 1]
 
 A periodic packing fits onto itself without a seam, so that all sizes do the very same: as many contacts, and lists that are built as often.
-n x n copies are n^2 times 20,000 spheres. With --speed (m/s) the spheres slide over a floor without friction, so that lists are built anew.
+n x n copies are n^2 times 20,000 spheres.
 """
 
 import argparse
@@ -34,15 +34,15 @@ def scene(name, copies, **settings):
     return text
 
 
-def write_tiles(folder, rows, copies, speed):
+def write_tiles(folder, rows, copies):
     with open(folder / f"tiles-{copies}.csv", "w") as table:
         table.write("x,y,z,radius,vx,vy,vz,wx,wy,wz\n")
         for i in range(copies):
             for j in range(copies):
                 for row in rows:
                     place = [float(row["x"]) + i * WIDTH, float(row["y"]) + j * WIDTH]
-                    numbers = [*place, row["z"], row["radius"], float(row["vx"]) + speed]
-                    table.write(",".join(map(str, numbers + [row[key] for key in ("vy", "vz", "wx", "wy", "wz")])) + "\n")
+                    rest = [row[key] for key in ("z", "radius", "vx", "vy", "vz", "wx", "wy", "wz")]
+                    table.write(",".join(map(str, place + rest)) + "\n")
 
 
 def main():
@@ -52,7 +52,6 @@ def main():
     parser.add_argument("--copies", type=int, nargs="+", default=[1, 2, 3, 5, 7])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--threads", default="1")
-    parser.add_argument("--speed", type=float, default=0.0)
     parser.add_argument("--folder", help="keeps the scenes there")
     parser.add_argument("--steps", type=int, default=120, help="of the largest; smaller ones make as many particle-steps, at most 20 times as many steps")
     arguments = parser.parse_args()
@@ -71,10 +70,8 @@ def main():
         times, lists, touching = {}, {}, {}
         for copies in arguments.copies:
             steps = min(20 * arguments.steps, arguments.steps * max(arguments.copies) ** 2 // copies**2)
-            write_tiles(folder, rows, copies, arguments.speed)
+            write_tiles(folder, rows, copies)
             text = scene(f"tiles-{copies}", copies, end=steps * 3e-5)
-            if arguments.speed:
-                text = text.replace('material = "bead"\n\n[[particles]]', 'material = "floor"\n\n[[particles]]', 1)
             (folder / f"tiles-{copies}.toml").write_text(text)
         for _ in range(arguments.rounds):
             for copies in arguments.copies:

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::grid::MOST_LATER;
 use super::rows::{change_each, each};
-use super::{Grid, Images, Levels, NO_SHIFT, opposite};
+use super::{ExtraSkins, Grid, Images, Levels, NO_SHIFT, opposite};
 use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
@@ -61,14 +61,16 @@ pub struct Built {
 }
 
 /// Sorts the particles into cells (in place, wrapped into periodic domains) and lists every pair closer than
-/// R_i + R_j + l_i + l_j + `skin` (m), except pairs that contacts cannot move and pairs of pebbles of one body. `extra_skin`: l of
-/// each row (m), above zero for few, and put into the new order; empty for none. `parallel`: with the threads of the pool from within which it is called; the list is the same.
+/// R_i + R_j + `skin` + l_i + l_j (m), except pairs that contacts cannot move and pairs of pebbles of one body. `extra`: l of
+/// each row, above -`skin`/2, and put into the new order. `levels`: which particles are sought together; the
+/// list is the same with any. `parallel`: with the threads of the pool from within which it is called; the list is the same.
 ///
 /// Requires finite positions, and periodic edges of at least twice the largest listing distance.
 #[must_use]
 pub fn build(
     particles: &mut Particles,
-    extra_skin: &mut Vec<f64>,
+    extra: &mut ExtraSkins,
+    levels: &Levels,
     skin: f64,
     images: &Images,
     parallel: bool,
@@ -76,8 +78,7 @@ pub fn build(
     change_each(&mut particles.records, parallel, |_, record| {
         record.position = images.wrap(record.position);
     });
-    let levels = Levels::choose(&particles.records, skin);
-    let cell = 2.0 * levels.largest[0] + skin;
+    let cell = 2.0 * (levels.largest[0] + 0.5 * skin + extra.of_level(0));
     let records = &particles.records;
     let position = |row: usize| records[row].position;
     let (grid, order) = Grid::sort(records.len(), position, cell, images, parallel);
@@ -90,11 +91,11 @@ pub fn build(
     change_each(&mut particles.listed_at, parallel, |row, listed| {
         *listed = records[row].position;
     });
-    if !extra_skin.is_empty() {
-        *extra_skin = order.iter().map(|&old| extra_skin[old as usize]).collect();
+    if !extra.rows.is_empty() {
+        extra.rows = order.iter().map(|&old| extra.rows[old as usize]).collect();
     }
-    let members = Members::new(&particles.records, extra_skin, &levels, parallel);
-    let mut list = list(&members, &grid, skin, images, parallel);
+    let members = Members::new(&particles.records, extra, levels, skin, parallel);
+    let mut list = list(&members, &grid, images, parallel);
     if let Some(bodies) = &particles.bodies {
         list.drop_inner_pairs(bodies);
     }
@@ -122,45 +123,50 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 
 /// The particles as the search sees them.
 struct Members {
-    /// All of them, with radii that hold their extra skin too.
+    /// All of them, with radii that hold their parts of the skin too.
     all: Vec<Spot>,
-    /// The level of each. Those with extra skin have a level of their own, the highest: they are few, and their reach must not widen
+    /// The level of each. Those with more skin than their level have one of their own, the highest: they are few, and their reach must not widen
     /// the cells of all others.
     level: Vec<u8>,
-    /// Largest radius of each level, m, extra skin included.
+    /// Largest radius of each level, m, skin included.
     largest: Vec<f64>,
 }
 
 impl Members {
-    fn new(records: &[Particle], extra_skin: &[f64], levels: &Levels, parallel: bool) -> Self {
-        let of_row = |row: usize| extra_skin.get(row).copied().unwrap_or_default();
+    fn new(
+        records: &[Particle],
+        extra: &ExtraSkins,
+        levels: &Levels,
+        skin: f64,
+        parallel: bool,
+    ) -> Self {
         let own = levels.largest.len();
-        let mut largest = levels.largest.clone();
-        for (record, &extra_skin) in records.iter().zip(extra_skin) {
-            if extra_skin > 0.0 {
-                largest.resize(own + 1, 0.0);
-                largest[own] = largest[own].max(record.radius + extra_skin);
+        let reach = |row: usize| records[row].radius + (0.5 * skin + extra.of(row));
+        let level = |row: usize| {
+            let level = levels.of(records[row].radius);
+            let stands_out = extra.of(row) > extra.of_level(level);
+            if stands_out { own } else { level }
+        };
+        let spot = |row: usize| {
+            let fixed = records[row].inverse_mass == 0.0;
+            Spot {
+                position: records[row].position.to_array(),
+                radius: if fixed { -reach(row) } else { reach(row) },
+            }
+        };
+        let level_of_row = each(records.len(), parallel, |row| level(row) as u8);
+        let mut largest: Vec<f64> = (levels.largest.iter().enumerate())
+            .map(|(level, radius)| radius + (0.5 * skin + extra.of_level(level)))
+            .collect();
+        if !extra.rows.is_empty() {
+            let few = (0..records.len()).filter(|&row| usize::from(level_of_row[row]) == own);
+            if let Some(most) = few.map(reach).reduce(f64::max) {
+                largest.push(most);
             }
         }
-        let spot = |row: usize| {
-            let record = &records[row];
-            let radius = record.radius + of_row(row);
-            let fixed = record.inverse_mass == 0.0;
-            Spot {
-                position: record.position.to_array(),
-                radius: if fixed { -radius } else { radius },
-            }
-        };
-        let level = |row: usize| {
-            if of_row(row) > 0.0 {
-                own as u8
-            } else {
-                levels.of(records[row].radius) as u8
-            }
-        };
         Self {
             all: each(records.len(), parallel, spot),
-            level: each(records.len(), parallel, level),
+            level: level_of_row,
             largest,
         }
     }
@@ -170,13 +176,7 @@ impl Members {
 ///
 /// The partners of a row in later cells lie in a few runs of rows: the rest of its own cell with the next one, and three
 /// neighbouring cells in each later one of the neighbouring lines of cells. That is for particles of the lowest level; the others are few.
-fn list(
-    members: &Members,
-    grid: &Grid,
-    skin: f64,
-    images: &Images,
-    parallel: bool,
-) -> CandidateList {
+fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> CandidateList {
     let count = members.all.len();
     // Those of higher levels are near nothing: NaN compares false.
     let spots = each(count, parallel, |row| Spot {
@@ -187,10 +187,10 @@ fn list(
         },
         ..members.all[row]
     });
-    let through = OtherPairs::find(members, grid, skin, images, parallel);
+    let through = OtherPairs::find(members, grid, images, parallel);
     let layers = grid.layers();
     let layer =
-        |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, skin, &through);
+        |(lines, c): &(Range<usize>, usize)| layer(&spots, grid, lines.clone(), *c, &through);
     let layers: Vec<CandidateList> = if parallel {
         layers.par_iter().map(layer).collect()
     } else {
@@ -218,7 +218,6 @@ fn layer(
     grid: &Grid,
     lines: Range<usize>,
     c: usize,
-    skin: f64,
     through: &OtherPairs,
 ) -> CandidateList {
     let [fast, ..] = grid.ordered_counts();
@@ -239,9 +238,9 @@ fn layer(
             let end = grid.rows(cell, cell + right - a).end;
             for row in own {
                 let spot = spots[row];
-                list.scan(spots, spot, row + 1..end, skin);
+                list.scan(spots, spot, row + 1..end);
                 for run in &runs[..later.len()] {
-                    list.scan(spots, spot, run.clone(), skin);
+                    list.scan(spots, spot, run.clone());
                 }
                 while let Some(&(_, candidate)) =
                     through.first().filter(|pair| pair.0 == row as u32)
@@ -291,7 +290,7 @@ impl Growing {
     /// Appends the partners among the rows `run`. Few of those that are looked at are near, in no order that a processor
     /// could foresee: each is written, and the next one over it if it was not.
     #[inline]
-    fn scan(&mut self, spots: &[Spot], spot: Spot, run: Range<usize>, skin: f64) {
+    fn scan(&mut self, spots: &[Spot], spot: Spot, run: Range<usize>) {
         let (first, others) = (run.start, &spots[run]);
         let room = self.reserve(others.len());
         let mut found = 0;
@@ -300,7 +299,7 @@ impl Growing {
                 partner: (first + k) as u32,
                 image: NO_SHIFT,
             };
-            found += usize::from(near(spot, other.position, other.radius, skin));
+            found += usize::from(near(spot, other.position, other.radius));
         }
         self.count += found;
     }
@@ -311,15 +310,15 @@ impl Growing {
     }
 }
 
-/// Whether two particles are closer than the sum of their radii and the skin, and can be moved.
+/// Whether two particles are closer than the sum of their radii, which hold the skin, and can be moved.
 #[inline]
-fn near(spot: Spot, position: [f64; 3], radius: f64, skin: f64) -> bool {
+fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
     let [x, y, z] = [
         spot.position[0] - position[0],
         spot.position[1] - position[1],
         spot.position[2] - position[2],
     ];
-    let distance = spot.radius.abs() + radius.abs() + skin;
+    let distance = spot.radius.abs() + radius.abs();
     (x * x + y * y + z * z < distance * distance) & ((spot.radius > 0.0) | (radius > 0.0))
 }
 
@@ -329,7 +328,7 @@ struct OtherPairs {
 }
 
 impl OtherPairs {
-    fn find(members: &Members, grid: &Grid, skin: f64, images: &Images, parallel: bool) -> Self {
+    fn find(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Self {
         if members.largest.len() == 1 && !images.any() {
             return Self { pairs: Vec::new() };
         }
@@ -337,9 +336,8 @@ impl OtherPairs {
             members,
             grid,
             above: (1..members.largest.len())
-                .map(|level| Above::new(members, level, skin, images, parallel))
+                .map(|level| Above::new(members, level, images, parallel))
                 .collect(),
-            skin,
             images,
         };
         let rows = members.all.len();
@@ -372,11 +370,11 @@ struct Above {
 }
 
 impl Above {
-    fn new(members: &Members, level: usize, skin: f64, images: &Images, parallel: bool) -> Self {
+    fn new(members: &Members, level: usize, images: &Images, parallel: bool) -> Self {
         let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
         let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
         let position = |k: usize| DVec3::from_array(members.all[rows[k] as usize].position);
-        let cell = 2.0 * members.largest[level] + skin;
+        let cell = 2.0 * members.largest[level];
         let (grid, order) = Grid::sort(rows.len(), position, cell, images, parallel);
         let rows = order.iter().map(|&k| rows[k as usize]).collect();
         Self { grid, rows }
@@ -390,7 +388,6 @@ struct Search<'a> {
     grid: &'a Grid,
     /// Levels from the second on.
     above: Vec<Above>,
-    skin: f64,
     images: &'a Images,
 }
 
@@ -414,20 +411,20 @@ impl Search<'_> {
             let position = DVec3::from_array(spot.position) + images.shift(image);
             // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
             // other axes particles may stand outside the domain.
-            let reach = spot.radius.abs() + farthest + self.skin;
+            let reach = spot.radius.abs() + farthest;
             let outside = (low - position).max(position - high);
             if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
                 continue;
             }
             for (lower, largest) in largest[..=own].iter().enumerate() {
-                let reach = spot.radius.abs() + largest + self.skin;
+                let reach = spot.radius.abs() + largest;
                 let mut test = |other: usize| {
                     // Of two particles of a level the one in the higher row looks.
                     if lower == own && other >= row {
                         return;
                     }
                     let position = position.to_array();
-                    if !near(all[other], position, spot.radius, self.skin) {
+                    if !near(all[other], position, spot.radius) {
                         return;
                     }
                     pairs.push(if other < row {
@@ -505,8 +502,19 @@ mod tests {
             {
                 (record.position, record.radius) = (DVec3::new(x, 0.5, 0.5), radius);
             }
-            let Built { list, .. } =
-                build(&mut particles, &mut vec![extra, 0.0], skin, &images, false);
+            let levels = Levels::choose(&particles.records, skin);
+            let mut extra_skins = ExtraSkins {
+                levels: Vec::new(),
+                rows: vec![extra, 0.0],
+            };
+            let Built { list, .. } = build(
+                &mut particles,
+                &mut extra_skins,
+                &levels,
+                skin,
+                &images,
+                false,
+            );
             let is_near = gap < large + small + extra + skin;
             assert_eq!(
                 list.entries.len(),
@@ -548,13 +556,32 @@ mod tests {
                 match (k.is_multiple_of(extra_skin_every), seed % 3 > 0) {
                     (true, true) => 0.01 * (k % 3) as f64,
                     (true, false) if small => 0.002,
+                    // Less than the rest, as slow levels have.
+                    _ if seed % 5 == 0 => -0.1 * skin * (k % 5) as f64,
                     _ => 0.0,
                 }
             };
             let with_extra_skin = if extra_skin_every > 0 { count } else { 0 };
-            let mut extra_skin: Vec<f64> = (0..with_extra_skin).map(ahead).collect();
-            let given = extra_skin.clone();
-            let Built { list, new_row, .. } = build(&mut particles, &mut extra_skin, skin, &images, seed % 2 == 0);
+            let given: Vec<f64> = (0..with_extra_skin).map(ahead).collect();
+            // Those that are chosen, one for all, and some that nobody would choose.
+            let levels = match seed % 3 {
+                0 => Levels { largest: vec![largest] },
+                1 => Levels { largest: vec![0.3 * largest, 0.5 * largest, largest] },
+                _ => Levels::choose(&particles.records, skin),
+            };
+            // Levels may have less than all they hold, who then stand out.
+            let less = |level: usize| if seed % 7 == 0 { -0.1 * skin * (level % 3) as f64 } else { 0.0 };
+            let mut extra = ExtraSkins {
+                levels: (0..levels.largest.len()).map(less).collect(),
+                rows: given.clone(),
+            };
+            if given.is_empty() {
+                extra.levels.clear();
+            }
+            let parallel = seed % 2 == 0;
+            let Built { list, new_row, .. } =
+                build(&mut particles, &mut extra, &levels, skin, &images, parallel);
+            let extra_skin = extra.rows;
             for (old, extra_skin_then) in given.iter().enumerate() {
                 prop_assert_eq!(extra_skin[new_row[old].index()], *extra_skin_then);
             }

@@ -15,7 +15,7 @@ mod skin;
 mod validity;
 
 pub use boxes::{Block, Boxes};
-pub use extra_skin::extra_skins;
+pub use extra_skin::ExtraSkins;
 pub use grid::Grid;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use levels::Levels;

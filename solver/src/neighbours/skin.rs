@@ -23,13 +23,14 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// For particles of these radii (m): starts at a tenth of the mean radius.
+    /// For particles of these radii (m), the smallest, the mean and the largest one: starts at a tenth of the mean radius.
     #[must_use]
-    pub fn new(smallest_radius: f64, mean_radius: f64) -> Self {
+    pub fn new([smallest, mean, largest]: [f64; 3]) -> Self {
         Self {
-            thickness: 0.1 * mean_radius,
-            least: 0.02 * smallest_radius,
-            largest: 1.0 * mean_radius,
+            thickness: 0.1 * mean,
+            least: 0.02 * smallest,
+            // More than the mean radius is for levels of large ones only.
+            largest: mean.max(largest),
         }
     }
 
@@ -37,7 +38,7 @@ impl Skin {
     /// can occur, and the mean one; `range`: how far beyond contact forces reach, m.
     #[must_use]
     pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
-        let mut skin = Self::new(smallest, mean);
+        let mut skin = Self::new([smallest, mean, largest]);
         let mut room = f64::INFINITY;
         for axis in 0..3 {
             if images.periodic[axis] {
@@ -88,7 +89,7 @@ mod tests {
 
     #[test]
     fn follows_the_motion_within_its_limits() {
-        let mut skin = Skin::new(1e-3, 1e-3);
+        let mut skin = Skin::new([1e-3; 3]);
         for _ in 0..50 {
             skin.adapt(1, 1.0);
         }

@@ -10,7 +10,7 @@ use super::particles::{StartingParticles, StartingSphere, Typed};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::parameter::short;
-use crate::neighbours::{Images, Skin, build};
+use crate::neighbours::{ExtraSkins, Images, Levels, Skin, build};
 use crate::state::{MaterialIndex, Particle, Particles};
 use crate::walls::{Scratch, Touches, Wall, WallNow};
 
@@ -542,7 +542,16 @@ fn for_each_touching_pair(
         return 0;
     }
     let skin = Skin::first(radii, 0.0, &images).thickness;
-    let list = build(&mut particles, &mut Vec::new(), skin, &images, false).list;
+    let levels = Levels::choose(&particles.records, skin);
+    let list = build(
+        &mut particles,
+        &mut ExtraSkins::default(),
+        &levels,
+        skin,
+        &images,
+        false,
+    )
+    .list;
     for row in 0..particles.len() {
         let one = particles.records[row];
         for entry in &list.entries[list.start[row] as usize..list.start[row + 1] as usize] {

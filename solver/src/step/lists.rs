@@ -3,7 +3,7 @@
 use super::{Engine, RunError};
 use crate::forces::{NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, Skin, Validity, build, each, extra_skins};
+use crate::neighbours::{Built, ExtraSkins, Levels, Skin, Validity, build, each};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -12,7 +12,7 @@ use crate::walls::WallNow;
 pub struct Lists {
     /// Thickness of the skin, and its limits.
     pub skin: Skin,
-    /// How much farther than half the skin each particle may go before the list is built anew, m; empty if none may.
+    /// How much farther than half the skin each particle may go before the list is built anew, m; empty if all may go as far.
     pub extra_skin: Vec<f64>,
     /// How much of the skin is used up.
     pub validity: Validity,
@@ -40,6 +40,7 @@ impl Engine {
     pub(super) fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
         let dt = self.plan.physics().time_step();
         let limit = 0.5 * self.lists.skin.thickness;
+        let limit_of_walls = self.skin_of_walls();
         let mut valid = !self.lists.rows_changed;
         if valid {
             valid = self.lists.validity.advance(
@@ -50,18 +51,23 @@ impl Engine {
                 &self.lists.extra_skin,
             );
         }
-        // Particles use up to half of the skin; the other half is the walls'.
         let reach = self.images.size.length();
         let about = self.images.min + 0.5 * self.images.size;
         valid = valid
             && self
                 .walls
                 .iter()
-                .all(|wall| wall.displacement_since_listed(about, reach) <= limit);
+                .all(|wall| wall.displacement_since_listed(about, reach) <= limit_of_walls);
         if !valid {
             self.rebuild()?;
         }
         Ok(())
+    }
+
+    /// How far surfaces of walls may get from where they were listed, m: as far as most particles, not as large ones that need more.
+    fn skin_of_walls(&self) -> f64 {
+        let [_, mean, _] = self.plan.physics().radii();
+        0.5 * self.lists.skin.thickness.min(mean)
     }
 
     /// Sorts the particles and builds the candidate lists.
@@ -83,11 +89,14 @@ impl Engine {
         }
         // Steps are made from within the pool, if there is one.
         let parallel = rayon::current_thread_index().is_some();
-        let mut extra_skin = extra_skins(&self.particles, &self.lists.skin, parallel);
         let removed = self.boundaries.take_row_map(self.particles.len());
-        let skin = self.lists.skin.thickness;
+        let [_, mean, _] = self.plan.physics().radii();
+        let Lists { skin, .. } = &mut self.lists;
+        let levels = Levels::choose(&self.particles.records, skin.thickness.min(mean));
+        let mut extra = ExtraSkins::measure(&self.particles, skin, &levels, mean, parallel);
+        let skin = skin.thickness;
         // Forces that act across a gap need their pairs listed that much farther out.
-        let margin = skin + self.forces.needs().range;
+        let range = self.forces.needs().range;
         if let Some(bodies) = &mut self.particles.bodies {
             bodies.wrap(&self.images);
         }
@@ -97,8 +106,9 @@ impl Engine {
             grid,
         } = build(
             &mut self.particles,
-            &mut extra_skin,
-            margin,
+            &mut extra,
+            &levels,
+            skin + range,
             &self.images,
             parallel,
         );
@@ -111,13 +121,14 @@ impl Engine {
         for wall in &mut self.walls {
             wall.note_images(&self.images);
         }
+        let skin_of_walls = self.skin_of_walls();
         let near_walls = find_near_walls(
             &self.particles,
-            &extra_skin,
+            &extra.rows,
             &grid,
             &self.walls,
             &self.images,
-            margin,
+            0.5 * skin + skin_of_walls + range,
             parallel,
         );
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
@@ -130,9 +141,9 @@ impl Engine {
             new_row: &new_row,
             parallel,
         });
-        let most = extra_skin.iter().copied().fold(0.0, f64::max);
+        let most = extra.rows.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
-        self.lists.extra_skin = extra_skin;
+        self.lists.extra_skin = extra.rows;
         self.walls.iter_mut().for_each(WallNow::note_listed);
         self.lists.validity.reset();
         self.lists.rows_changed = false;

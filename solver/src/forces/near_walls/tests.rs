@@ -9,7 +9,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::*;
-use crate::neighbours::{Built, build};
+use crate::neighbours::{Built, ExtraSkins, Levels, build};
 use crate::state::{MaterialIndex, Particle, WallIndex};
 use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
@@ -232,9 +232,13 @@ proptest! {
             }
         }
         let ahead = |k: usize| if k.is_multiple_of(extra_skin_every) { farther } else { 0.0 };
-        let mut extra_skin: Vec<f64> =
+        let extra_skin: Vec<f64> =
             (0..if extra_skin_every > 0 { count } else { 0 }).map(ahead).collect();
-        let Built { grid, .. } = build(&mut particles, &mut extra_skin, margin, &images, false);
+        let levels = Levels::choose(&particles.records, margin);
+        let mut extra = ExtraSkins { rows: extra_skin, ..ExtraSkins::default() };
+        let Built { grid, .. } =
+            build(&mut particles, &mut extra, &levels, margin, &images, false);
+        let extra_skin = extra.rows;
         let walls: Vec<WallNow> = (0..walls).map(|_| draw.wall(&images)).collect();
         let expected = by_asking_all(&particles, &extra_skin, &walls, &images, margin);
         for parallel in [false, true] {
