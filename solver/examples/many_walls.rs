@@ -11,7 +11,7 @@ use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_solver::forces::find_near_walls;
-use mercury_solver::neighbours::{Built, Images, build};
+use mercury_solver::neighbours::{Built, ExtraSkins, Images, Levels, build};
 use mercury_solver::state::{MaterialIndex, Particle, Particles};
 use mercury_solver::walls::{
     Cylinder, Disc, Mesh, Motion, Plane, Scratch, Shape, Side, Touches, Wall, WallError, WallNow,
@@ -161,8 +161,11 @@ fn main() -> Result<(), WallError> {
                 let (mut pairs, mut plain, mut cells) = (Vec::new(), Vec::new(), Vec::new());
                 let mut near = 0;
                 for _ in 0..ROUNDS {
-                    let (of_pairs, Built { grid, .. }) =
-                        time(|| build(&mut particles, &mut Vec::new(), MARGIN, &images, false));
+                    let (of_pairs, Built { grid, .. }) = time(|| {
+                        let levels = Levels::choose(&particles.records, MARGIN);
+                        let mut extra = ExtraSkins::default();
+                        build(&mut particles, &mut extra, &levels, MARGIN, &images, false)
+                    });
                     let (of_plain, found) = time(|| by_asking_all(&particles, &walls, &images));
                     let (of_cells, listed) = time(|| {
                         find_near_walls(&particles, &[], &grid, &walls, &images, MARGIN, false)

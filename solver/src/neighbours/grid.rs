@@ -9,7 +9,7 @@ use super::Images;
 use super::lines::Lines;
 use super::rows::{each, each_of};
 
-/// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines [brick by brick](Lines).
+/// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines brick by brick (`lines.rs`).
 ///
 /// Particles outside the outermost cells belong to the nearest one, which keeps neighbours neighbours. Axes are taken in
 /// ascending order of extent, so that the slowest axis is the longest and layers are small.
