@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""A small scene on a machine that has other things to do: with one thread, with all, and without `--threads`, which takes what is faster.
+"""Small scenes on a machine that has other things to do: with one thread, with all of them in every step, and with as many as are faster.
 
-usage: benches/busy.py [SOLVER] [--others 4] [--rounds 3]
+usage: benches/busy.py [SOLVER] [--others 4] [--rounds 3] [--spheres 500 1000 2000]
 
-Default for SOLVER: target/release/mercury-solve. `--others`: processes that count for nothing as long as the runs last.
+Default for SOLVER: target/release/mercury-solve. `--others`: processes that count for nothing as long as the runs last. The scene is `settle` with so
+many spheres; seconds in the time loop, medians of rounds in which the ways take turns.
 """
 
 import argparse
+import json
 import os
 import pathlib
-import re
 import statistics
 import subprocess
 import sys
@@ -20,13 +21,11 @@ from memory import ROOT
 SCENE = ["scenes/settle.toml", "--set", "time.end=0.05", "--set", "output.pictures=false", "--quiet", "--force"]
 
 
-def seconds(solver, folder, threads):
-    """Time in the time loop, s, as the run's log says it."""
-    command = [solver, *SCENE, "--output", folder, *threads]
+def seconds(solver, folder, spheres, threads):
+    """Time in the time loop, s."""
+    command = [solver, *SCENE, "--set", f"insertions.rain.total.number={spheres}", "--output", folder, *threads]
     subprocess.run(command, check=True, cwd=ROOT)
-    log = (pathlib.Path(folder) / "run.log").read_text()
-    number, unit = re.search(r"([\d.]+) (s|ms|min) in the time loop", log).groups()
-    return float(number) * {"ms": 1e-3, "s": 1.0, "min": 60.0}[unit]
+    return json.loads((pathlib.Path(folder) / "summary.json").read_text())["wall_seconds"]
 
 
 def main():
@@ -34,24 +33,26 @@ def main():
     parser.add_argument("solver", nargs="?", default=ROOT / "target" / "release" / "mercury-solve")
     parser.add_argument("--others", type=int, default=4)
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--spheres", type=int, nargs="+", default=[500, 1000, 2000])
     options = parser.parse_args()
     solver = pathlib.Path(options.solver).resolve()
     cores = str(os.cpu_count())
-    ways = {"one thread": ["--threads", "1"], f"{cores} threads": ["--threads", cores], "as it likes": []}
+    ways = {"1 thread": ["--threads", "1"], f"{cores} in every step": ["--threads", cores, "--fixed-threads"], f"at most {cores}": ["--threads", cores], "as it likes": []}
     count = [sys.executable, "-c", "while True: pass"]
     others = [subprocess.Popen(count) for _ in range(options.others)]
     try:
         with tempfile.TemporaryDirectory() as folder:
-            found = {way: [] for way in ways}
-            for _ in range(options.rounds):
-                for way, threads in ways.items():
-                    found[way].append(seconds(solver, folder, threads))
+            for spheres in options.spheres:
+                found = {way: [] for way in ways}
+                for _ in range(options.rounds):
+                    for way, threads in ways.items():
+                        found[way].append(seconds(solver, folder, spheres, threads))
+                for way, all_seconds in found.items():
+                    told = ", ".join(f"{s:.3f}" for s in all_seconds)
+                    print(f"{spheres} spheres, {way}: {statistics.median(all_seconds):.3f} s in the time loop ({told})", flush=True)
     finally:
         for other in others:
             other.kill()
-    for way, all_seconds in found.items():
-        told = ", ".join(f"{s:.2f}" for s in all_seconds)
-        print(f"{way}: {statistics.median(all_seconds):.2f} s in the time loop ({told})")
 
 
 if __name__ == "__main__":

@@ -97,9 +97,13 @@ struct Arguments {
     #[arg(long, value_name = "TIME", num_args = 0..=1, default_missing_value = command::trial::LASTS, requires = "check", value_parser = command::trial::lasts)]
     trial: Option<Duration>,
 
-    /// Threads; the results are the same with any number [default: what the machine has and the scene can use, fewer while that is faster]
+    /// Threads at most: as many as the scene can use, and one alone while that is faster; the results are the same with any number [default: what the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
+
+    /// All of the --threads make every step, however slow that is: to measure what threads are worth
+    #[arg(long, requires = "threads")]
+    fixed_threads: bool,
 
     /// Contacts evaluated side by side: 1, 2, 4 or 8; the results are the same with any number [default: what this processor does fastest]
     #[arg(long, value_name = "N", value_parser = lanes)]
@@ -175,6 +179,7 @@ impl Arguments {
                 _ => Earlier::Refuse,
             },
             threads: self.threads,
+            fixed_threads: self.fixed_threads,
             width: self.lanes,
             time_limit: self.time_limit,
             checkpoint_every: self.checkpoint_every.0,

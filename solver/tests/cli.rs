@@ -306,12 +306,26 @@ fn a_reader_that_has_gone_away_changes_no_exit_code() {
     }
 }
 
+/// `--threads` is the most: two spheres are one thread's work. Who measures threads gets what was asked for.
+#[test]
+fn no_more_threads_than_are_useful() {
+    let folder = folder_with_scene(SCENE);
+    for (more, threads) in [(&[][..], 1), (&["--fixed-threads"], 3)] {
+        let arguments = [&["pair.toml", "--force", "--json", "--threads", "3"], more].concat();
+        let output = solve(folder.path(), &arguments);
+        assert_eq!(code(&output), Some(0), "{}", errors(&output));
+        let summary: serde_json::Value = serde_json::from_str(&said(&output)).unwrap();
+        assert_eq!(summary["threads"], threads, "{arguments:?}");
+    }
+}
+
 #[test]
 fn wrong_usage_ends_with_2() {
     let folder = folder_with_scene(SCENE);
     for arguments in [
         &["pair.toml", "--threads", "0"][..],
         &["pair.toml", "--threads", "100000"],
+        &["pair.toml", "--fixed-threads"],
         &["pair.toml", "--nonsense"],
         &[],
     ] {

@@ -253,7 +253,8 @@ interval = 0.002
     let folders = [1, 2].map(|threads| {
         let folder = tempfile::tempdir().unwrap();
         let threads = threads.to_string();
-        let arguments: Vec<&str> = [&quiet[..], &["--threads", &threads]].concat();
+        let arguments: Vec<&str> =
+            [&quiet[..], &["--fixed-threads", "--threads", &threads]].concat();
         solved(folder.path(), &format!("{SCENE}{tables}"), &arguments);
         folder
     });

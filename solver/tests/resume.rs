@@ -131,6 +131,7 @@ fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
                 "--resume",
                 "--checkpoint-every",
                 "0.01s",
+                "--fixed-threads",
                 "--threads",
                 &threads,
             ];
@@ -153,7 +154,7 @@ fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
             }
             left -= 1;
         }
-        let output = run(&resumed, &["--resume", "--threads", "2"]);
+        let output = run(&resumed, &["--resume", "--threads", "2", "--fixed-threads"]);
         assert!(
             output.status.success(),
             "{}: {}",

@@ -175,7 +175,7 @@ fn a_bed_goes_on_as_if_it_had_not_stopped() {
     assert!(farthest(&left.particles, &start.particles) < 1e-15);
 
     must_run(path, &["second.toml"]);
-    must_run(path, &["other.toml", "--threads", "2"]);
+    must_run(path, &["other.toml", "--threads", "2", "--fixed-threads"]);
     for _ in 0..start.plan().physics().steps() {
         left.step(None).unwrap();
     }

@@ -45,6 +45,9 @@ def run(binary, scene, name, folder, options, settings):
     if options.short and name in SHORT:
         settings.append(f"time.end={SHORT[name]}")
     command = [binary, scene, "--output", folder, "--quiet", "--threads", "2"]
+    # So that both make every step; earlier builds did not need to be told.
+    if "--fixed-threads" in subprocess.run([binary, "--help"], capture_output=True, text=True).stdout:
+        command.append("--fixed-threads")
     command += [word for key in settings for word in ("--set", key)]
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     return done.returncode, done.stderr.strip()[:300]

@@ -51,8 +51,10 @@ pub(crate) struct How {
     pub(crate) folder: Option<PathBuf>,
     /// What becomes of a run that is there.
     pub(crate) earlier: Earlier,
-    /// Threads; none: as many as are useful.
+    /// Threads at most; none: those of the machine.
     pub(crate) threads: Option<u16>,
+    /// All of them make every step.
+    pub(crate) fixed_threads: bool,
     /// Contacts evaluated side by side; none: what the processor does fastest.
     pub(crate) width: Option<Width>,
     /// Stop after so long.
@@ -67,7 +69,11 @@ impl How {
     /// Threads for the run of a plan.
     pub(crate) fn threads_for(&self, plan: &Plan) -> usize {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
-        (self.threads).map_or_else(|| useful_threads(plan, available()), usize::from)
+        let most = self.threads.map_or_else(available, usize::from);
+        match self.fixed_threads {
+            true => most,
+            false => useful_threads(plan, most),
+        }
     }
 }
 
@@ -143,7 +149,7 @@ pub(crate) fn run_plan(
     let options = RunOptions {
         folder: folder.clone(),
         threads,
-        fewer_where_faster: how.threads.is_none(),
+        fewer_where_faster: !how.fixed_threads,
         width: how.width,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),

@@ -361,6 +361,7 @@ impl Work<'_> {
                 false => Earlier::Continue,
             },
             threads: Some(self.study.threads.unwrap_or(1)),
+            fixed_threads: self.arguments.fixed_threads,
             width: self.arguments.lanes,
             time_limit: self.time_left(),
             // The end of each run is known by its checkpoint.

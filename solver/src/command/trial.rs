@@ -40,7 +40,7 @@ pub(crate) fn execute(
     let threads = how.threads_for(&plan);
     let options = RunOptions {
         threads,
-        fewer_where_faster: how.threads.is_none(),
+        fewer_where_faster: !how.fixed_threads,
         width: how.width,
         stop: requests.stop,
         stage: Arc::clone(&stage),

@@ -58,9 +58,9 @@ const MANY_ROWS: usize = 100_000;
 pub struct RunOptions {
     /// Where the files go; ready for a run ([`folder::prepare`]).
     pub folder: PathBuf,
-    /// Threads that step; the results do not depend on them.
+    /// Threads that step, at most; the results do not depend on them.
     pub threads: usize,
-    /// Steps are made by one of them wherever that is faster.
+    /// Steps are made by one of them while that is faster.
     pub fewer_where_faster: bool,
     /// Contacts that are evaluated side by side; the results do not depend on it. `None`: what is fastest.
     pub width: Option<Width>,

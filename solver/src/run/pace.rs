@@ -13,7 +13,8 @@ const TRIAL: f64 = 0.02;
 const APART: [f64; 2] = [5.0, 50.0];
 /// The other way must take less than this part of the time: a change for nothing costs the caches.
 const BETTER: f64 = 0.95;
-/// Particle-steps made at once while trying.
+/// Particle-steps made at once at the beginning of a trial; then, at one go, what should take the rest of it: going to the threads and back
+/// takes as long as a step or two of a small scene.
 const AT_ONCE: u64 = 10_000;
 
 /// Alone, or with all threads.
@@ -72,10 +73,15 @@ impl Pace {
 
     /// The most particle-steps that are made so before it is asked again.
     pub(super) fn at_once(&self) -> u64 {
-        if self.budget <= TRIAL {
-            AT_ONCE
+        if self.budget > TRIAL {
+            return u64::MAX;
+        }
+        let [time, steps] = self.spent;
+        let rest = (self.budget - time) * steps / time;
+        if rest.is_finite() {
+            AT_ONCE.max(rest as u64)
         } else {
-            u64::MAX
+            AT_ONCE
         }
     }
 
@@ -173,6 +179,17 @@ mod tests {
             }
         }
         assert!(of_alone < 0.1 * 1.5, "{of_alone} s");
+    }
+
+    /// A trial is made of a few steps and then of the rest, not of a few each time.
+    #[test]
+    fn a_trial_is_made_in_few_goes() {
+        let mut pace = Pace::new();
+        assert_eq!(pace.at_once(), AT_ONCE);
+        pace.note(Duration::from_secs_f64(TRIAL / 100.0), AT_ONCE);
+        assert!(pace.at_once().abs_diff(99 * AT_ONCE) <= 1);
+        pace.note(Duration::from_secs_f64(TRIAL), pace.at_once());
+        assert_eq!((pace.way(), pace.at_once()), (Way::Alone, AT_ONCE));
     }
 
     /// Of ways that take the same time the first stays.

@@ -1,5 +1,6 @@
 //! Threads that stay awake between the phases of steps.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How often the calling thread looks whether the others keep watch, before it begins without them: 10 to 40 microseconds, as long as a pause of
@@ -8,56 +9,74 @@ const LOOKS: u32 = 1_000;
 
 /// Runs `work` on this thread of a pool and keeps the others from falling asleep meanwhile: waking them in every step would take
 /// as long as a tenth of it. They still take whatever `work` shares out.
-pub(super) fn awake<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+pub(super) fn awake<T>(work: impl FnOnce() -> T) -> T {
     watched_over(work).0
+}
+
+/// What those who keep watch go by. It is theirs as much as of the thread that steps, which waits for nobody to end the watch: a thread
+/// that has no core then would hold it up for a turn of the machine.
+#[derive(Debug, Default)]
+struct Vigil {
+    /// There is work to share.
+    begun: AtomicBool,
+    over: AtomicBool,
+    /// Threads that came in time.
+    watching: AtomicUsize,
+}
+
+impl Vigil {
+    /// Takes what there is to do, until it is over.
+    fn keep(&self) {
+        // Who has come here from within a part of the work has got that part after this was set.
+        if self.begun.load(Ordering::Acquire) {
+            return;
+        }
+        self.watching.fetch_add(1, Ordering::Relaxed);
+        let mut idle = 0u32;
+        while !self.over.load(Ordering::Relaxed) {
+            if rayon::yield_now() == Some(rayon::Yield::Executed) {
+                idle = 0;
+            } else if idle < 1000 {
+                idle += 1;
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
+        }
+    }
 }
 
 /// The same, and how many threads kept watch from the beginning.
 ///
 /// Only those may. Once there is work to share, a thread that waits for a part of it may come to its watch from within that part; it would keep watch
 /// until all is over, and the part would never end.
-fn watched_over<T: Send>(work: impl FnOnce() -> T + Send) -> (T, usize) {
+fn watched_over<T>(work: impl FnOnce() -> T) -> (T, usize) {
     /// Ends the vigil, whatever way `work` ends.
-    struct End<'a>(&'a AtomicBool);
+    struct End<'a>(&'a Vigil);
     impl Drop for End<'_> {
         fn drop(&mut self) {
-            self.0.store(true, Ordering::Relaxed);
+            self.0.over.store(true, Ordering::Relaxed);
         }
     }
-    let (begun, over) = (AtomicBool::new(false), AtomicBool::new(false));
-    let watching = AtomicUsize::new(0);
     let this = rayon::current_thread_index();
     let others = rayon::current_num_threads() - usize::from(this.is_some());
-    let done = rayon::in_place_scope(|scope| {
-        scope.spawn_broadcast(|_, thread| {
-            // Who has come here from within a part of the work has got that part after this was set.
-            if Some(thread.index()) == this || begun.load(Ordering::Acquire) {
-                return;
-            }
-            watching.fetch_add(1, Ordering::Relaxed);
-            let mut idle = 0u32;
-            while !over.load(Ordering::Relaxed) {
-                if rayon::yield_now() == Some(rayon::Yield::Executed) {
-                    idle = 0;
-                } else if idle < 1000 {
-                    idle += 1;
-                    std::hint::spin_loop();
-                } else {
-                    std::thread::yield_now();
-                }
-            }
-        });
-        let _end = End(&over);
-        for _ in 0..LOOKS {
-            if watching.load(Ordering::Relaxed) == others {
-                break;
-            }
-            std::hint::spin_loop();
+    let vigil = Arc::new(Vigil::default());
+    let theirs = Arc::clone(&vigil);
+    rayon::spawn_broadcast(move |thread| {
+        if Some(thread.index()) != this {
+            theirs.keep();
         }
-        begun.store(true, Ordering::Release);
-        work()
     });
-    (done, watching.into_inner())
+    let _end = End(&vigil);
+    for _ in 0..LOOKS {
+        if vigil.watching.load(Ordering::Relaxed) == others {
+            break;
+        }
+        std::hint::spin_loop();
+    }
+    vigil.begun.store(true, Ordering::Release);
+    let done = work();
+    (done, vigil.watching.load(Ordering::Relaxed))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The engine as a whole: what it must not miss, and what must not change its numbers.
 
+mod absent;
 mod funnels;
 mod sides;
 

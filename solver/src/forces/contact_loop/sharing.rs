@@ -4,10 +4,14 @@
 //! blocks that reach into it are computed, because those are all that read its records. So most blocks are finished
 //! while they are still in the cache, as they are on a single thread, and the threads meet once per step.
 //!
+//! No step waits for a thread that has not come to it. On a machine that has other things to do it may be milliseconds before a thread gets its
+//! next turn, and a step takes microseconds; so what is the share of an absent thread is done by those that are there.
+//!
 //! Which thread does what, and when, changes no number: every sum is made in the order of the blocks.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 use super::found::Numbers;
 use super::{Block, Pass, Rows};
@@ -15,9 +19,12 @@ use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLa
 use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};
 
-/// How often a thread looks whether one of its blocks can be finished, before it leaves that to the thread that called. It
-/// is enough for the others to compute a block, and not more than a nuisance where threads share a core.
-const LOOKS: u32 = 10_000;
+/// How long a thread that has no more blocks looks whether one of its own can be finished, before it leaves that to the thread that called; and how
+/// long the one that called looks whether the others are done, before it gives its core to whoever wants it: as long again as it has computed, which is
+/// about what the others need, within these limits. The lower one is what waking a thread takes, the upper one more than a block takes.
+const PATIENCE: [Duration; 2] = [Duration::from_micros(20), Duration::from_micros(500)];
+/// Pauses between two looks.
+const PAUSES: u32 = 4;
 
 /// A block and its rows. No lock is ever waited for: nothing reads a block that is being computed, or records that are
 /// being changed. They are there because the compiler cannot know.
@@ -67,25 +74,39 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 fastest: Mutex::new(MotionBound::default()),
             });
         }
-        pool.broadcast(|thread| {
+        let work = |thread: usize| {
+            shares.begin(thread);
+            let begun = Instant::now();
             // What this thread has computed and still has to finish: nobody else has it in the cache.
             let mut mine = Vec::new();
             let mut numbers = Numbers::new();
             let finish_ready = |mine: &mut Vec<usize>| {
                 mine.retain(|&index| !finish_if_ready(&stations, index, finish));
             };
-            while let Some(index) = shares.take(thread.index()) {
+            while let Some(index) = shares.take(thread) {
                 self.compute_shared(&stations, index, &mut numbers);
                 mine.push(index);
                 finish_ready(&mut mine);
             }
-            for _ in 0..LOOKS {
-                if mine.is_empty() {
-                    break;
-                }
-                std::hint::spin_loop();
+            let patience = Patience::after(begun.elapsed());
+            patience.look(|| {
                 finish_ready(&mut mine);
+                mine.is_empty()
+            });
+            patience
+        };
+        let others = AtomicUsize::new(0);
+        let this_thread = || rayon::current_thread_index().unwrap_or_default();
+        pool.scope(|scope| {
+            for _ in 1..pool.current_num_threads() {
+                // Whatever nobody has taken when this thread is done, it takes back, and finds nothing left to do in it.
+                scope.spawn(|_| {
+                    others.fetch_add(1, Ordering::Relaxed);
+                    work(this_thread());
+                    others.fetch_sub(1, Ordering::Release);
+                });
             }
+            work(this_thread()).look(|| others.load(Ordering::Acquire) == 0);
         });
         for index in 0..stations.len() {
             if !stations[index].finished.load(Ordering::Relaxed) {
@@ -149,6 +170,34 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
     true
 }
 
+/// How long a thread goes on looking.
+#[derive(Debug, Clone, Copy)]
+struct Patience(Duration);
+
+impl Patience {
+    /// Of one that has computed for so long.
+    fn after(computed: Duration) -> Self {
+        let [least, most] = PATIENCE;
+        Self(computed.clamp(least, most))
+    }
+
+    /// Looks until `is_over`, or until it is at its end.
+    fn look(self, mut is_over: impl FnMut() -> bool) {
+        if is_over() {
+            return;
+        }
+        let begun = Instant::now();
+        while begun.elapsed() < self.0 {
+            for _ in 0..PAUSES {
+                std::hint::spin_loop();
+            }
+            if is_over() {
+                return;
+            }
+        }
+    }
+}
+
 /// Runs of blocks, one for each thread: what a thread had in the last step may still be in its cache.
 struct Shares {
     runs: Vec<Run>,
@@ -159,26 +208,32 @@ struct Run {
     end: usize,
     /// Blocks of the run that were taken.
     taken: AtomicUsize,
+    /// The thread whose run it is has come.
+    is_attended: AtomicBool,
 }
 
 impl Shares {
     /// Runs of nearly the same work.
     fn new<H>(blocks: &[Block<H>], threads: usize) -> Self {
-        let total: usize = blocks.iter().map(|block| block.work).sum();
+        Self::of(blocks.iter().map(|block| block.work).collect(), threads)
+    }
+
+    /// The same by the work of each block.
+    fn of(works: Vec<usize>, threads: usize) -> Self {
+        let total: usize = works.iter().sum();
         let (mut end, mut before) = (0, 0);
         let runs = (1..=threads).map(|thread| {
             let begin = end;
             // A block belongs to the run in which its middle lies.
-            while end < blocks.len()
-                && (2 * before + blocks[end].work) * threads < 2 * total * thread
-            {
-                before += blocks[end].work;
+            while end < works.len() && (2 * before + works[end]) * threads < 2 * total * thread {
+                before += works[end];
                 end += 1;
             }
             Run {
                 begin,
                 end,
                 taken: AtomicUsize::new(0),
+                is_attended: AtomicBool::new(false),
             }
         });
         Self {
@@ -186,14 +241,20 @@ impl Shares {
         }
     }
 
-    /// The next block for a thread: of its own run, or else of another's that has more than one left. The last one is sooner
-    /// done by the thread that knows it.
+    /// A thread has come to its run.
+    fn begin(&self, thread: usize) {
+        self.runs[thread].is_attended.store(true, Ordering::Relaxed);
+    }
+
+    /// The next block for a thread: of its own run, or else of another's that has more than one left, as the last one is sooner
+    /// done by the thread that knows it; or of a run whose thread has not come.
     fn take(&self, thread: usize) -> Option<usize> {
         let count = self.runs.len();
         (0..count).find_map(|k| {
             let run = &self.runs[(thread + k) % count];
             let blocks = run.end - run.begin;
-            let least = if k == 0 { 1 } else { 2 };
+            let is_known = k > 0 && run.is_attended.load(Ordering::Relaxed);
+            let least = if is_known { 2 } else { 1 };
             let take = |taken| (taken + least <= blocks).then_some(taken + 1);
             let taken = run
                 .taken
@@ -204,5 +265,38 @@ impl Shares {
                 _ => run.begin + taken - 1,
             })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three threads, of which the last one does not come: its blocks are done by the others, and of those who are there each does the last one of its
+    /// own.
+    #[test]
+    fn blocks_of_an_absent_thread_are_done_by_the_others() {
+        let shares = Shares::of(vec![1; 12], 3);
+        shares.begin(0);
+        shares.begin(1);
+        let taken: Vec<usize> = std::iter::from_fn(|| shares.take(0)).collect();
+        assert_eq!(taken, [3, 0, 1, 2, 7, 4, 5, 11, 8, 9, 10]);
+        assert_eq!(shares.take(1), Some(6));
+        assert_eq!(shares.take(1), None);
+        // Whoever comes now is too late.
+        shares.begin(2);
+        assert_eq!(shares.take(2), None);
+    }
+
+    /// Whoever looks for something that never comes gives up in time; what is there already is seen at once.
+    #[test]
+    fn patience_ends() {
+        let mut looks = 0;
+        Patience::after(Duration::ZERO).look(|| {
+            looks += 1;
+            true
+        });
+        assert_eq!(looks, 1);
+        Patience::after(Duration::from_secs(3600)).look(|| false);
     }
 }
