@@ -120,7 +120,20 @@ proptest! {
         periodic in any::<[bool; 3]>(),
         speed in 1.0..5.0f64,
     ) {
-        few_are_fast(seed, count, ratio, periodic, speed)?;
+        few_are_fast(seed, count, [0.011, ratio], periodic, speed)?;
+    }
+
+    /// Sizes evenly over up to three decades, the largest as large as the domain allows: levels of sizes, fixed particles, extra skin and images together.
+    #[test]
+    fn is_that_of_brute_force_to_a_size_ratio_of_1000(
+        seed in any::<u64>(),
+        count in 400usize..500,
+        decades in 1.0..3.0f64,
+        periodic in any::<[bool; 3]>(),
+        speed in 0.2..5.0f64,
+    ) {
+        let ratio = 10f64.powf(decades);
+        few_are_fast(seed, count, [0.11 / ratio, ratio], periodic, speed)?;
     }
 }
 
@@ -128,24 +141,31 @@ proptest! {
 /// and leaves no room for more.
 #[test]
 fn few_that_are_fast_have_extra_skin() {
-    let steps = few_are_fast(1, 450, 1.0, [true; 3], 4.0).unwrap();
+    let steps = few_are_fast(1, 450, [0.011, 1.0], [true; 3], 4.0).unwrap();
     assert!(steps > 2, "extra skin in {steps} steps only");
+    let steps = few_are_fast(1, 450, [1.1e-4, 1000.0], [true; 3], 0.5).unwrap();
+    assert!(
+        steps > 2,
+        "extra skin in {steps} steps only at a size ratio of 1000"
+    );
 }
 
 /// Two among hundreds shoot through the others, which hardly move: they get extra skin, and lists last longer. Through faces
-/// and walls of spheres that are fixed too. Compares each step with brute force; returns the steps in which a particle had extra
+/// and walls of spheres that are fixed too. Radii are `smallest` (m) to `ratio` times that, evenly by their logarithm. Compares each step with brute force; returns the steps in which a particle had extra
 /// skin.
 fn few_are_fast(
     seed: u64,
     count: usize,
-    ratio: f64,
+    [smallest, ratio]: [f64; 2],
     periodic: [bool; 3],
     speed: f64,
 ) -> Result<usize, TestCaseError> {
     let size = dvec3(0.5, 0.6, 0.7);
+    // As slow for the smallest, whatever its mass.
+    let stiffness = 0.1 * (smallest / 0.011f64).powi(3);
     let mut random = Stream::new(seed, "few are fast", 0);
     let mut vector = || dvec3(random.uniform(), random.uniform(), random.uniform());
-    let law = frictionless(AnyNormal::Linear(Linear::new(0.1, 0.0)));
+    let law = frictionless(AnyNormal::Linear(Linear::new(stiffness, 0.0)));
     let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
     plan.periodic = periodic;
     let particles = (0..count)
@@ -156,7 +176,7 @@ fn few_are_fast(
                 fixed: k % 7 == 0,
                 ..NewParticle::at(
                     vector() * size,
-                    0.011 * ratio.powf(vector().x),
+                    smallest * ratio.powf(vector().x),
                     MaterialIndex::new(0),
                 )
             }
