@@ -246,7 +246,7 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
         begun += expected.difference(&seen).count();
         seen.extend(expected);
         let lists = engine.snapshot().lists;
-        let most = 0.5 * (lists.skin.largest - lists.skin.thickness);
+        let most = 0.5 * lists.skin.largest - 0.5 * lists.skin.thickness;
         bounded += usize::from(lists.extra_skin.contains(&most));
     }
     assert!(
