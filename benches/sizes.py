@@ -9,8 +9,8 @@
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
 
 Packings are periodic along all axes. Numbers follow N(> r) ~ r^-2.5 between the smallest radius and the largest, which is Fuller's grading: the
-mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 50,000 spheres and one of
-100 some 300,000; 30,000 elsewhere. Spheres are placed at random from the largest to the smallest, then the domain shrinks by small steps, after each of which
+mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 67,000 spheres and one of
+100 some 354,000; 30,000 elsewhere. Spheres are placed at random from the largest to the smallest, then the domain shrinks by small steps, after each of which
 mercury-solve pushes overlaps apart, without friction, until the packing bears a pressure: with 6 contacts for each sphere that bears some, whatever the sizes.
 
 Two states of each: at rest, and as a whole adrift with the speed that uses up the skin of the list in some 20 steps. Nothing differs but the lists. In a third one
@@ -57,11 +57,11 @@ def volume(sizes):
 
 
 def number(ratio):
-    """Of spheres: a packed domain, of which they fill up to 0.84, is at least 4.2 of the largest radii wide, so that nobody is met through two images."""
+    """Of spheres: a packed domain, of which they fill up to 0.9, is at least 4.2 of the largest radii wide, so that nobody is met through two images."""
     if ratio == 1:
         return 30_000
     mean = FULLER / (3 - FULLER) * (ratio ** (3 - FULLER) - 1) / (1 - ratio**-FULLER)
-    needed = 0.84 * (4.2 * ratio) ** 3 / (4 / 3 * math.pi * mean)
+    needed = 0.9 * (4.2 * ratio) ** 3 / (4 / 3 * math.pi * mean)
     return max(30_000, 1000 * math.ceil(needed / 1000))
 
 
