@@ -9,7 +9,7 @@
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
 
 Packings are periodic along all axes. Numbers follow N(> r) ~ r^-2.5 between the smallest radius and the largest, which is Fuller's grading: the
-mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 67,000 spheres and one of
+mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 66,000 spheres and one of
 100 some 354,000; 30,000 elsewhere. Spheres are placed at random from the largest to the smallest, then the domain shrinks by small steps, after each of which
 mercury-solve pushes overlaps apart, without friction, until the packing bears a pressure: with 6 contacts for each sphere that bears some, whatever the sizes.
 
