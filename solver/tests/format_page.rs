@@ -22,7 +22,7 @@ fn all_keys() -> String {
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.
-const ALTERNATIVES: [&str; 45] = [
+const ALTERNATIVES: [&str; 46] = [
     "materials.a.normal={ law = \"hertz\", effective_modulus = 1e7, damping = 0.1 }\nmaterials.a.tangential={ law = \"mindlin\", friction = 0.5, effective_shear_modulus = 1e6 }",
     "materials.b.normal={ law = \"linear\", collision_time = 1e-3, mass = 1e-3, restitution = 0.5 }",
     "materials.b.tangential={ law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }",
@@ -33,6 +33,7 @@ const ALTERNATIVES: [&str; 45] = [
     "walls.plate.motion=[{ kind = \"servo\", axis = [0, 0, 1], force = { table = \"load.csv\" }, max_speed = 0.1 }]",
     "walls.lid.from=0.1",
     "walls.lid.until=0.1",
+    "sleeping={ after = 0.1, speed = 1e-3, imbalance = 0.1 }",
     "guard={ policy = \"warn\", overlap = 0.5, way = 0.5 }",
     "contact.clamp_tension=true",
     "particles[0].prescribed={ angular_velocity = [0.0, \"free\", \"free\"] }",
@@ -368,7 +369,7 @@ fn started_from_a_run(folder: &Path) -> String {
 }
 
 /// Keys whose numbers are counts, ratios or exponents. A new key that is none must take units.
-const WITHOUT_UNIT: [&str; 42] = [
+const WITHOUT_UNIT: [&str; 43] = [
     "seed",
     "axis",
     "normal",
@@ -380,6 +381,7 @@ const WITHOUT_UNIT: [&str; 42] = [
     "friction",
     "static_friction",
     "restitution",
+    "imbalance",
     "poisson_ratio",
     "damping",
     "stiffness_factor",

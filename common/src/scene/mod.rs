@@ -34,6 +34,7 @@ mod quantities;
 mod region;
 mod settings;
 mod shapes;
+mod sleeping;
 mod source;
 mod spelling;
 mod sprays;
@@ -71,6 +72,7 @@ pub use settings::{
     TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
+pub use sleeping::Sleeping;
 pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{Spray, SprayPattern};
@@ -112,6 +114,8 @@ pub struct Scene {
     pub contact: Conventions,
     /// `[guard]`
     pub guard: Guard,
+    /// `[sleeping]`
+    pub sleeping: Option<Sleeping>,
     /// `[materials.NAME]`
     pub materials: Vec<Material>,
     /// `[[contacts]]`
@@ -351,6 +355,12 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
             guard::read(&fields, overlap_error)
         }
     };
+    let sleeping = match root.get("sleeping") {
+        Some(item) => (item.table())
+            .and_then(|fields| sleeping::read(&fields))
+            .map(Some),
+        None => Some(None),
+    };
 
     let materials = read_named(&root, "materials", materials::read);
     let clumps = read_named(&root, "clumps", particles::read_clump);
@@ -389,6 +399,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         domain: domain?,
         contact: contact?,
         guard: guard?,
+        sleeping: sleeping?,
         materials,
         contacts,
         walls,

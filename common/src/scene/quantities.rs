@@ -142,6 +142,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         ["gravity"] => D::ACCELERATION,
         ["time", "end" | "step"] => D::TIME,
         ["time", "v_ref"] => D::SPEED,
+        ["sleeping", "after"] => D::TIME,
         [
             "output",
             "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",

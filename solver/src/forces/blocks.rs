@@ -91,6 +91,15 @@ impl Outbox {
         });
     }
 
+    /// What is parked for the block `ahead` blocks behind the successor, with the rows within that block.
+    pub(super) fn parked(&self, ahead: usize) -> impl Iterator<Item = (usize, Load)> {
+        let list = self.lists.get(ahead).into_iter().flatten();
+        list.map(|parked| {
+            let load = Load::new(parked.force, parked.torque);
+            (parked.row as usize, load)
+        })
+    }
+
     /// Adds what is parked for the block `ahead` blocks behind the successor.
     pub(super) fn deliver(&self, ahead: usize, loads: &mut [Load]) {
         if let Some(list) = self.lists.get(ahead) {

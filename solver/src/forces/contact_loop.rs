@@ -9,6 +9,7 @@ mod memory;
 mod pairs;
 mod sharing;
 mod sides;
+mod sleepers;
 mod slots;
 mod walls;
 mod watching;
@@ -30,7 +31,7 @@ use crate::contact::{
 };
 use crate::lanes::Width;
 use crate::neighbours::CandidateList;
-use crate::state::{Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
+use crate::state::{ASLEEP, Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::NearMeshes;
 use ahead::BEYOND_CACHE;
 use found::Numbers;
@@ -45,6 +46,12 @@ struct Block<H> {
     rows: Range<usize>,
     /// In the order of their owners.
     slots: Vec<Slot<H>>,
+    /// Those of `slots` that are evaluated in every step: all of them where nobody sleeps.
+    stretches: Vec<Range<usize>>,
+    /// What contacts among sleepers do to each row, which no step evaluates; empty where nobody sleeps.
+    held: Vec<Load>,
+    /// Sleepers, by row, in slots that are evaluated.
+    borders: Vec<u32>,
     near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
     wall_slots: Vec<WallSlot<H>>,
@@ -62,9 +69,32 @@ struct Block<H> {
     feature_loads: FeatureLoads,
 }
 
+impl<H> Block<H> {
+    /// Of these rows, without slots, in front of `later` blocks.
+    fn empty(rows: Range<usize>, later: usize) -> Self {
+        Self {
+            rows,
+            slots: Vec::new(),
+            stretches: Vec::new(),
+            held: Vec::new(),
+            borders: Vec::new(),
+            near_walls: Vec::new(),
+            wall_slots: Vec::new(),
+            near_meshes: NearMeshes::default(),
+            outbox: Outbox::new(later),
+            targets: Vec::new(),
+            work: 0,
+            observation: Observation::default(),
+            alarms: Alarms::default(),
+            feature_loads: FeatureLoads::default(),
+        }
+    }
+}
+
 impl<H: History> Block<H> {
-    /// Notes which later blocks its slots reach into, and how much work they are.
+    /// Notes which later blocks its slots reach into, and how much work they are, nobody asleep.
     fn note_targets(&mut self, block_size: usize) {
+        self.stretches = std::iter::once(0..self.slots.len()).collect();
         let own = self.rows.start / block_size;
         let mut reached = vec![false; self.outbox.later()];
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
@@ -193,19 +223,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         self.blocks = (0..count)
             .map(|index| {
                 let first = index * self.block_size;
-                Block {
-                    rows: first..rows.min(first + self.block_size),
-                    slots: Vec::new(),
-                    near_walls: Vec::new(),
-                    wall_slots: Vec::new(),
-                    near_meshes: NearMeshes::default(),
-                    outbox: Outbox::new(count - 1 - index),
-                    targets: Vec::new(),
-                    work: 0,
-                    observation: Observation::default(),
-                    alarms: Alarms::default(),
-                    feature_loads: FeatureLoads::default(),
-                }
+                let rows = first..rows.min(first + self.block_size);
+                Block::empty(rows, count - 1 - index)
             })
             .collect();
     }
@@ -271,6 +290,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             bodies,
             ..
         } = particles;
+        let bodies = bodies.as_ref();
         let pass = Pass {
             laws: &self.laws,
             materials: self.materials,
@@ -278,8 +298,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             block_size: self.block_size,
             asks_ahead: records.len() > BEYOND_CACHE,
             ids,
-            bodies: bodies.as_ref().filter(|_| context.contact_point_mass),
-            movers: bodies.as_ref(),
+            bodies: bodies.filter(|_| context.contact_point_mass),
+            movers: bodies,
+            held: ASLEEP,
             context,
         };
         match pool {
@@ -292,6 +313,58 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 pool,
             ),
             _ => pass.in_turn(&mut self.blocks, &self.sources, records, loads, finish),
+        }
+    }
+
+    fn settle(
+        &mut self,
+        particles: &Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+        roused: Option<&[u32]>,
+    ) {
+        let bodies = particles.bodies.as_ref();
+        let pass = Pass {
+            laws: &self.laws,
+            materials: self.materials,
+            memory: &self.memory,
+            block_size: self.block_size,
+            asks_ahead: false,
+            ids: &particles.ids,
+            bodies: bodies.filter(|_| context.contact_point_mass),
+            movers: bodies,
+            held: ASLEEP,
+            context,
+        };
+        let records = &particles.records;
+        match roused {
+            Some(roused) => pass.release(&mut self.blocks, records, roused),
+            None => pass.hold(&mut self.blocks, &self.sources, records, pool),
+        }
+    }
+
+    fn borders(&self) -> Vec<&[u32]> {
+        self.blocks.iter().map(|block| &block.borders[..]).collect()
+    }
+
+    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]) {
+        for block in &self.blocks {
+            block.mark_disturbed(particles, walls, disturbed);
+        }
+    }
+
+    fn save_held(&self) -> Vec<Load> {
+        let held = |block: &Block<_>| {
+            let mut held = block.held.clone();
+            held.resize(block.rows.len(), Load::default());
+            held
+        };
+        self.blocks.iter().flat_map(held).collect()
+    }
+
+    fn restore_held(&mut self, particles: &Particles, held: &[Load]) {
+        for block in &mut self.blocks {
+            block.restore_held(&particles.records, held);
         }
     }
 
@@ -497,6 +570,8 @@ struct Pass<'a, N, T, R, A> {
     bodies: Option<&'a Bodies>,
     /// The bodies, in scenes that have some.
     movers: Option<&'a Bodies>,
+    /// Flag of those whose contacts with walls are held, so that they are not evaluated.
+    held: u32,
     context: &'a StepContext<'a>,
 }
 
@@ -552,7 +627,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         loads: &mut [Load],
         numbers: &mut Numbers,
     ) {
-        loads.fill(Load::default());
+        if block.held.is_empty() {
+            loads.fill(Load::default());
+        } else {
+            loads.copy_from_slice(&block.held);
+        }
         block.outbox.clear();
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
@@ -571,6 +650,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
         }
         self.walls(block, rows, loads);
+        if self.context.sees_sleepers && !block.held.is_empty() {
+            self.see_held(block, rows, numbers);
+        }
     }
 }
 

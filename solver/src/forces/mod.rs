@@ -53,6 +53,8 @@ pub struct StepContext<'a> {
     pub deep: f64,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
+    /// Whether it sees contacts among sleepers too.
+    pub sees_sleepers: bool,
     /// How many contacts are evaluated side by side; changes no bit.
     pub width: Width,
 }
@@ -124,6 +126,28 @@ pub trait ContactForces: Send {
         pool: Option<&rayon::ThreadPool>,
         finish: &Finish<'_>,
     ) -> MotionBound;
+
+    /// Takes note of who sleeps: what contacts among sleepers do is held from now on. `roused`: the rows that were roused since it was last told
+    /// ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where somebody fell asleep or the list is a new one. `context` must not watch.
+    fn settle(
+        &mut self,
+        particles: &Particles,
+        context: &StepContext<'_>,
+        pool: Option<&rayon::ThreadPool>,
+        roused: Option<&[u32]>,
+    );
+
+    /// Who is asleep and listed with somebody who is not: loads of others do not change. By rows, block by block.
+    fn borders(&self) -> Vec<&[u32]>;
+
+    /// Marks, by row, who is listed near one of these walls (yes or no for each), or with a particle whose motion is prescribed.
+    fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);
+
+    /// What is held of each row.
+    fn save_held(&self) -> Vec<Load>;
+
+    /// Takes back what [`ContactForces::save_held`] gave; after [`ContactForces::restore`].
+    fn restore_held(&mut self, particles: &Particles, held: &[Load]);
 
     /// The contacts of the last evaluation that are beyond a limit, taken out of here.
     fn take_alarms(&mut self) -> Alarms;

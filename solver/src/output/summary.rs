@@ -43,6 +43,9 @@ pub struct Summary {
     pub inserted: u64,
     /// Particles that went out.
     pub deleted: u64,
+    /// Of sleepers, if the scene lets particles sleep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sleeping: Option<SleepSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
     /// How it ended.
@@ -90,4 +93,19 @@ impl Dissipated {
     pub fn total(&self) -> f64 {
         self.normal + self.tangential + self.rolling
     }
+}
+
+/// What became of particles at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SleepSummary {
+    /// Who sleeps at the end.
+    pub asleep: u64,
+    /// Share of all steps of particles that were left out.
+    pub share: f64,
+    /// How often one fell asleep.
+    pub fell_asleep: u64,
+    /// How often one was roused.
+    pub roused: u64,
+    /// Kinetic energy of those who fell asleep, J, which is gone.
+    pub energy: f64,
 }

@@ -20,6 +20,7 @@ use super::prospects;
 use super::regions::regions;
 use super::requests;
 use super::sizes::Sizes;
+use super::sleeping::sleeping;
 use super::time_step::{
     Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, bearable_step, limits, steps,
 };
@@ -165,6 +166,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     } else {
         None
     };
+    let sleeping = step.as_ref().and_then(|(dt, _)| {
+        let remarks = (&mut warnings, &mut notes);
+        sleeping(scene, &sizes, *dt, remarks, &mut errors)
+    });
     let Some((time_step, step_plan)) = step.filter(|_| errors.is_empty()) else {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));
@@ -233,6 +238,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 overlap: *scene.guard.overlap,
                 way: *scene.guard.way,
             },
+            sleeping,
             walls,
             particles: start.particles,
             clumps,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::sizes::Sizes;
-use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan, Sleeping};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::registry::{AnyPairLaw, LawTable};
@@ -80,6 +80,8 @@ pub struct Draft {
     pub contact_point_mass: bool,
     /// What a run may not do in silence; off.
     pub guard: Guard,
+    /// When particles fall asleep, if any may; nobody.
+    pub sleeping: Option<Sleeping>,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
@@ -135,6 +137,7 @@ impl Draft {
             startup_increment: false,
             contact_point_mass: false,
             guard: Guard::OFF,
+            sleeping: None,
             walls: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
@@ -195,6 +198,7 @@ impl Draft {
                 startup_increment: self.startup_increment,
                 contact_point_mass: self.contact_point_mass,
                 guard: self.guard,
+                sleeping: self.sleeping,
                 walls: self.walls,
                 particles: self.particles,
                 clumps: self.clumps,
@@ -317,6 +321,7 @@ impl Plan {
             startup_increment: physics.startup_increment,
             contact_point_mass: physics.contact_point_mass,
             guard: physics.guard,
+            sleeping: physics.sleeping,
             walls: physics.walls,
             particles: physics.particles,
             clumps: physics.clumps,

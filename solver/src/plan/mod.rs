@@ -33,6 +33,7 @@ mod regions;
 mod report;
 mod requests;
 mod sizes;
+mod sleeping;
 #[cfg(test)]
 mod tests;
 mod time_step;
@@ -64,6 +65,7 @@ pub use physics::Physics;
 pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
+pub use sleeping::Sleeping;
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};
 

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::Carried;
 use super::getters;
 use super::guard::Guard;
+use super::sleeping::Sleeping;
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
 use crate::contact::registry::LawTable;
@@ -32,6 +33,7 @@ pub struct Physics {
     pub(super) startup_increment: bool,
     pub(super) contact_point_mass: bool,
     pub(super) guard: Guard,
+    pub(super) sleeping: Option<Sleeping>,
     pub(super) walls: Vec<Wall>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
@@ -78,6 +80,8 @@ impl Physics {
         copy contact_point_mass: bool;
         /// What a run may not do in silence.
         copy guard: Guard;
+        /// When particles fall asleep, if any may.
+        copy sleeping: Option<Sleeping>;
         /// Walls.
         borrow walls: [Wall];
         /// Particles of the start, in the order of their ids.

@@ -126,8 +126,9 @@ pub(super) fn energy_summary(
     if let (Some(first), true) = (rows.first(), is_closed(plan)) {
         let total =
             |row: &EnergyRow| row.kinetic + row.rotational + row.gravitational + row.elastic;
-        let gap =
-            total(first) + audit.wall_work + inserted - deleted - total(&last) - dissipated.total();
+        let put_to_rest = engine.sleepers().map_or(0.0, |(_, counts)| counts.energy);
+        let given = total(first) + audit.wall_work + inserted;
+        let gap = given - deleted - total(&last) - dissipated.total() - put_to_rest;
         // Gravitational energy has no zero of its own: its change counts.
         let largest = rows
             .iter()

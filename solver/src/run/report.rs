@@ -9,7 +9,7 @@ use super::shortfall::{all_left, shortfalls};
 use super::{RunOptions, StopReason, exits, insertions, servos};
 use crate::boundaries::Tally;
 use crate::output::Written;
-use crate::output::summary::{Status, Summary};
+use crate::output::summary::{SleepSummary, Status, Summary};
 use crate::step::Engine;
 
 /// A run that is over. Printed, it is the closing report.
@@ -117,6 +117,9 @@ impl fmt::Display for Report {
             duration(s.wall_seconds),
             duration(self.total_seconds)
         )?;
+        if let Some(sleeping) = &s.sleeping {
+            writeln!(f, "  sleeping   {}", told(sleeping, s))?;
+        }
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
         }
@@ -134,6 +137,19 @@ impl fmt::Display for Report {
         }
         write!(f, "  files      {}: {}", self.folder, self.files.join(" "))
     }
+}
+
+/// Who sleeps, and what it was good for.
+fn told(sleeping: &SleepSummary, summary: &Summary) -> String {
+    format!(
+        "{} of {} asleep, {:.1} % of all particle-steps left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
+        sleeping.asleep,
+        summary.particles,
+        100.0 * sleeping.share,
+        sleeping.fell_asleep,
+        sleeping.roused,
+        sleeping.energy
+    )
 }
 
 /// What the time loop tells of itself.
@@ -197,6 +213,13 @@ pub(super) fn report(
             energy: energy_summary(engine, at_start, written),
             inserted: created - starting,
             deleted: created - particles as u64,
+            sleeping: engine.sleepers().map(|(asleep, counts)| SleepSummary {
+                asleep,
+                share: counts.slept as f64 / counts.steps.max(1) as f64,
+                fell_asleep: counts.fell_asleep,
+                roused: counts.roused,
+                energy: counts.energy,
+            }),
             warnings,
             status: match looped.stopped {
                 Some(_) => Status::Stopped,

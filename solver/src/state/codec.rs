@@ -464,6 +464,18 @@ impl<'a> Decoder<'a> {
         Ok(value)
     }
 
+    /// The value in the next section if it has this name, else nothing, and the section is left where it is.
+    ///
+    /// # Errors
+    /// If it is cut, damaged, or holds no such value.
+    pub fn optional_section<T: Plain>(&mut self, name: &str) -> Result<Option<T>, DecodeError> {
+        let mut ahead = self.rest;
+        match String::take(&mut ahead) {
+            Ok(found) if found == name => self.section(name).map(Some),
+            _ => Ok(None),
+        }
+    }
+
     /// Leaves out the next section, which must have this name.
     ///
     /// # Errors

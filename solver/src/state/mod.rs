@@ -17,4 +17,6 @@ pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, an
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};
-pub use record::{FIXED, Load, PEBBLE, PRESCRIBED, Particle, inverse_inertia_factor, volume};
+pub use record::{
+    ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, inverse_inertia_factor, volume,
+};

@@ -25,7 +25,7 @@ pub struct Particle {
     pub angular_velocity: DVec3,
     /// Index of the material in the order of the scene file.
     pub material: MaterialIndex,
-    /// [`FIXED`], [`PRESCRIBED`] and [`PEBBLE`].
+    /// [`FIXED`], [`PRESCRIBED`], [`PEBBLE`], [`ASLEEP`] and [`ROUSED`].
     pub flags: u32,
 }
 
@@ -55,6 +55,10 @@ pub const FIXED: u32 = 1;
 pub const PRESCRIBED: u32 = 2;
 /// The row is a pebble of a rigid body ([`crate::bodies`]), which moves it.
 pub const PEBBLE: u32 = 4;
+/// The particle rests and is not moved until it is roused; its velocities are zero.
+pub const ASLEEP: u32 = 8;
+/// It was asleep until this step, and its contacts with sleepers still count as held.
+pub const ROUSED: u32 = 16;
 
 /// What contacts do to one particle in one step.
 ///

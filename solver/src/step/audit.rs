@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::Engine;
 use crate::bodies::{angular_velocity, constrained_spin};
 use crate::forces::{Exchange, Observation, Partner};
-use crate::state::{Body, FIXED, Load, PrescribedBody, Row};
+use crate::state::{ASLEEP, Body, FIXED, Load, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
 /// What happened to the energy since the start, J; filled only in audited runs.
@@ -165,7 +165,7 @@ impl Engine {
             velocity: record.velocity,
             spin: record.angular_velocity,
         };
-        if record.flags & FIXED != 0 {
+        if record.flags & (FIXED | ASLEEP) != 0 {
             return moving;
         }
         if let Some(bodies) = &particles.bodies

@@ -14,6 +14,8 @@ impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
+        // What servos ask for is at walls that nobody sleeps beside.
+        let sees_sleepers = watch.is_some() || self.plan.physics().energy_budget();
         let watch = match watch {
             Some(watch) => Some(watch),
             None if self.plan.physics().energy_budget() || self.has_servos => {
@@ -34,9 +36,9 @@ impl Engine {
         // The audit asks for velocities as they are when all forces are known.
         let fuse = fuse && !self.plan.physics().energy_budget();
         if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
-            self.forces_and_drift(spring_time, watch);
+            self.forces_and_drift(spring_time, (watch, sees_sleepers));
         } else {
-            self.forces_alone(spring_time, watch);
+            self.forces_alone(spring_time, (watch, sees_sleepers));
             self.kick_due = true;
         }
         self.load_series.note_evaluation();
@@ -68,14 +70,14 @@ impl Engine {
     }
 
     /// The forces, loads gathered to bodies.
-    fn forces_alone(&mut self, spring_time: f64, watch: Option<Watch>) {
+    fn forces_alone(&mut self, spring_time: f64, watch: (Option<Watch>, bool)) {
         let leave = |_: usize, _: &mut [Particle], _: &[Load]| MotionBound::default();
         self.compute(spring_time, watch, &leave);
         self.gather_loads();
     }
 
     /// The forces, and block by block, while it is in the cache, two half kicks and the drift into the next step.
-    fn forces_and_drift(&mut self, spring_time: f64, watch: Option<Watch>) {
+    fn forces_and_drift(&mut self, spring_time: f64, watch: (Option<Watch>, bool)) {
         let drift = self.plan.physics().time_step();
         let pass = self.kick_drift(2, drift);
         // Turned while the angular velocities are in the cache. No lock is ever waited for.
@@ -105,7 +107,7 @@ impl Engine {
     fn compute(
         &mut self,
         spring_time: f64,
-        watch: Option<Watch>,
+        (watch, sees_sleepers): (Option<Watch>, bool),
         finish: &Finish<'_>,
     ) -> MotionBound {
         let overlap_limit = self.overlap_limit();
@@ -124,11 +126,32 @@ impl Engine {
                 overlap_limit.min(SEEN)
             },
             watch,
+            sees_sleepers,
             width: self.width,
         };
         let pool = self.pool.as_deref();
         self.forces
             .compute(&mut self.particles, &context, pool, finish)
+    }
+
+    /// Sums up what contacts do among sleepers; `roused`: who of them was roused, if nothing else changed.
+    pub(super) fn hold_contacts(&mut self, roused: Option<&[u32]>) {
+        let context = StepContext {
+            spring_time: 0.0,
+            velocity_lag: 0.0,
+            images: &self.images,
+            walls: &self.walls,
+            wall_curvature: self.plan.physics().wall_curvature(),
+            contact_point_mass: self.plan.physics().contact_point_mass(),
+            feature_loads: false,
+            overlap_limit: f64::INFINITY,
+            deep: f64::INFINITY,
+            watch: None,
+            sees_sleepers: false,
+            width: self.width,
+        };
+        let (contacts, pool) = (&mut self.forces.contacts, self.pool.as_deref());
+        contacts.settle(&self.particles, &context, pool, roused);
     }
 
     /// Adds up what the contacts did to the pebbles of each body.

@@ -134,6 +134,9 @@ impl Engine {
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });
+        if let Some(sleep) = &mut self.sleep {
+            sleep.follow(&new_row, self.particles.len());
+        }
         self.forces.adopt(&NewList {
             particles: &self.particles,
             pairs: &list,

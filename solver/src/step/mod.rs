@@ -4,6 +4,7 @@
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
+//! | who is out of balance is roused, who is calm put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
@@ -20,6 +21,7 @@ mod kick;
 mod lists;
 mod load_series;
 mod motion;
+mod sleep;
 mod snapshot;
 mod start;
 #[cfg(test)]
@@ -30,6 +32,7 @@ pub use audit::Audit;
 pub use error::RunError;
 pub use lists::Lists;
 pub use load_series::LoadSeries;
+pub use sleep::{SavedSleep, SleepCounts};
 pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
@@ -37,6 +40,7 @@ use std::sync::Arc;
 
 use awake::awake;
 use guard::Guard;
+use sleep::Sleep;
 
 use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
@@ -69,6 +73,8 @@ pub struct Engine {
     audit: Audit,
     /// Running sums of the loads on the triangles of meshes.
     load_series: LoadSeries,
+    /// Who sleeps, if the plan lets anybody.
+    sleep: Option<Sleep>,
 
     // What follows never changes.
     law_names: String,
@@ -144,9 +150,11 @@ impl Engine {
         self.move_walls();
         self.reshape_walls()?;
         self.guard_crossings(fastest);
+        let fastest = self.rouse_and_put_to_rest(fastest);
         self.exchange_particles()?;
         self.guard_leavers();
         self.keep_lists_valid(fastest)?;
+        self.settle();
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
         self.guard_contacts();
         self.guarded()

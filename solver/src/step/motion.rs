@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use crate::forces::MotionBound;
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector, Width};
-use crate::state::{FIXED, Load, PEBBLE, Particle};
+use crate::state::{ASLEEP, FIXED, Load, PEBBLE, Particle};
 
 /// Half kicks and a drift of a block of particles.
 pub(super) struct KickDrift {
@@ -23,7 +23,7 @@ pub(super) struct KickDrift {
 }
 
 impl KickDrift {
-    /// Moves those that are neither fixed nor pebbles; what their fastest is then.
+    /// Moves those that are neither fixed nor asleep nor pebbles; what their fastest is then.
     pub(super) fn run(&self, records: &mut [Particle], loads: &[Load]) -> MotionBound {
         self.width.run(Advance {
             by: self,
@@ -84,7 +84,7 @@ impl Task for Advance<'_> {
 
     #[inline(always)]
     fn run<L: Real>(self) -> MotionBound {
-        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE) == 0;
+        let moves = |record: &Particle| record.flags & (FIXED | PEBBLE | ASLEEP) == 0;
         let (mut fastest, mut alone) = ([L::ZERO; 2], [0.0; 2]);
         let groups = self.records.chunks_mut(L::LANES);
         for (records, loads) in groups.zip(self.loads.chunks(L::LANES)) {
@@ -137,7 +137,7 @@ impl Task for Turn<'_> {
     #[inline(always)]
     fn run<L: Real>(self) {
         // A pebble's orientation is its body's.
-        let turns = |record: &Particle| record.flags & PEBBLE == 0;
+        let turns = |record: &Particle| record.flags & (PEBBLE | ASLEEP) == 0;
         let groups = self.orientations.chunks_mut(L::LANES);
         for (orientations, records) in groups.zip(self.records.chunks(L::LANES)) {
             if records.len() == L::LANES && records.iter().all(turns) {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::guard::Guard;
-use super::{Audit, Engine, Lists, LoadSeries, RunError, StartOptions};
+use super::{Audit, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
 use crate::neighbours::Images;
@@ -41,7 +41,12 @@ pub struct Snapshot {
     pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
+    /// Who sleeps, if the plan lets anybody.
+    pub sleep: Option<SavedSleep>,
 }
+
+/// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
+const SLEEP: &str = "sleep";
 
 /// More steps have no time of their own: above it not every whole number is an `f64`.
 const MOST_STEPS: u64 = 1 << 53;
@@ -67,6 +72,9 @@ impl Snapshot {
         encoder.section("audit", &self.audit);
         encoder.section("guard", &self.guard);
         encoder.section("feature loads", &self.feature_loads);
+        if let Some(sleep) = &self.sleep {
+            encoder.section(SLEEP, sleep);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -99,6 +107,7 @@ impl Snapshot {
             audit: decoder.section("audit")?,
             guard: decoder.section("guard")?,
             feature_loads: decoder.section("feature loads")?,
+            sleep: decoder.optional_section(SLEEP)?,
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -144,6 +153,9 @@ impl Snapshot {
         if ![0, rows].contains(&self.lists.extra_skin.len()) {
             return Err(wrong("lists", "not one extra skin for each particle"));
         }
+        if (self.sleep.as_ref()).is_some_and(|sleep| !sleep.fits(rows)) {
+            return Err(wrong(SLEEP, "not one place for each particle"));
+        }
         Ok(())
     }
 }
@@ -166,6 +178,9 @@ impl Engine {
         encoder.section("audit", &self.audit);
         encoder.section("guard", &self.guard.save());
         encoder.section("feature loads", &self.saved_feature_loads());
+        if let Some(sleep) = self.saved_sleep() {
+            encoder.section(SLEEP, &sleep);
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -202,6 +217,7 @@ impl Engine {
             audit: self.audit,
             guard: self.guard.save(),
             feature_loads: self.saved_feature_loads(),
+            sleep: self.saved_sleep(),
         }
     }
 
@@ -250,6 +266,10 @@ impl Engine {
         let unlike = counts.iter().find(|(_, found, planned)| found != planned);
         if let Some((what, found, planned)) = unlike {
             let reason = format!("it has {found} {what}, the plan {planned}");
+            return Err(RunError::OtherPlan(reason));
+        }
+        if snapshot.sleep.is_some() != plan.physics().sleeping().is_some() {
+            let reason = "of the two, one alone lets particles sleep".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
         let numbers = self.forces.contacts.saved_numbers();
@@ -310,6 +330,9 @@ impl Engine {
                     wall: wall.name.clone(),
                     error,
                 })?;
+        }
+        if let Some(sleep) = snapshot.sleep {
+            engine.restore_sleep(sleep);
         }
         Ok(engine)
     }

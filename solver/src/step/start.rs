@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::guard::Guard;
+use super::sleep::Sleep;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
@@ -173,6 +174,7 @@ impl Engine {
             &plan.physics().setting(),
         );
         boundaries.tell(Arc::clone(&options.stage));
+        let sleep = plan.physics().sleeping().map(|_| Sleep::new());
         Ok(Self {
             boundaries,
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
@@ -195,6 +197,7 @@ impl Engine {
             idle_pool: None,
             audit: Audit::default(),
             load_series: LoadSeries::default(),
+            sleep,
         })
     }
 }

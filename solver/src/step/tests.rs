@@ -3,6 +3,7 @@
 mod absent;
 mod funnels;
 mod sides;
+mod sleepers;
 
 use std::path::Path;
 use std::sync::Arc;

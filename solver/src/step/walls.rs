@@ -38,6 +38,7 @@ impl Engine {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.reshape(corners, &self.images);
+        self.rouse_all();
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
@@ -50,6 +51,7 @@ impl Engine {
             return Err(self.wall_error(wall, WallError::OtherShape));
         };
         let changed = now.exchange(shape, &self.images);
+        self.rouse_all();
         changed.map_err(|error| self.wall_error(wall, error))
     }
 

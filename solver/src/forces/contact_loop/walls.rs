@@ -29,6 +29,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
+            if a.flags & self.held != 0 {
+                first += near.features as usize;
+                continue;
+            }
             let centre = a.position + context.images.any_shift(near.image);
             let side = WallSide {
                 near: *near,

@@ -6,6 +6,7 @@ mod meshes;
 mod mixing;
 mod reports;
 mod shared;
+mod sleeping;
 mod time_step;
 
 use std::path::Path;

@@ -1,0 +1,267 @@
+//! Contacts among sleepers.
+//!
+//! Who sleeps does not move, so what sleepers do to one another, and fixed particles and walls at rest to them, stays as it is: it is summed up
+//! once, *held*, and every step begins its sums with it. Evaluated are the contacts with those who are awake, so the loads on sleepers
+//! are complete in each step, and who is out of balance can be roused.
+//!
+//! What is held is evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often somebody looks.
+
+use rayon::prelude::*;
+
+use super::found::Numbers;
+use super::slots::HELD;
+use super::{Block, Outbox, Pass, Rows};
+use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
+
+/// Whether the contact of two is held: neither moves, and not because both are fixed.
+#[inline(always)]
+fn is_held(a: &Particle, b: &Particle) -> bool {
+    rests(a, ASLEEP) && rests(b, ASLEEP) && (a.flags | b.flags) & ASLEEP != 0
+}
+
+/// Whether it was held until one of them was roused.
+#[inline(always)]
+fn is_released(a: &Particle, b: &Particle) -> bool {
+    let both = rests(a, ASLEEP | ROUSED) && rests(b, ASLEEP | ROUSED);
+    both && (a.flags | b.flags) & ROUSED != 0
+}
+
+#[inline(always)]
+fn rests(particle: &Particle, flags: u32) -> bool {
+    particle.flags & (FIXED | flags) != 0
+}
+
+fn has_sleeper(records: &[Particle]) -> bool {
+    records.iter().any(|record| record.flags & ASLEEP != 0)
+}
+
+impl<H> Block<H> {
+    /// Notes which slots are evaluated, and who sleeps among their particles.
+    fn mark(&mut self, rows: &Rows<'_>) {
+        let first = self.rows.start;
+        let (mut begin, mut active, mut touching) = (0, 0, 0);
+        self.stretches.clear();
+        self.borders.clear();
+        for (k, slot) in self.slots.iter().enumerate() {
+            let (a, b) = rows.pair(slot.owner(), slot.partner as usize - first);
+            if is_held(a, b) {
+                if begin < k {
+                    self.stretches.push(begin..k);
+                }
+                begin = k + 1;
+                continue;
+            }
+            active += 1;
+            touching += usize::from(slot.state & HELD != 0);
+            if a.flags & ASLEEP != 0 {
+                self.borders.push((first + slot.owner()) as u32);
+            }
+            if b.flags & ASLEEP != 0 {
+                self.borders.push(slot.partner);
+            }
+        }
+        if begin < self.slots.len() {
+            self.stretches.push(begin..self.slots.len());
+        }
+        self.borders.sort_unstable();
+        self.borders.dedup();
+        self.work = 2 * active + 25 * touching + 8 * self.rows.len();
+    }
+
+    /// Takes a load off what is held of a row, if anything is.
+    fn take_off(&mut self, row: usize, load: &Load) {
+        if let Some(held) = self.held.get_mut(row) {
+            held.add(-load.force, -load.torque);
+        }
+    }
+
+    /// Marks, by row, who is listed near one of these walls, or with a particle whose motion is prescribed.
+    pub(super) fn mark_disturbed(
+        &self,
+        particles: &Particles,
+        walls: &[bool],
+        disturbed: &mut [bool],
+    ) {
+        for near in &self.near_walls {
+            disturbed[near.row as usize] |= walls[near.wall.index()];
+        }
+        if particles.prescribed.is_empty() {
+            return;
+        }
+        let drives = |row: usize| particles.records[row].flags & (PRESCRIBED | FIXED) == PRESCRIBED;
+        for slot in &self.slots {
+            let (a, b) = (self.rows.start + slot.owner(), slot.partner as usize);
+            disturbed[a] |= drives(b);
+            disturbed[b] |= drives(a);
+        }
+    }
+
+    /// Takes back what is held of its rows.
+    pub(super) fn restore_held(&mut self, records: &[Particle], held: &[Load]) {
+        let own = self.rows.clone();
+        if has_sleeper(&records[own.clone()]) {
+            self.held = held[own.clone()].to_vec();
+        }
+        self.mark(&Rows::together(&records[own.start..]));
+    }
+}
+
+impl Rows<'_> {
+    /// The owner of a slot, and its partner `ahead` rows behind the first row of the block.
+    #[inline(always)]
+    fn pair(&self, owner: usize, ahead: usize) -> (&Particle, &Particle) {
+        (&self.own[owner], self.ahead(ahead))
+    }
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
+    /// A copy of those slots of a block whose two are as `is_meant` says.
+    fn copy(
+        block: &Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+        is_meant: impl Fn(&Particle, &Particle) -> bool,
+    ) -> Block<Histories<N, T, R, A>> {
+        let first = block.rows.start;
+        let mut copy = Block::empty(block.rows.clone(), block.outbox.later());
+        let meant = block.slots.iter().filter(|slot| {
+            let (a, b) = rows.pair(slot.owner(), slot.partner as usize - first);
+            is_meant(a, b)
+        });
+        copy.slots.extend(meant);
+        copy.stretches.push(0..copy.slots.len());
+        copy
+    }
+
+    /// A copy of all that is held in a block.
+    fn copy_held(
+        block: &Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+    ) -> Block<Histories<N, T, R, A>> {
+        let mut copy = Self::copy(block, rows, is_held);
+        let mut first = 0;
+        for (index, near) in block.near_walls.iter().enumerate() {
+            let slots = first..first + near.features as usize;
+            first = slots.end;
+            if rows.own[near.row as usize - block.rows.start].flags & ASLEEP == 0 {
+                continue;
+            }
+            if block.near_meshes.holds(index) {
+                let lists = &block.near_meshes;
+                copy.near_meshes
+                    .take_over(copy.near_walls.len(), lists, index);
+            }
+            copy.near_walls.push(*near);
+            copy.wall_slots.extend_from_slice(&block.wall_slots[slots]);
+        }
+        copy
+    }
+
+    /// The loads by the contacts in a copy, on its own rows; those on later ones are in its outbox then.
+    fn evaluate(
+        &self,
+        copy: &mut Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+        numbers: &mut Numbers,
+    ) -> Vec<Load> {
+        let mut loads = vec![Load::default(); copy.rows.len()];
+        let pass = Pass { held: 0, ..*self };
+        pass.compute(copy, rows, &mut loads, numbers);
+        loads
+    }
+
+    /// Adds what is held in a block to what is seen of it.
+    #[inline(never)]
+    pub(super) fn see_held(
+        &self,
+        block: &mut Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+        numbers: &mut Numbers,
+    ) {
+        let mut copy = Self::copy_held(block, rows);
+        self.evaluate(&mut copy, rows, numbers);
+        block.observation.merge(&copy.observation);
+    }
+
+    /// Sums up what is held, from nothing.
+    pub(super) fn hold(
+        &self,
+        blocks: &mut [Block<Histories<N, T, R, A>>],
+        sources: &[Vec<usize>],
+        records: &[Particle],
+        pool: Option<&rayon::ThreadPool>,
+    ) {
+        let hold = |numbers: &mut Numbers, block: &mut Block<Histories<N, T, R, A>>| {
+            let rows = Rows::together(&records[block.rows.start..]);
+            block.mark(&rows);
+            let mut copy = Self::copy_held(block, &rows);
+            block.held.clear();
+            if has_sleeper(&records[block.rows.clone()]) {
+                block.held = self.evaluate(&mut copy, &rows, numbers);
+            } else if !copy.slots.is_empty() {
+                self.evaluate(&mut copy, &rows, numbers);
+            }
+            copy.outbox
+        };
+        let parked: Vec<Outbox> = match pool {
+            Some(pool) => pool.install(|| {
+                let blocks = blocks.par_iter_mut();
+                blocks.map_init(Numbers::new, hold).collect()
+            }),
+            None => {
+                let mut numbers = Numbers::new();
+                let blocks = blocks.iter_mut();
+                blocks.map(|block| hold(&mut numbers, block)).collect()
+            }
+        };
+        for (index, (block, sources)) in blocks.iter_mut().zip(sources).enumerate() {
+            if !block.held.is_empty() {
+                for &source in sources {
+                    parked[source].deliver(index - source - 1, &mut block.held);
+                }
+            }
+        }
+    }
+
+    /// Takes the contacts of those who were roused off what is held.
+    pub(super) fn release(
+        &self,
+        blocks: &mut [Block<Histories<N, T, R, A>>],
+        records: &[Particle],
+        roused: &[u32],
+    ) {
+        let mut is_hit = vec![false; blocks.len()];
+        for &row in roused {
+            is_hit[row as usize / self.block_size] = true;
+        }
+        let mut numbers = Numbers::new();
+        for index in 0..blocks.len() {
+            let block = &mut blocks[index];
+            if !is_hit[index] && !block.targets.iter().any(|&target| is_hit[target]) {
+                continue;
+            }
+            let rows = Rows::together(&records[block.rows.start..]);
+            block.mark(&rows);
+            let mut copy = Self::copy(block, &rows, is_released);
+            if copy.slots.is_empty() {
+                continue;
+            }
+            let loads = self.evaluate(&mut copy, &rows, &mut numbers);
+            for (row, load) in loads.iter().enumerate() {
+                block.take_off(row, load);
+            }
+            for (ahead, later) in blocks[index + 1..].iter_mut().enumerate() {
+                for (row, load) in copy.outbox.parked(ahead) {
+                    later.take_off(row, &load);
+                }
+            }
+        }
+        for &row in roused {
+            let block = &mut blocks[row as usize / self.block_size];
+            let own = row as usize - block.rows.start;
+            if let Some(held) = block.held.get_mut(own) {
+                *held = Load::default();
+            }
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! Who rests falls asleep, and who is out of balance is roused (`docs/theory/sleeping.md`).
+//!
+//! Every so many steps all particles are looked at. Who was slow then and is slow now, has hardly moved in between, and is in balance, is put to
+//! rest. A sleeper is roused as soon as what acts on it is out of balance by more than a part of its weight, when a wall begins to move near it, or a wall
+//! near it comes or goes. Both happen between the drift and the forces of a step, whatever is fused with what.
+
+use glam::DVec3;
+
+use super::Engine;
+use crate::plan::Sleeping;
+use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, Row};
+use crate::walls::{Pose, Shape, WallNow};
+
+/// To fall asleep, this part of the imbalance that rouses is allowed: who was just put to rest shall not be roused by round-off.
+const CALM: f64 = 0.5;
+/// Place of who was not slow at the last look: far from everywhere.
+const NOWHERE: DVec3 = DVec3::INFINITY;
+
+/// What was counted of sleepers since the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SleepCounts {
+    /// Steps times particles.
+    pub steps: u64,
+    /// Of them, those that were not made, as the particle slept.
+    pub slept: u64,
+    /// How often a particle fell asleep.
+    pub fell_asleep: u64,
+    /// How often one was roused.
+    pub roused: u64,
+    /// Kinetic energy of those who fell asleep, J: it is gone.
+    pub energy: f64,
+}
+
+/// Who sleeps, and what must be known to put to rest and to rouse.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sleep {
+    /// Who was slow when it was looked at last: where it was then, m. By row.
+    seen_at: Vec<DVec3>,
+    /// What happened so far.
+    counts: SleepCounts,
+    /// How many sleep.
+    asleep: u64,
+    /// All sleepers are to be tested, not only those beside somebody awake: the lists are new, and somebody may have gone.
+    tests_all: bool,
+
+    // What follows from the rest of the state.
+    /// Which walls disturbed in the last step.
+    stirs: Vec<bool>,
+    /// Where each wall was then, and whether it was there.
+    walls: Vec<(Pose, bool)>,
+    /// How many lists had been built when the contacts were told last who sleeps.
+    settled_at: u64,
+    /// Somebody fell asleep since.
+    has_new: bool,
+    /// Rows that were roused, of whom the contacts were not told yet.
+    roused: Vec<u32>,
+}
+
+/// What a checkpoint holds of sleepers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SavedSleep {
+    seen_at: Vec<DVec3>,
+    counts: SleepCounts,
+    tests_all: bool,
+    /// Which walls disturbed in the last step.
+    stirs: Vec<bool>,
+    /// What is held of each row.
+    held: Vec<Load>,
+}
+
+crate::state::plain!(SleepCounts {
+    steps,
+    slept,
+    fell_asleep,
+    roused,
+    energy
+});
+
+crate::state::plain!(SavedSleep {
+    seen_at,
+    counts,
+    tests_all,
+    stirs,
+    held
+});
+
+impl SavedSleep {
+    /// Whether it can be of so many rows.
+    pub(super) fn fits(&self, rows: usize) -> bool {
+        self.seen_at.len() == rows && self.held.len() == rows
+    }
+}
+
+impl Sleep {
+    /// Of nobody yet.
+    pub(super) fn new() -> Self {
+        Self {
+            seen_at: Vec::new(),
+            counts: SleepCounts::default(),
+            asleep: 0,
+            tests_all: false,
+            stirs: Vec::new(),
+            walls: Vec::new(),
+            settled_at: 0,
+            has_new: false,
+            roused: Vec::new(),
+        }
+    }
+
+    /// Takes the rows of a new list: `new_row[old]` says where each of the last one went.
+    pub(super) fn follow(&mut self, new_row: &[Option<Row>], rows: usize) {
+        let before = std::mem::replace(&mut self.seen_at, vec![NOWHERE; rows]);
+        for (place, row) in before.into_iter().zip(new_row) {
+            if let Some(row) = row {
+                self.seen_at[row.index()] = place;
+            }
+        }
+    }
+
+    /// Rouses a sleeper.
+    fn rouse(&mut self, row: usize, record: &mut Particle) {
+        record.flags = record.flags & !ASLEEP | ROUSED;
+        self.seen_at[row] = NOWHERE;
+        self.roused.push(row as u32);
+        self.counts.roused += 1;
+        self.asleep -= 1;
+    }
+}
+
+/// By what part of its weight a particle is out of balance: by forces, or by torques at the lever of its radius.
+fn imbalance(record: &Particle, load: &Load, gravity: DVec3) -> f64 {
+    let force = (load.force * record.inverse_mass + gravity).length();
+    let torque = load.torque.length() * record.inverse_mass / record.radius;
+    force.max(torque) / gravity.length()
+}
+
+/// Whether it is slower than `speed` (m/s), and so is its surface if it `turns` at all.
+fn is_slow(record: &Particle, speed: f64, turns: bool) -> bool {
+    let spin = record.angular_velocity.length() * record.radius;
+    record.velocity.length() <= speed && (!turns || spin <= speed)
+}
+
+impl Engine {
+    /// Rouses who is out of balance or disturbed, and, when it is time for a look, puts to rest who is calm. Walls have moved, nobody has come or gone.
+    /// `fastest`: the largest speed in this step, m/s; the same with those who were roused is returned.
+    pub(super) fn rouse_and_put_to_rest(&mut self, fastest: f64) -> f64 {
+        let (Some(mut sleep), Some(plan)) = (self.sleep.take(), self.plan.physics().sleeping())
+        else {
+            return fastest;
+        };
+        let was_disturbed = self.note_walls(&mut sleep);
+        if sleep.asleep > 0 {
+            if was_disturbed {
+                self.rouse_disturbed(&mut sleep);
+            }
+            self.rouse_unbalanced(&mut sleep, &plan);
+        }
+        let fastest = fastest.max(self.set_off(&mut sleep));
+        if self.step.is_multiple_of(plan.every) {
+            self.put_to_rest(&mut sleep, &plan);
+        }
+        self.sleep = Some(sleep);
+        fastest
+    }
+
+    /// Takes what those who were roused felt of other sleepers off what is held, and makes good for the kick and the drift of this step, which they
+    /// missed: of the forces that rouse nothing is lost. Returns the largest speed of them, m/s.
+    fn set_off(&mut self, sleep: &mut Sleep) -> f64 {
+        if sleep.roused.is_empty() {
+            return 0.0;
+        }
+        self.hold_contacts(Some(&sleep.roused));
+        let physics = self.plan.physics();
+        let (gravity, dt) = (physics.gravity(), physics.time_step());
+        let mut fastest = 0.0f64;
+        for row in sleep.roused.drain(..) {
+            let record = &mut self.particles.records[row as usize];
+            let load = &self.particles.loads[row as usize];
+            record.flags &= !ROUSED;
+            record.velocity += (load.force * record.inverse_mass + gravity) * dt;
+            record.position += record.velocity * dt;
+            if self.turns {
+                let squared = record.radius * record.radius;
+                let per_torque = self.inverse_inertia * record.inverse_mass / squared;
+                record.angular_velocity += load.torque * (per_torque * dt);
+            }
+            fastest = fastest.max(record.velocity.length());
+        }
+        fastest
+    }
+
+    /// Notes which walls disturb in this step; whether there are others than in the last one.
+    fn note_walls(&self, sleep: &mut Sleep) -> bool {
+        let mut is_new = false;
+        sleep.stirs.resize(self.walls.len(), false);
+        for (index, now) in self.walls.iter().enumerate() {
+            let (pose, present) = (now.state.pose, now.state.present);
+            let velocity = now.state.velocity;
+            let moves = velocity.velocity != DVec3::ZERO
+                || velocity.angular_velocity != DVec3::ZERO
+                || !now.servos.is_empty()
+                || (sleep.walls.get(index)).is_some_and(|before| *before != (pose, present));
+            // The loads on triangles are summed up contact by contact, step by step.
+            let is_summed =
+                self.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
+            let stirs = moves || is_summed;
+            is_new |= stirs && !sleep.stirs[index];
+            sleep.stirs[index] = stirs;
+        }
+        sleep.walls = places(&self.walls);
+        is_new
+    }
+
+    /// By rows: who is near a wall that disturbs, or near a particle whose motion is prescribed.
+    fn disturbed(&self, sleep: &Sleep) -> Vec<bool> {
+        let mut disturbed = vec![false; self.particles.len()];
+        if sleep.stirs.contains(&true) || !self.particles.prescribed.is_empty() {
+            let contacts = &self.forces.contacts;
+            contacts.mark_disturbed(&self.particles, &sleep.stirs, &mut disturbed);
+        }
+        disturbed
+    }
+
+    fn rouse_disturbed(&mut self, sleep: &mut Sleep) {
+        let disturbed = self.disturbed(sleep);
+        for (row, record) in self.particles.records.iter_mut().enumerate() {
+            if disturbed[row] && record.flags & ASLEEP != 0 {
+                sleep.rouse(row, record);
+            }
+        }
+    }
+
+    fn rouse_unbalanced(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
+        let gravity = self.plan.physics().gravity();
+        let (records, loads) = (&mut self.particles.records, &self.particles.loads);
+        let tests_all = sleep.tests_all || self.forces.needs().after_contacts;
+        let mut test = |row: usize| {
+            let record = &mut records[row];
+            if record.flags & ASLEEP != 0
+                && imbalance(record, &loads[row], gravity) > plan.imbalance
+            {
+                sleep.rouse(row, record);
+            }
+        };
+        if tests_all {
+            (0..loads.len()).for_each(&mut test);
+        } else {
+            let borders = self.forces.contacts.borders();
+            let rows = borders.into_iter().flatten();
+            rows.for_each(|&row| test(row as usize));
+        }
+    }
+
+    /// Puts to rest who was slow at the last look and is slow now, has hardly moved in between, and is in balance.
+    fn put_to_rest(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
+        let physics = self.plan.physics();
+        let (gravity, per_inertia) = (physics.gravity(), 1.0 / self.inverse_inertia);
+        let way = plan.speed * plan.every as f64 * physics.time_step();
+        let disturbed = self.disturbed(sleep);
+        let (records, loads) = (&mut self.particles.records, &self.particles.loads);
+        for (row, record) in records.iter_mut().enumerate() {
+            if record.flags & (FIXED | PRESCRIBED | PEBBLE | ASLEEP) != 0 {
+                continue;
+            }
+            let before = &mut sleep.seen_at[row];
+            // Who was not slow at the last look is infinitely far from where it was seen.
+            let is_slow = is_slow(record, plan.speed, self.turns);
+            let is_calm = is_slow
+                && record.position.distance(*before) <= way
+                && !disturbed[row]
+                && imbalance(record, &loads[row], gravity) <= CALM * plan.imbalance;
+            *before = if is_slow { record.position } else { NOWHERE };
+            if is_calm {
+                let inertia = per_inertia * record.radius * record.radius;
+                let mut squares = record.velocity.length_squared();
+                record.velocity = DVec3::ZERO;
+                if self.turns {
+                    squares += inertia * record.angular_velocity.length_squared();
+                    record.angular_velocity = DVec3::ZERO;
+                }
+                sleep.counts.energy += 0.5 * squares / record.inverse_mass;
+                sleep.counts.fell_asleep += 1;
+                sleep.asleep += 1;
+                sleep.has_new = true;
+                record.flags |= ASLEEP;
+            }
+        }
+    }
+
+    /// Tells the contacts who sleeps, where that or the lists have changed. Lists are valid.
+    pub(super) fn settle(&mut self) {
+        let Some(mut sleep) = self.sleep.take() else {
+            return;
+        };
+        let is_listed_anew = sleep.settled_at != self.lists.rebuilds;
+        sleep.tests_all = is_listed_anew;
+        if is_listed_anew {
+            sleep.settled_at = self.lists.rebuilds;
+            // Rows are others, and some sleepers may be gone or near a wall that moves. Of these nothing is held yet.
+            self.rouse_disturbed(&mut sleep);
+            for row in sleep.roused.drain(..) {
+                self.particles.records[row as usize].flags &= !ROUSED;
+            }
+            sleep.asleep = asleep(&self.particles.records);
+        }
+        if is_listed_anew || sleep.has_new {
+            self.hold_contacts(None);
+            sleep.has_new = false;
+        }
+        sleep.counts.steps += self.particles.len() as u64;
+        sleep.counts.slept += sleep.asleep;
+        self.sleep = Some(sleep);
+    }
+
+    /// How many sleep, and what was counted of sleepers; `None` where the plan lets nobody sleep.
+    #[must_use]
+    pub fn sleepers(&self) -> Option<(u64, SleepCounts)> {
+        let sleep = self.sleep.as_ref()?;
+        Some((sleep.asleep, sleep.counts))
+    }
+
+    /// Rouses all sleepers: something has changed that nobody looks for.
+    pub(super) fn rouse_all(&mut self) {
+        if let Some(sleep) = &mut self.sleep {
+            for (row, record) in self.particles.records.iter_mut().enumerate() {
+                if record.flags & ASLEEP != 0 {
+                    sleep.rouse(row, record);
+                }
+            }
+        }
+    }
+
+    /// What a checkpoint holds of sleepers.
+    pub(super) fn saved_sleep(&self) -> Option<SavedSleep> {
+        let sleep = self.sleep.as_ref()?;
+        Some(SavedSleep {
+            seen_at: sleep.seen_at.clone(),
+            counts: sleep.counts,
+            tests_all: sleep.tests_all,
+            stirs: sleep.stirs.clone(),
+            held: self.forces.contacts.save_held(),
+        })
+    }
+
+    /// Takes back what [`Engine::saved_sleep`] gave; everything else has its state back.
+    pub(super) fn restore_sleep(&mut self, saved: SavedSleep) {
+        let contacts = &mut self.forces.contacts;
+        contacts.restore_held(&self.particles, &saved.held);
+        let records = (0..).zip(&self.particles.records);
+        let roused = records.filter(|(_, record)| record.flags & ROUSED != 0);
+        self.sleep = Some(Sleep {
+            roused: roused.map(|(row, _)| row).collect(),
+            seen_at: saved.seen_at,
+            counts: saved.counts,
+            asleep: asleep(&self.particles.records),
+            tests_all: saved.tests_all,
+            stirs: saved.stirs,
+            walls: places(&self.walls),
+            settled_at: self.lists.rebuilds,
+            ..Sleep::new()
+        });
+    }
+}
+
+/// Where walls stand, and whether they are there.
+fn places(walls: &[WallNow]) -> Vec<(Pose, bool)> {
+    let states = walls.iter().map(|wall| &wall.state);
+    states.map(|state| (state.pose, state.present)).collect()
+}
+
+fn asleep(records: &[Particle]) -> u64 {
+    let sleepers = records.iter().filter(|record| record.flags & ASLEEP != 0);
+    sleepers.count() as u64
+}
