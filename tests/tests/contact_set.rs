@@ -247,7 +247,9 @@ fn few_that_shoot_through_a_lattice_meet_all_on_their_way() {
         seen.extend(expected);
         let lists = engine.snapshot().lists;
         let most = 0.5 * lists.skin.largest - 0.5 * lists.skin.thickness;
-        bounded += usize::from(lists.extra_skin.contains(&most));
+        // The largest skin is the mean radius but for round-off.
+        let is_most = |extra: &f64| (extra - most).abs() < 1e-12 * radius;
+        bounded += usize::from(lists.extra_skin.iter().any(is_most));
     }
     assert!(
         begun > 50 && bounded > 100,
