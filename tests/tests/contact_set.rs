@@ -150,6 +150,22 @@ fn few_that_are_fast_have_extra_skin() {
     );
 }
 
+/// One of a level that has little skin, as its particles hardly moved, sets out fast: in this scene it met one that no list held
+/// while such a particle counted as one that may go half the skin.
+#[test]
+fn who_has_little_skin_is_listed_anew_in_time() {
+    let ratio = 52.254;
+    let sizes = [0.11 / ratio, ratio];
+    few_are_fast(
+        1343646275268759964,
+        406,
+        sizes,
+        [false, true, false],
+        1.324577972366924,
+    )
+    .unwrap();
+}
+
 /// Two among hundreds shoot through the others, which hardly move: they get extra skin, and lists last longer. Through faces
 /// and walls of spheres that are fixed too. Radii are `smallest` (m) to `ratio` times that, evenly by their logarithm. Compares each step with brute force; returns the steps in which a particle had extra
 /// skin.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 /// Rows that a thread takes in one go.
-const RUN: usize = 2048;
+pub(super) const RUN: usize = 2048;
 
 /// What is made of each of so many rows, in their order; `parallel`: with the threads of the pool from within which it is called.
 pub(crate) fn each<T: Send>(

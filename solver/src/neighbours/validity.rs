@@ -1,5 +1,8 @@
 //! How long a candidate list stays valid.
 
+use rayon::prelude::*;
+
+use super::rows::RUN;
 use crate::state::Particles;
 
 /// Upper bound of the largest displacement since the list was built, less the extra skin of who made it.
@@ -14,13 +17,19 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// The list is new.
-    pub fn reset(&mut self) {
-        *self = Self::default();
+    /// Of a list that was just built. Who has less skin than others (an `extra_skin` below zero, m) is as near to the limit as if
+    /// it had moved.
+    #[must_use]
+    pub fn new(extra_skin: &[f64]) -> Self {
+        Self {
+            bound: extra_skin.iter().fold(0.0, |most, extra| most.max(-extra)),
+            steps: 0,
+        }
     }
 
     /// A step of `dt` (s) was made in which no particle was faster than `speed` (m/s). Returns whether every particle is
-    /// surely within `limit` (m), and its `extra_skin` (m; empty for none), of where it was listed.
+    /// surely within `limit` (m), and its `extra_skin` (m; empty for none), of where it was listed. `parallel`: with the threads of
+    /// the pool from within which it is called.
     pub fn advance(
         &mut self,
         speed: f64,
@@ -28,6 +37,7 @@ impl Validity {
         limit: f64,
         particles: &Particles,
         extra_skin: &[f64],
+        parallel: bool,
     ) -> bool {
         self.steps += 1;
         // Round-off of the positions is far below this factor's margin.
@@ -35,13 +45,31 @@ impl Validity {
         if self.bound <= limit {
             return true;
         }
-        self.bound = (0..particles.len())
-            .map(|row| {
-                displacement(particles, row) - extra_skin.get(row).copied().unwrap_or_default()
-            })
-            .fold(0.0, f64::max);
+        let (bound, lasts) = largest(particles.len(), parallel, |row| {
+            let extra = extra_skin.get(row).copied().unwrap_or_default();
+            let way = displacement(particles, row);
+            let next = particles.records[row].velocity.length() * dt;
+            (way - extra, way + 2.0 * next <= 0.97 * (limit + extra))
+        });
+        self.bound = bound;
         // Close to the limit a true measurement would be due in every step: rebuild instead.
-        self.bound + 2.0 * speed * dt <= 0.97 * limit
+        bound <= limit && lasts
+    }
+}
+
+/// The largest number of so many rows, and whether all say yes.
+fn largest(
+    count: usize,
+    parallel: bool,
+    of_row: impl Fn(usize) -> (f64, bool) + Sync + Send,
+) -> (f64, bool) {
+    let none = (0.0, true);
+    let both = |a: (f64, bool), b: (f64, bool)| (a.0.max(b.0), a.1 & b.1);
+    if parallel {
+        let rows = (0..count).into_par_iter().with_min_len(RUN);
+        rows.map(of_row).reduce(|| none, both)
+    } else {
+        (0..count).map(of_row).fold(none, both)
     }
 }
 
@@ -52,3 +80,62 @@ pub(super) fn displacement(particles: &Particles, row: usize) -> f64 {
 }
 
 crate::state::plain!(Validity { bound, steps });
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::state::{MaterialIndex, Particle};
+
+    proptest! {
+        /// Particles set out at any speed, with more skin than most or less, along a line, so that the way is the displacement: as long
+        /// as the list is said to hold, nobody is beyond the own limit; it holds for most of that if nobody changes the speed.
+        #[test]
+        fn nobody_goes_beyond_the_own_skin(
+            ones in prop::collection::vec((0.0..1.0f64, -0.9..5.0f64), 1..20),
+            (with_extra, changes, parallel) in any::<(bool, bool, bool)>(),
+            start in 0u32..200,
+        ) {
+            let (limit, dt) = (1e-3, 1e-5);
+            let extra: Vec<f64> = ones.iter().map(|one| one.1 * limit).collect();
+            let extra = if with_extra { &extra[..] } else { &[] };
+            let mut particles = Particles::new(false);
+            for _ in &ones {
+                let record = Particle {
+                    position: DVec3::ZERO,
+                    radius: 1.0,
+                    velocity: DVec3::ZERO,
+                    inverse_mass: 1.0,
+                    angular_velocity: DVec3::ZERO,
+                    material: MaterialIndex::new(0),
+                    flags: 0,
+                };
+                particles.push(record, 1.0, None);
+            }
+            let mut validity = Validity::new(extra);
+            let own = |row: usize| limit + extra.get(row).copied().unwrap_or_default();
+            for step in 0..100_000 {
+                let mut fastest = 0.0f64;
+                for (record, &(speed, _)) in particles.records.iter_mut().zip(&ones) {
+                    let speed = if changes && step < start { 0.1 * speed } else { speed };
+                    record.velocity = DVec3::Y * speed;
+                    record.position += record.velocity * dt;
+                    fastest = fastest.max(speed);
+                }
+                let valid = validity.advance(fastest, dt, limit, &particles, extra, parallel);
+                let used = (0..ones.len()).map(|row| displacement(&particles, row) / own(row));
+                let used = used.fold(0.0, f64::max);
+                if !valid {
+                    // At least as far as the margin, and the two steps of the particle that is nearest to its limit.
+                    let steps = (0..ones.len()).map(|row| 2.0 * ones[row].0 * dt / own(row));
+                    let steps = steps.fold(0.0, f64::max);
+                    prop_assert!(used + steps > 0.97 - 1e-9, "given up at {used} of the skin");
+                    return Ok(());
+                }
+                prop_assert!(used <= 1.0 + 1e-9, "somebody has gone {used} of the own skin");
+            }
+        }
+    }
+}

@@ -49,6 +49,7 @@ impl Engine {
                 limit,
                 &self.particles,
                 &self.lists.extra_skin,
+                in_pool(),
             );
         }
         let reach = self.images.size.length();
@@ -87,8 +88,7 @@ impl Engine {
                 idle as f64 / self.particles.len().max(1) as f64,
             );
         }
-        // Steps are made from within the pool, if there is one.
-        let parallel = rayon::current_thread_index().is_some();
+        let parallel = in_pool();
         let removed = self.boundaries.take_row_map(self.particles.len());
         let [_, mean, _] = self.plan.physics().radii();
         let Lists { skin, .. } = &mut self.lists;
@@ -146,9 +146,9 @@ impl Engine {
         });
         let most = extra.rows.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
+        self.lists.validity = Validity::new(&extra.rows);
         self.lists.extra_skin = extra.rows;
         self.walls.iter_mut().for_each(WallNow::note_listed);
-        self.lists.validity.reset();
         self.lists.rows_changed = false;
         self.lists.rebuilds += 1;
         if self.particles.len() > MANY {
@@ -156,6 +156,11 @@ impl Engine {
         }
         Ok(())
     }
+}
+
+/// Steps are made from within the pool, if there is one.
+fn in_pool() -> bool {
+    rayon::current_thread_index().is_some()
 }
 
 crate::state::plain!(Lists {
