@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::rotation::{angular_velocity, free_rotation};
 use crate::forces::MotionBound;
+use crate::neighbours::HalfSkins;
 use crate::state::{
     Bodies, Body, BodyPebble, FIXED, Load, PRESCRIBED, Particle, PebbleIndex, PrescribedBody,
 };
@@ -21,6 +22,8 @@ pub struct BodyStep {
     pub kicks: u32,
     /// m/s^2
     pub gravity: DVec3,
+    /// Of the present lists.
+    pub skins: HalfSkins,
 }
 
 /// Bodies, or rows, that one thread takes at a time; what they give does not depend on it.
@@ -81,7 +84,7 @@ impl Bodies {
                     pebbles_only.fold(MotionBound::default(), |fastest, (record, pebble)| {
                         let pebble = &pebbles[pebble.index()];
                         let body = &all[pebble.body.index()];
-                        fastest.merge(put(record, pebble, body, step.drift))
+                        fastest.merge(put(record, pebble, body, step))
                     })
                 };
                 chunks
@@ -93,7 +96,7 @@ impl Bodies {
                 .fold(MotionBound::default(), |fastest, pebble| {
                     let record = &mut records[pebble.row.index()];
                     let body = &all[pebble.body.index()];
-                    fastest.merge(put(record, pebble, body, step.drift))
+                    fastest.merge(put(record, pebble, body, step))
                 }),
         }
     }
@@ -101,7 +104,7 @@ impl Bodies {
 
 /// Puts a pebble where its body has it.
 #[inline]
-fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, drift: f64) -> MotionBound {
+fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep) -> MotionBound {
     if body.flags & FIXED != 0 {
         return MotionBound::default();
     }
@@ -111,13 +114,14 @@ fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, drift: f64) -> M
     record.angular_velocity = body.angular_velocity;
     let mut squared_speed = velocity.length_squared();
     let sum_of_squares = squared_speed + body.angular_velocity.length_squared();
-    if drift > 0.0 {
+    if step.drift > 0.0 {
         let position = body.position + lever + pebble.shift;
-        squared_speed = (position - record.position).length_squared() / (drift * drift);
+        squared_speed = (position - record.position).length_squared() / (step.drift * step.drift);
         record.position = position;
     }
     MotionBound {
         squared_speed,
+        squared_part: step.skins.squared_part(record.radius, squared_speed),
         sum_of_squares,
     }
 }

@@ -65,11 +65,13 @@ pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 /// What is done with a block of particles, by its number, once the loads on them are known.
 pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> MotionBound + Sync + 'a;
 
-/// The largest squared speed of some particles, and the sum of their squared speeds, which is not finite if any of them is not.
+/// The largest squared speed of some particles, the largest part of their skin that they use up, and the sum of their squared speeds, which is not finite if any of them is not.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotionBound {
     /// Largest v^2, m^2/s^2.
     pub squared_speed: f64,
+    /// Largest square of the speed over half the own skin, 1/s^2 ([`HalfSkins`](crate::neighbours::HalfSkins)).
+    pub squared_part: f64,
     /// Sum of v^2 and w^2 without regard to units: a test for numbers.
     pub sum_of_squares: f64,
 }
@@ -80,6 +82,7 @@ impl MotionBound {
     pub fn merge(self, other: Self) -> Self {
         Self {
             squared_speed: self.squared_speed.max(other.squared_speed),
+            squared_part: self.squared_part.max(other.squared_part),
             sum_of_squares: self.sum_of_squares + other.sum_of_squares,
         }
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::state::Particle;
 
 /// Largest number of classes of sizes that the choice of levels looks at: 2^(CLASSES - 1) choices are compared.
-const CLASSES: usize = 11;
+pub(super) const CLASSES: usize = 11;
 /// Time to look into a run of cells over the time to test a pair (measured; only to speed).
 const RUN_OVER_TEST: f64 = 3.0;
 /// Another level must save this part of the cost: it also costs what the model does not know.

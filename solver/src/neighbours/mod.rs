@@ -6,6 +6,7 @@
 mod boxes;
 mod extra_skin;
 mod grid;
+mod half_skins;
 mod images;
 mod levels;
 mod lines;
@@ -17,6 +18,7 @@ mod validity;
 pub use boxes::{Block, Boxes};
 pub use extra_skin::ExtraSkins;
 pub use grid::Grid;
+pub use half_skins::HalfSkins;
 pub use images::{Images, NO_SHIFT, opposite};
 pub use levels::Levels;
 pub use list::{Built, Candidate, CandidateList, build, build_bytes, list_bytes};

@@ -50,11 +50,9 @@ impl Engine {
             _ => pass.run(records, loads),
         };
         let prescribed = self.release_prescribed(special, drift);
-        let fastest = MotionBound {
-            squared_speed: fastest.squared_speed.max(prescribed),
-            ..fastest
-        };
-        fastest.merge(self.advance_bodies(kicks, drift))
+        fastest
+            .merge(prescribed)
+            .merge(self.advance_bodies(kicks, drift))
     }
 
     /// The same for bodies, whose pebbles the pass over the particles leaves alone.
@@ -70,6 +68,7 @@ impl Engine {
             drift,
             kicks,
             gravity: self.plan.physics().gravity(),
+            skins: self.lists.half_skins,
         };
         bodies.advance(records, &step, self.pool.as_deref())
     }
@@ -82,6 +81,7 @@ impl Engine {
             gravity: self.plan.physics().gravity(),
             inverse_inertia: self.inverse_inertia,
             turns: self.turns,
+            skins: self.lists.half_skins,
             width: self.width,
         }
     }
@@ -93,10 +93,10 @@ impl Engine {
             .collect()
     }
 
-    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the largest squared speed
+    /// Puts the prescribed components back and drifts them with their prescribed velocity. Returns the motion
     /// of these particles, which the pass did not see: a kick may have cancelled what is prescribed.
-    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> f64 {
-        let mut largest = 0.0f64;
+    fn release_prescribed(&mut self, before: Vec<Particle>, drift: f64) -> MotionBound {
+        let mut fastest = MotionBound::default();
         for (prescribed, before) in self.particles.prescribed.iter().zip(before) {
             let record = &mut self.particles.records[prescribed.row.index()];
             for axis in 0..3 {
@@ -108,9 +108,9 @@ impl Engine {
                     record.angular_velocity[axis] = spin;
                 }
             }
-            largest = largest.max(record.velocity.length_squared());
+            fastest = fastest.merge(self.lists.half_skins.motion(record));
         }
-        largest
+        fastest
     }
 
     /// Turns the orientations by the angular velocities over `drift` seconds.

@@ -1,9 +1,9 @@
 //! The candidate lists: whether they still hold all contacts, and how they are built.
 
 use super::{Engine, RunError};
-use crate::forces::{NewList, find_near_walls};
+use crate::forces::{MotionBound, NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, ExtraSkins, Levels, Skin, Validity, build, each};
+use crate::neighbours::{Built, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -12,6 +12,8 @@ use crate::walls::WallNow;
 pub struct Lists {
     /// Thickness of the skin, and its limits.
     pub skin: Skin,
+    /// Half the skin of each level of sizes.
+    pub half_skins: HalfSkins,
     /// How much farther than half the skin each particle may go before the list is built anew, m; empty if all may go as far.
     pub extra_skin: Vec<f64>,
     /// How much of the skin is used up.
@@ -27,6 +29,7 @@ impl Lists {
     pub(super) fn new(skin: Skin) -> Self {
         Self {
             skin,
+            half_skins: HalfSkins::default(),
             extra_skin: Vec::new(),
             validity: Validity::default(),
             rows_changed: true,
@@ -36,15 +39,15 @@ impl Lists {
 }
 
 impl Engine {
-    /// Builds the candidate list anew if it may miss a contact. `fastest` is the largest speed of this step, m/s.
-    pub(super) fn keep_lists_valid(&mut self, fastest: f64) -> Result<(), RunError> {
+    /// Builds the candidate list anew if it may miss a contact. `fastest`: how particles moved in this step.
+    pub(super) fn keep_lists_valid(&mut self, fastest: MotionBound) -> Result<(), RunError> {
         let dt = self.plan.physics().time_step();
         let limit = 0.5 * self.lists.skin.thickness;
         let limit_of_walls = self.skin_of_walls();
         let mut valid = !self.lists.rows_changed;
         if valid {
             valid = self.lists.validity.advance(
-                fastest,
+                fastest.squared_part.sqrt() * dt,
                 dt,
                 limit,
                 &self.particles,
@@ -146,7 +149,8 @@ impl Engine {
         });
         let most = extra.rows.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
-        self.lists.validity = Validity::new(&extra.rows);
+        self.lists.half_skins = HalfSkins::new(&levels, &extra, skin);
+        self.lists.validity = Validity::default();
         self.lists.extra_skin = extra.rows;
         self.walls.iter_mut().for_each(WallNow::note_listed);
         self.lists.rows_changed = false;
@@ -165,6 +169,7 @@ fn in_pool() -> bool {
 
 crate::state::plain!(Lists {
     skin,
+    half_skins,
     extra_skin,
     validity,
     rows_changed,

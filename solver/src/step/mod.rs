@@ -145,11 +145,11 @@ impl Engine {
             return Err(self.not_finite());
         }
         self.step += 1;
-        let fastest = fastest.squared_speed.sqrt();
-        self.guard_ways(fastest);
+        let speed = fastest.squared_speed.sqrt();
+        self.guard_ways(speed);
         self.move_walls();
         self.reshape_walls()?;
-        self.guard_crossings(fastest);
+        self.guard_crossings(speed);
         let fastest = self.rouse_and_put_to_rest(fastest);
         self.exchange_particles()?;
         self.guard_leavers();

@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::Engine;
+use crate::forces::MotionBound;
 use crate::plan::Sleeping;
 use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, Row};
 use crate::walls::{Pose, Shape, WallNow};
@@ -143,7 +144,7 @@ fn is_slow(record: &Particle, speed: f64, turns: bool) -> bool {
 impl Engine {
     /// Rouses who is out of balance or disturbed, and, when it is time for a look, puts to rest who is calm. Walls have moved, nobody has come or gone.
     /// `fastest`: the largest speed in this step, m/s; the same with those who were roused is returned.
-    pub(super) fn rouse_and_put_to_rest(&mut self, fastest: f64) -> f64 {
+    pub(super) fn rouse_and_put_to_rest(&mut self, fastest: MotionBound) -> MotionBound {
         let (Some(mut sleep), Some(plan)) = (self.sleep.take(), self.plan.physics().sleeping())
         else {
             return fastest;
@@ -155,7 +156,7 @@ impl Engine {
             }
             self.rouse_unbalanced(&mut sleep, &plan);
         }
-        let fastest = fastest.max(self.set_off(&mut sleep));
+        let fastest = fastest.merge(self.set_off(&mut sleep));
         if self.step.is_multiple_of(plan.every) {
             self.put_to_rest(&mut sleep, &plan);
         }
@@ -164,15 +165,15 @@ impl Engine {
     }
 
     /// Takes what those who were roused felt of other sleepers off what is held, and makes good for the kick and the drift of this step, which they
-    /// missed: of the forces that rouse nothing is lost. Returns the largest speed of them, m/s.
-    fn set_off(&mut self, sleep: &mut Sleep) -> f64 {
+    /// missed: of the forces that rouse nothing is lost. Returns their motion.
+    fn set_off(&mut self, sleep: &mut Sleep) -> MotionBound {
         if sleep.roused.is_empty() {
-            return 0.0;
+            return MotionBound::default();
         }
         self.hold_contacts(Some(&sleep.roused));
         let physics = self.plan.physics();
         let (gravity, dt) = (physics.gravity(), physics.time_step());
-        let mut fastest = 0.0f64;
+        let mut fastest = MotionBound::default();
         for row in sleep.roused.drain(..) {
             let record = &mut self.particles.records[row as usize];
             let load = &self.particles.loads[row as usize];
@@ -184,7 +185,7 @@ impl Engine {
                 let per_torque = self.inverse_inertia * record.inverse_mass / squared;
                 record.angular_velocity += load.torque * (per_torque * dt);
             }
-            fastest = fastest.max(record.velocity.length());
+            fastest = fastest.merge(self.lists.half_skins.motion(record));
         }
         fastest
     }

@@ -138,7 +138,7 @@ impl Snapshot {
         if !self.pairs.iter().all(image) {
             return Err(wrong("pairs", "a listed pair is of an image that is not"));
         }
-        if !self.lists.skin.is_possible() {
+        if !(self.lists.skin.is_possible() && self.lists.half_skins.is_possible()) {
             return Err(wrong("lists", "a skin that cannot be"));
         }
         let counts = [

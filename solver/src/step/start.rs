@@ -6,7 +6,7 @@ use super::guard::Guard;
 use super::sleep::Sleep;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
-use crate::forces::{ContactForces, ForcePass, Forces, Watch, contact_loop};
+use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
@@ -103,7 +103,7 @@ impl Engine {
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.take_up_contacts();
         self.exchange_particles()?;
-        self.keep_lists_valid(0.0)?;
+        self.keep_lists_valid(MotionBound::default())?;
         let spring_time = if self.plan.physics().startup_increment() {
             self.plan.physics().time_step()
         } else {
