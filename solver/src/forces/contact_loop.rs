@@ -2,11 +2,13 @@
 
 mod ahead;
 mod alarming;
+mod block;
 mod carrying;
 mod contact_point;
 mod found;
 mod memory;
 mod pairs;
+mod pass;
 mod sharing;
 mod sides;
 mod sleepers;
@@ -14,103 +16,24 @@ mod slots;
 mod walls;
 mod watching;
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
-use super::blocks::{Outbox, place};
 use super::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use super::{
     Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
-    Needs, Observation, Partner, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext,
-    block_size,
+    Needs, Observation, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext, block_size,
 };
 use crate::contact::{
     AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
     TangentialLaw,
 };
-use crate::lanes::Width;
 use crate::neighbours::CandidateList;
-use crate::state::{ASLEEP, Bodies, Id, Load, Particle, Particles, Pieces, Row, WallIndex};
-use crate::walls::NearMeshes;
-use ahead::BEYOND_CACHE;
-use found::Numbers;
+use crate::state::{Load, Particles, Pieces, Row, WallIndex};
+use block::Block;
 use memory::Memory;
-use pairs::Pairs;
+use pass::Pass;
 pub(super) use slots::FREE;
 use slots::{HELD, IMAGE, Slot, WallSlot};
-
-/// A block of consecutive rows with the slots that they own.
-#[derive(Debug)]
-struct Block<H> {
-    rows: Range<usize>,
-    /// In the order of their owners.
-    slots: Vec<Slot<H>>,
-    /// Those of `slots` that are evaluated in every step: all of them where nobody sleeps.
-    stretches: Vec<Range<usize>>,
-    /// What contacts among sleepers do to each row, which no step evaluates; empty where nobody sleeps.
-    held: Vec<Load>,
-    /// Sleepers, by row, in slots that are evaluated.
-    borders: Vec<u32>,
-    near_walls: Vec<NearWall>,
-    /// `features` slots for each entry of `near_walls`.
-    wall_slots: Vec<WallSlot<H>>,
-    /// Facets for those of `near_walls` that are near a mesh, by index.
-    near_meshes: NearMeshes,
-    outbox: Outbox,
-    /// Later blocks into which listed pairs reach, ascending.
-    targets: Vec<usize>,
-    /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
-    work: usize,
-    observation: Observation,
-    /// Contacts beyond a limit.
-    alarms: Alarms,
-    /// On features of mesh walls since the block was cut or they were taken.
-    feature_loads: FeatureLoads,
-}
-
-impl<H> Block<H> {
-    /// Of these rows, without slots, in front of `later` blocks.
-    fn empty(rows: Range<usize>, later: usize) -> Self {
-        Self {
-            rows,
-            slots: Vec::new(),
-            stretches: Vec::new(),
-            held: Vec::new(),
-            borders: Vec::new(),
-            near_walls: Vec::new(),
-            wall_slots: Vec::new(),
-            near_meshes: NearMeshes::default(),
-            outbox: Outbox::new(later),
-            targets: Vec::new(),
-            work: 0,
-            observation: Observation::default(),
-            alarms: Alarms::default(),
-            feature_loads: FeatureLoads::default(),
-        }
-    }
-}
-
-impl<H: History> Block<H> {
-    /// Notes which later blocks its slots reach into, and how much work they are, nobody asleep.
-    fn note_targets(&mut self, block_size: usize) {
-        self.stretches = std::iter::once(0..self.slots.len()).collect();
-        let own = self.rows.start / block_size;
-        let mut reached = vec![false; self.outbox.later()];
-        self.work = 2 * self.slots.len() + 8 * self.rows.len();
-        for slot in &self.slots {
-            if slot.state & HELD != 0 {
-                self.work += 25;
-            }
-            let index = slot.partner as usize / block_size;
-            if index > own {
-                reached[index - own - 1] = true;
-            }
-        }
-        let later = reached.iter().enumerate().filter(|(_, reached)| **reached);
-        self.targets = later.map(|(ahead, _)| own + 1 + ahead).collect();
-    }
-}
 
 /// The loop over contacts for one combination of laws.
 #[derive(Debug)]
@@ -290,19 +213,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             bodies,
             ..
         } = particles;
-        let bodies = bodies.as_ref();
-        let pass = Pass {
-            laws: &self.laws,
-            materials: self.materials,
-            memory: &self.memory,
-            block_size: self.block_size,
-            asks_ahead: records.len() > BEYOND_CACHE,
-            ids,
-            bodies: bodies.filter(|_| context.contact_point_mass),
-            movers: bodies,
-            held: ASLEEP,
+        let pass = Pass::new(
+            (&self.laws, self.materials),
+            (&self.memory, self.block_size),
+            (ids, bodies.as_ref()),
             context,
-        };
+        );
         match pool {
             Some(pool) if self.blocks.len() > 1 => pass.shared(
                 &mut self.blocks,
@@ -323,19 +239,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         pool: Option<&rayon::ThreadPool>,
         roused: Option<&[u32]>,
     ) {
-        let bodies = particles.bodies.as_ref();
-        let pass = Pass {
-            laws: &self.laws,
-            materials: self.materials,
-            memory: &self.memory,
-            block_size: self.block_size,
-            asks_ahead: false,
-            ids: &particles.ids,
-            bodies: bodies.filter(|_| context.contact_point_mass),
-            movers: bodies,
-            held: ASLEEP,
+        let pass = Pass::new(
+            (&self.laws, self.materials),
+            (&self.memory, self.block_size),
+            (&particles.ids, particles.bodies.as_ref()),
             context,
-        };
+        );
         let records = &particles.records;
         match roused {
             Some(roused) => pass.release(&mut self.blocks, records, roused),
@@ -555,162 +464,4 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             _ => [slot, size_of::<(u32, u32, Histories<N, T, R, A>)>()],
         }
     }
-}
-
-/// What all blocks of one force evaluation share.
-struct Pass<'a, N, T, R, A> {
-    laws: &'a [PairLaw<N, T, R, A>],
-    materials: usize,
-    memory: &'a Memory,
-    block_size: usize,
-    /// Whether the memory of contacts is asked for before they come.
-    asks_ahead: bool,
-    ids: &'a [Id],
-    /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
-    bodies: Option<&'a Bodies>,
-    /// The bodies, in scenes that have some.
-    movers: Option<&'a Bodies>,
-    /// Flag of those whose contacts with walls are held, so that they are not evaluated.
-    held: u32,
-    context: &'a StepContext<'a>,
-}
-
-impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// All blocks, one after the other, on this thread.
-    fn in_turn(
-        &self,
-        blocks: &mut [Block<Histories<N, T, R, A>>],
-        sources: &[Vec<usize>],
-        records: &mut [Particle],
-        loads: &mut [Load],
-        finish: &Finish<'_>,
-    ) -> MotionBound {
-        let mut fastest = MotionBound::default();
-        let mut numbers = Numbers::new();
-        for (index, sources) in sources.iter().enumerate() {
-            let (earlier, rest) = blocks.split_at_mut(index);
-            let block = &mut rest[0];
-            let loads = &mut loads[block.rows.clone()];
-            // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
-            let rows = Rows::together(&records[block.rows.start..]);
-            self.compute(block, &rows, loads, &mut numbers);
-            for &source in sources {
-                earlier[source].outbox.deliver(index - source - 1, loads);
-            }
-            fastest = fastest.merge(finish(index, &mut records[block.rows.clone()], loads));
-        }
-        fastest
-    }
-
-    /// The work on all listed pairs of a block.
-    fn pairs<'p, const PERIODIC: bool, const WATCHED: bool>(
-        &'p self,
-        block: &'p mut Block<Histories<N, T, R, A>>,
-        rows: &'p Rows<'p>,
-        loads: &'p mut [Load],
-        numbers: &'p mut Numbers,
-    ) -> Pairs<'p, 'p, N, T, R, A, Histories<N, T, R, A>, PERIODIC, WATCHED> {
-        Pairs {
-            pass: self,
-            block,
-            rows,
-            loads,
-            numbers,
-        }
-    }
-
-    /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
-    fn compute(
-        &self,
-        block: &mut Block<Histories<N, T, R, A>>,
-        rows: &Rows<'_>,
-        loads: &mut [Load],
-        numbers: &mut Numbers,
-    ) {
-        if block.held.is_empty() {
-            loads.fill(Load::default());
-        } else {
-            loads.copy_from_slice(&block.held);
-        }
-        block.outbox.clear();
-        if self.context.watch.is_some() {
-            block.observation = Observation::empty(self.context.walls.len());
-        }
-        // Adhesion is asked pair by pair, as it may act between some of a group and not between others.
-        let width = if A::ACTIVE {
-            Width::ONE
-        } else {
-            self.context.width
-        };
-        match (self.context.watch, self.context.images.any()) {
-            (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
-            (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
-            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
-            // of the contacts is told one by one.
-            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
-        }
-        self.walls(block, rows, loads);
-        if self.context.sees_sleepers && !block.held.is_empty() {
-            self.see_held(block, rows, numbers);
-        }
-    }
-}
-
-/// The records that one block reads: its own, and those of the later blocks that it reaches into.
-struct Rows<'a> {
-    /// From the first row of the block on, to its end or beyond.
-    own: &'a [Particle],
-    /// Of this block and those behind it, as far as they are not in `own`; empty where the block does not reach.
-    blocks: Vec<&'a [Particle]>,
-    block_size: usize,
-}
-
-impl<'a> Rows<'a> {
-    /// All rows from the first one of the block on lie together.
-    fn together(own: &'a [Particle]) -> Self {
-        Self {
-            own,
-            blocks: Vec::new(),
-            block_size: 1,
-        }
-    }
-
-    /// `blocks`: records of the block and of those behind it, `block_size` in each.
-    fn apart(blocks: Vec<&'a [Particle]>, block_size: usize) -> Self {
-        Self {
-            own: blocks.first().copied().unwrap_or_default(),
-            blocks,
-            block_size,
-        }
-    }
-
-    /// The record that lies `ahead` rows behind the first one of the block.
-    #[inline(always)]
-    fn ahead(&self, ahead: usize) -> &'a Particle {
-        match self.own.get(ahead) {
-            Some(record) => record,
-            None => {
-                let (block, row) = place(ahead, self.block_size);
-                &self.blocks[block][row]
-            }
-        }
-    }
-}
-
-/// A contact that is being observed.
-struct ContactSite<'a> {
-    /// Index of its law.
-    pair: usize,
-    row: usize,
-    partner: Partner,
-    /// The partner, if it is a particle.
-    b: Option<&'a Particle>,
-    /// Feature of the wall.
-    feature: u32,
-    /// R_A - overlap/2, m.
-    lever: f64,
-    /// Overlap over the smaller radius.
-    depth: f64,
-    /// Whether the two overlap; else adhesion acts across a gap.
-    touches: bool,
 }

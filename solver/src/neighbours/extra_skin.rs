@@ -58,6 +58,10 @@ impl ExtraSkins {
             .map(|(level, &radius)| if level == 0 { mean } else { radius })
             .map(|most| 0.5 * most.min(skin.largest))
             .collect();
+        if most.len() == 1 && particles.len() < FEW {
+            skin.thickness = skin.thickness.min(2.0 * most[0]);
+            return Self::default();
+        }
         let level = |row: usize| levels.of(particles.records[row].radius);
         let moved = each(particles.len(), parallel, |row| {
             displacement(particles, row)

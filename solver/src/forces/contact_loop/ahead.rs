@@ -1,6 +1,6 @@
 //! Asking for the memory of contacts that come soon.
 
-use super::Rows;
+use super::pass::Rows;
 use super::slots::Slot;
 use crate::lanes::MOST_LANES;
 use crate::memory::prefetch;

@@ -1,9 +1,9 @@
 //! Contacts beyond a limit: found by a comparison in the loop, named here, apart from it.
 
+use super::pass::{Pass, Rows};
 use super::sides::THROUGH_OR_BEHIND;
 use super::slots::{BEHIND, Slot, THROUGH};
 use super::walls::WallSide;
-use super::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Alarm, AlarmKind, Alarms, Other};
 use crate::state::Particle;

@@ -15,10 +15,11 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::ahead::{PORTION, ask_ahead};
+use super::block::Block;
 use super::contact_point::mobility;
 use super::found::{CHUNK, Found, Numbers, ROOM};
+use super::pass::{ContactSite, Pass, Rows};
 use super::slots::{FREE, HELD, IMAGE, Slot, TOUCHING, held};
-use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     Action, AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };

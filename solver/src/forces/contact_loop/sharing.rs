@@ -13,8 +13,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
+use super::block::Block;
 use super::found::Numbers;
-use super::{Block, Pass, Rows};
+use super::pass::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};

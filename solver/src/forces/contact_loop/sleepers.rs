@@ -8,10 +8,12 @@
 
 use rayon::prelude::*;
 
+use super::block::Block;
 use super::found::Numbers;
+use super::pass::{Pass, Rows};
 use super::slots::HELD;
-use super::{Block, Outbox, Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
+use crate::forces::blocks::Outbox;
 use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
 
 /// Whether the contact of two is held: neither moves, and not because both are fixed.

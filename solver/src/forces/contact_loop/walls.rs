@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
+use super::block::Block;
 use super::contact_point::mobility;
+use super::pass::{ContactSite, Pass, Rows};
 use super::sides::{self, from_behind};
 use super::slots::{BEHIND, FREE, HELD, TOUCHING, WallSlot, held};
-use super::{Block, ContactSite, Pass, Rows};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };

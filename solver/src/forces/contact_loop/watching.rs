@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{ContactSite, Pass};
+use super::pass::{ContactSite, Pass};
 use crate::contact::{
     Action, AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };

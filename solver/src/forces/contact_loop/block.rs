@@ -1,0 +1,82 @@
+//! A block of rows with what they own.
+
+use std::ops::Range;
+
+use super::slots::{HELD, Slot, WallSlot};
+use crate::contact::History;
+use crate::forces::blocks::Outbox;
+use crate::forces::{Alarms, FeatureLoads, NearWall, Observation};
+use crate::state::Load;
+use crate::walls::NearMeshes;
+
+/// A block of consecutive rows with the slots that they own.
+#[derive(Debug)]
+pub(super) struct Block<H> {
+    pub(super) rows: Range<usize>,
+    /// In the order of their owners.
+    pub(super) slots: Vec<Slot<H>>,
+    /// Those of `slots` that are evaluated in every step: all of them where nobody sleeps.
+    pub(super) stretches: Vec<Range<usize>>,
+    /// What contacts among sleepers do to each row, which no step evaluates; empty where nobody sleeps.
+    pub(super) held: Vec<Load>,
+    /// Sleepers, by row, in slots that are evaluated.
+    pub(super) borders: Vec<u32>,
+    pub(super) near_walls: Vec<NearWall>,
+    /// `features` slots for each entry of `near_walls`.
+    pub(super) wall_slots: Vec<WallSlot<H>>,
+    /// Facets for those of `near_walls` that are near a mesh, by index.
+    pub(super) near_meshes: NearMeshes,
+    pub(super) outbox: Outbox,
+    /// Later blocks into which listed pairs reach, ascending.
+    pub(super) targets: Vec<usize>,
+    /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
+    pub(super) work: usize,
+    pub(super) observation: Observation,
+    /// Contacts beyond a limit.
+    pub(super) alarms: Alarms,
+    /// On features of mesh walls since the block was cut or they were taken.
+    pub(super) feature_loads: FeatureLoads,
+}
+
+impl<H> Block<H> {
+    /// Of these rows, without slots, in front of `later` blocks.
+    pub(super) fn empty(rows: Range<usize>, later: usize) -> Self {
+        Self {
+            rows,
+            slots: Vec::new(),
+            stretches: Vec::new(),
+            held: Vec::new(),
+            borders: Vec::new(),
+            near_walls: Vec::new(),
+            wall_slots: Vec::new(),
+            near_meshes: NearMeshes::default(),
+            outbox: Outbox::new(later),
+            targets: Vec::new(),
+            work: 0,
+            observation: Observation::default(),
+            alarms: Alarms::default(),
+            feature_loads: FeatureLoads::default(),
+        }
+    }
+}
+
+impl<H: History> Block<H> {
+    /// Notes which later blocks its slots reach into, and how much work they are, nobody asleep.
+    pub(super) fn note_targets(&mut self, block_size: usize) {
+        self.stretches = std::iter::once(0..self.slots.len()).collect();
+        let own = self.rows.start / block_size;
+        let mut reached = vec![false; self.outbox.later()];
+        self.work = 2 * self.slots.len() + 8 * self.rows.len();
+        for slot in &self.slots {
+            if slot.state & HELD != 0 {
+                self.work += 25;
+            }
+            let index = slot.partner as usize / block_size;
+            if index > own {
+                reached[index - own - 1] = true;
+            }
+        }
+        let later = reached.iter().enumerate().filter(|(_, reached)| **reached);
+        self.targets = later.map(|(ahead, _)| own + 1 + ahead).collect();
+    }
+}

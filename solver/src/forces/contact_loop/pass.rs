@@ -1,0 +1,193 @@
+//! One pass over the contacts of all blocks, and what it works on.
+
+use super::ahead::BEYOND_CACHE;
+use super::block::Block;
+use super::found::Numbers;
+use super::memory::Memory;
+use super::pairs::Pairs;
+use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
+use crate::forces::blocks::place;
+use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
+use crate::lanes::Width;
+use crate::state::{ASLEEP, Bodies, Id, Load, Particle};
+
+/// What all blocks of one force evaluation share.
+pub(super) struct Pass<'a, N, T, R, A> {
+    pub(super) laws: &'a [PairLaw<N, T, R, A>],
+    pub(super) materials: usize,
+    pub(super) memory: &'a Memory,
+    pub(super) block_size: usize,
+    /// Whether the memory of contacts is asked for before they come.
+    pub(super) asks_ahead: bool,
+    pub(super) ids: &'a [Id],
+    /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
+    pub(super) bodies: Option<&'a Bodies>,
+    /// The bodies, in scenes that have some.
+    pub(super) movers: Option<&'a Bodies>,
+    /// Flag of those whose contacts with walls are held, so that they are not evaluated.
+    pub(super) held: u32,
+    pub(super) context: &'a StepContext<'a>,
+}
+
+impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a, N, T, R, A> {
+    /// With the laws of a loop, for particles with these identifiers and bodies.
+    pub(super) fn new(
+        (laws, materials): (&'a [PairLaw<N, T, R, A>], usize),
+        (memory, block_size): (&'a Memory, usize),
+        (ids, bodies): (&'a [Id], Option<&'a Bodies>),
+        context: &'a StepContext<'a>,
+    ) -> Self {
+        Self {
+            laws,
+            materials,
+            memory,
+            block_size,
+            asks_ahead: ids.len() > BEYOND_CACHE,
+            ids,
+            bodies: bodies.filter(|_| context.contact_point_mass),
+            movers: bodies,
+            held: ASLEEP,
+            context,
+        }
+    }
+}
+
+impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
+    /// All blocks, one after the other, on this thread.
+    pub(super) fn in_turn(
+        &self,
+        blocks: &mut [Block<Histories<N, T, R, A>>],
+        sources: &[Vec<usize>],
+        records: &mut [Particle],
+        loads: &mut [Load],
+        finish: &Finish<'_>,
+    ) -> MotionBound {
+        let mut fastest = MotionBound::default();
+        let mut numbers = Numbers::new();
+        for (index, sources) in sources.iter().enumerate() {
+            let (earlier, rest) = blocks.split_at_mut(index);
+            let block = &mut rest[0];
+            let loads = &mut loads[block.rows.clone()];
+            // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
+            let rows = Rows::together(&records[block.rows.start..]);
+            self.compute(block, &rows, loads, &mut numbers);
+            for &source in sources {
+                earlier[source].outbox.deliver(index - source - 1, loads);
+            }
+            fastest = fastest.merge(finish(index, &mut records[block.rows.clone()], loads));
+        }
+        fastest
+    }
+
+    /// The work on all listed pairs of a block.
+    pub(super) fn pairs<'p, const PERIODIC: bool, const WATCHED: bool>(
+        &'p self,
+        block: &'p mut Block<Histories<N, T, R, A>>,
+        rows: &'p Rows<'p>,
+        loads: &'p mut [Load],
+        numbers: &'p mut Numbers,
+    ) -> Pairs<'p, 'p, N, T, R, A, Histories<N, T, R, A>, PERIODIC, WATCHED> {
+        Pairs {
+            pass: self,
+            block,
+            rows,
+            loads,
+            numbers,
+        }
+    }
+
+    /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
+    pub(super) fn compute(
+        &self,
+        block: &mut Block<Histories<N, T, R, A>>,
+        rows: &Rows<'_>,
+        loads: &mut [Load],
+        numbers: &mut Numbers,
+    ) {
+        if block.held.is_empty() {
+            loads.fill(Load::default());
+        } else {
+            loads.copy_from_slice(&block.held);
+        }
+        block.outbox.clear();
+        if self.context.watch.is_some() {
+            block.observation = Observation::empty(self.context.walls.len());
+        }
+        // Adhesion is asked pair by pair, as it may act between some of a group and not between others.
+        let width = if A::ACTIVE {
+            Width::ONE
+        } else {
+            self.context.width
+        };
+        match (self.context.watch, self.context.images.any()) {
+            (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
+            (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
+            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
+            // of the contacts is told one by one.
+            (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
+        }
+        self.walls(block, rows, loads);
+        if self.context.sees_sleepers && !block.held.is_empty() {
+            self.see_held(block, rows, numbers);
+        }
+    }
+}
+
+/// The records that one block reads: its own, and those of the later blocks that it reaches into.
+pub(super) struct Rows<'a> {
+    /// From the first row of the block on, to its end or beyond.
+    pub(super) own: &'a [Particle],
+    /// Of this block and those behind it, as far as they are not in `own`; empty where the block does not reach.
+    pub(super) blocks: Vec<&'a [Particle]>,
+    pub(super) block_size: usize,
+}
+
+impl<'a> Rows<'a> {
+    /// All rows from the first one of the block on lie together.
+    pub(super) fn together(own: &'a [Particle]) -> Self {
+        Self {
+            own,
+            blocks: Vec::new(),
+            block_size: 1,
+        }
+    }
+
+    /// `blocks`: records of the block and of those behind it, `block_size` in each.
+    pub(super) fn apart(blocks: Vec<&'a [Particle]>, block_size: usize) -> Self {
+        Self {
+            own: blocks.first().copied().unwrap_or_default(),
+            blocks,
+            block_size,
+        }
+    }
+
+    /// The record that lies `ahead` rows behind the first one of the block.
+    #[inline(always)]
+    pub(super) fn ahead(&self, ahead: usize) -> &'a Particle {
+        match self.own.get(ahead) {
+            Some(record) => record,
+            None => {
+                let (block, row) = place(ahead, self.block_size);
+                &self.blocks[block][row]
+            }
+        }
+    }
+}
+
+/// A contact that is being observed.
+pub(super) struct ContactSite<'a> {
+    /// Index of its law.
+    pub(super) pair: usize,
+    pub(super) row: usize,
+    pub(super) partner: Partner,
+    /// The partner, if it is a particle.
+    pub(super) b: Option<&'a Particle>,
+    /// Feature of the wall.
+    pub(super) feature: u32,
+    /// R_A - overlap/2, m.
+    pub(super) lever: f64,
+    /// Overlap over the smaller radius.
+    pub(super) depth: f64,
+    /// Whether the two overlap; else adhesion acts across a gap.
+    pub(super) touches: bool,
+}
