@@ -157,7 +157,7 @@ fn same_in_every_width(name: &str, plan: &Arc<Plan>, steps: u64) -> usize {
         .map(|&width| (width, 1))
         .chain([on_two_threads])
     {
-        let options = StartOptions::threads(threads).width(width);
+        let options = StartOptions::threads(threads).width(Some(width));
         let mut engine = Engine::start(Arc::clone(plan), options).unwrap();
         for _ in 0..4 {
             engine.steps_at_once(steps / 4, None).unwrap();

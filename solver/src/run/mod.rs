@@ -116,7 +116,7 @@ impl RunOptions {
     fn start(&self, schedule: &Schedule) -> StartOptions {
         StartOptions::threads(self.threads)
             .records(schedule.everything().needs_records())
-            .width(self.width.unwrap_or_else(Width::fastest))
+            .width(self.width)
             .stage(Arc::clone(&self.stage))
     }
 }

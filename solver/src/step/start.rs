@@ -25,8 +25,8 @@ pub struct StartOptions {
     pub forces: Vec<Box<dyn ForcePass>>,
     /// Whether the contacts of the start are recorded one by one; there are more of them than particles.
     pub records: bool,
-    /// How many numbers are worked on side by side; changes no bit.
-    pub width: Width,
+    /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
+    pub width: Option<Width>,
     /// Who is told of long work, and may ask to give it up.
     pub stage: Arc<Stage>,
 }
@@ -40,7 +40,7 @@ impl StartOptions {
             contacts: None,
             forces: Vec::new(),
             records: true,
-            width: Width::fastest(),
+            width: None,
             stage: Arc::default(),
         }
     }
@@ -54,7 +54,7 @@ impl StartOptions {
 
     /// With so many lanes.
     #[must_use]
-    pub fn width(mut self, width: Width) -> Self {
+    pub fn width(mut self, width: Option<Width>) -> Self {
         self.width = width;
         self
     }
@@ -175,6 +175,13 @@ impl Engine {
         );
         boundaries.tell(Arc::clone(&options.stage));
         let sleep = plan.physics().sleeping().map(|_| Sleep::new());
+        let width = options.width.unwrap_or_else(|| {
+            if forces.contacts.saved_numbers() > 0 {
+                Width::fastest()
+            } else {
+                Width::fastest_without_history()
+            }
+        });
         Ok(Self {
             boundaries,
             inverse_inertia: inverse_inertia_factor(plan.physics().dimensions()),
@@ -188,7 +195,7 @@ impl Engine {
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,
-            width: options.width,
+            width,
             stage: options.stage,
             step: 0,
             kick_due: false,

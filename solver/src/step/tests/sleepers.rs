@@ -318,7 +318,7 @@ fn restless() -> Arc<Plan> {
 fn sleepers_depend_on_neither_threads_nor_lanes_nor_looks_nor_interruptions() {
     let plan = restless();
     let start = |threads, width| {
-        let options = StartOptions::threads(threads).width(width);
+        let options = StartOptions::threads(threads).width(Some(width));
         Engine::start(Arc::clone(&plan), options).unwrap()
     };
     let mut first = start(1, Width::ONE);
