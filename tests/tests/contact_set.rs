@@ -184,6 +184,17 @@ fn few_are_fast(
     let law = frictionless(AnyNormal::Linear(Linear::new(stiffness, 0.0)));
     let mut plan = Draft::new(1e-3, (DVec3::ZERO, size), 1000.0, law);
     plan.periodic = periodic;
+    // A plate that swings, so far inside that no image of a particle meets it.
+    let plate = Disc::new(dvec3(0.3, 0.2, 1.0), 0.5 * size, 0.08).unwrap();
+    let swing = Component::Oscillation {
+        amplitude: dvec3(0.02, -0.01, 0.03),
+        frequency: 3.0,
+        phase: 0.4,
+        from: 0.0,
+        until: f64::INFINITY,
+    };
+    plan.walls
+        .push(wall(Shape::Disc(plate), Motion::new(vec![swing]).unwrap()));
     let particles = (0..count)
         .map(|k| {
             let speed = if k == 16 || k == 215 { speed } else { 0.02 };
@@ -205,6 +216,10 @@ fn few_are_fast(
         let found = recorded(&engine);
         let expected = overlapping(&engine, size, periodic);
         prop_assert_eq!(&found, &expected, "in step {}", engine.steps());
+        let mut at_plate = touching_walls(&engine);
+        at_plate.retain(|(id, ..)| !engine.particles.is_fixed(row(&engine, id.number())));
+        let found = recorded_at_walls(&engine);
+        prop_assert_eq!(found, at_plate, "in step {}", engine.steps());
         let extra_skin = engine.snapshot().lists.extra_skin;
         with_extra_skin += usize::from(extra_skin.iter().any(|&extra_skin| extra_skin > 0.0));
     }
