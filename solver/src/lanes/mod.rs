@@ -31,7 +31,7 @@
 
 mod array;
 mod quad;
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "aarch64", target_arch = "x86_64"))]
 mod registers;
 #[cfg(test)]
 mod tests;

@@ -1,15 +1,21 @@
-//! Lanes in registers: two in one of SSE2, four of AVX2, eight of AVX-512.
+//! Lanes in registers: two in one of SSE2 or NEON, four of AVX2, eight of AVX-512.
 //!
-//! What is `unsafe` here: instructions that a processor may not have. Every x86-64 has SSE2. A [`Four`] or an [`Eight`] is made and used only
-//! inside of [`Width::run`](super::Width::run), which asks the processor first.
+//! What is `unsafe` here: instructions that a processor may not have. Every x86-64 has SSE2, and every aarch64 has NEON. A `Four` or an `Eight` is made
+//! and used only inside of [`Width::run`](super::Width::run), which asks the processor first.
 
+#[cfg(target_arch = "x86_64")]
 mod eight;
+#[cfg(target_arch = "x86_64")]
 mod four;
+#[cfg(target_arch = "aarch64")]
+mod neon;
+#[cfg(target_arch = "x86_64")]
 mod two;
 
-pub(super) use eight::Eight;
-pub(super) use four::Four;
-pub(super) use two::Two;
+#[cfg(target_arch = "aarch64")]
+pub(super) use neon::Two;
+#[cfg(target_arch = "x86_64")]
+pub(super) use {eight::Eight, four::Four, two::Two};
 
 /// One instruction, or some.
 macro_rules! instructions {

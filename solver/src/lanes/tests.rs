@@ -22,10 +22,12 @@ const KINDS: [f64; 12] = [
 
 /// Bits that may be compared: which of the many "no number" it is, nobody promises.
 fn bits(number: f64) -> u64 {
-    if number.is_nan() {
+    // Asked of the bits: `is_nan` of a root of a constant is folded wrongly by LLVM 22 when it optimises.
+    let bits = number.to_bits();
+    if bits & (u64::MAX >> 1) > f64::INFINITY.to_bits() {
         u64::MAX
     } else {
-        number.to_bits()
+        bits
     }
 }
 

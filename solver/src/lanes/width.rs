@@ -1,11 +1,13 @@
 //! How many lanes, chosen when the program runs.
 
 use super::Real;
+#[cfg(any(target_arch = "aarch64", target_arch = "x86_64"))]
+use super::registers::Two;
 #[cfg(target_arch = "x86_64")]
-use super::registers::{Eight, Four, Two};
+use super::registers::{Eight, Four};
 
 /// Two numbers, where registers hold them without being asked for it.
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
 type Two = super::Lanes<2>;
 
 /// Work that can be done in lanes of any number.
@@ -57,10 +59,11 @@ impl Width {
         }
     }
 
-    /// The fastest of this processor; of those that were measured: elsewhere than on x86-64, one.
+    /// The widest of this processor that is in registers, and so the fastest: where none is, one.
     #[must_use]
     pub fn fastest() -> Self {
-        let always = if cfg!(target_arch = "x86_64") { 2 } else { 1 };
+        let two_in_registers = cfg!(any(target_arch = "aarch64", target_arch = "x86_64"));
+        let always = if two_in_registers { 2 } else { 1 };
         let wider = Self::of(8).or(Self::of(4));
         wider.or(Self::of(always)).unwrap_or(Self::ONE)
     }
