@@ -2,6 +2,9 @@
 //!
 //! Nothing in here simulates anything. Errors are values, and nothing exits; only [`cli`] prints, for the programs.
 
+#![warn(clippy::disallowed_methods)]
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod error;
@@ -19,5 +22,6 @@ pub mod run_files;
 pub mod scene;
 pub mod sizes;
 pub mod surfaces;
+pub mod turns;
 pub mod units;
 pub mod whole_file;

@@ -3,6 +3,9 @@
 //! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
 //! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
+#![warn(clippy::disallowed_methods)]
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod bodies;
 pub mod boundaries;
 pub mod contact;

@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::turns::about_axis;
+
 /// Roll, pitch, yaw (rad) of a unit quaternion, `R = Rz(yaw) Ry(pitch) Rx(roll)`.
 ///
 /// Pitch lies in `[-pi/2, pi/2]`, roll and yaw in `[-pi, pi]`. The yaw is that of the usual formula
@@ -19,19 +21,18 @@ pub fn euler_from_quaternion(q: DQuat) -> DVec3 {
     let r13 = 2.0 * (q1 * q3 + q0 * q2);
     let r23 = 2.0 * (q2 * q3 - q0 * q1);
 
-    let yaw = r21.atan2(r11);
-    let pitch = (-r31).atan2(r11.hypot(r21));
-    let (sin_yaw, cos_yaw) = yaw.sin_cos();
-    let roll = (sin_yaw * r13 - cos_yaw * r23).atan2(cos_yaw * r22 - sin_yaw * r12);
+    let yaw = libm::atan2(r21, r11);
+    let pitch = libm::atan2(-r31, libm::hypot(r11, r21));
+    let (sin_yaw, cos_yaw) = libm::sincos(yaw);
+    let roll = libm::atan2(sin_yaw * r13 - cos_yaw * r23, cos_yaw * r22 - sin_yaw * r12);
     DVec3::new(roll, pitch, yaw)
 }
 
 /// The unit quaternion of roll, pitch, yaw (rad): the inverse of [`euler_from_quaternion`].
 #[must_use]
 pub fn quaternion_from_euler(angles: DVec3) -> DQuat {
-    DQuat::from_rotation_z(angles.z)
-        * DQuat::from_rotation_y(angles.y)
-        * DQuat::from_rotation_x(angles.x)
+    let [x, y, z] = DVec3::AXES;
+    about_axis(z, angles.z) * about_axis(y, angles.y) * about_axis(x, angles.x)
 }
 
 #[cfg(test)]

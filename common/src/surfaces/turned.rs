@@ -15,7 +15,7 @@ const PARALLELS: u32 = 36;
 pub(super) fn sphere(centre: DVec3, radius: f64) -> TriangleMesh {
     let profile: Vec<DVec2> = (0..=PARALLELS)
         .map(|k| {
-            let (sin, cos) = (PI * f64::from(k) / f64::from(PARALLELS)).sin_cos();
+            let (sin, cos) = libm::sincos(PI * f64::from(k) / f64::from(PARALLELS));
             // Exactly on the axis at the poles, where the sine is round-off.
             let r = if k == 0 || k == PARALLELS { 0.0 } else { sin };
             DVec2::new(radius * r, -radius * cos)
@@ -35,7 +35,7 @@ pub(super) fn turned(
     let mut mesh = TriangleMesh::default();
     let outward: Vec<DVec3> = (0..CHORDS)
         .map(|k| {
-            let (sin, cos) = (TAU * f64::from(k) / f64::from(CHORDS)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(k) / f64::from(CHORDS));
             across[0] * cos + across[1] * sin
         })
         .collect();

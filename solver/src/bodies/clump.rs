@@ -115,7 +115,7 @@ impl Clump {
     /// The diameter (m) of a sphere of the same volume: what size distributions mean by the size of a clump.
     #[must_use]
     pub fn equal_volume_diameter(&self) -> f64 {
-        (6.0 * self.volume / std::f64::consts::PI).cbrt()
+        libm::cbrt(6.0 * self.volume / std::f64::consts::PI)
     }
 
     /// Smallest and largest radius of its pebbles, m.
@@ -169,7 +169,8 @@ fn contact_mass(pebbles: &[Pebble], mass: f64, moments: DVec3, reach: f64) -> f6
         let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(DIRECTIONS);
         let angle = golden * f64::from(k);
         let ring = (1.0 - z * z).sqrt();
-        DVec3::new(ring * angle.cos(), ring * angle.sin(), z)
+        let (sin, cos) = libm::sincos(angle);
+        DVec3::new(ring * cos, ring * sin, z)
     });
     let axes = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]);
     let inverse = DMat3::from_diagonal(1.0 / moments);

@@ -1,6 +1,7 @@
 //! A time step of all bodies: loads from the pebbles, kicks and drift, pebbles from the body.
 
 use glam::{DMat3, DQuat, DVec3};
+use mercury_common::turns::by_vector;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -208,5 +209,5 @@ pub(crate) fn constrained_spin(body: &Body, spins: [Option<f64>; 3]) -> DVec3 {
 
 /// `orientation` turned by a constant angular velocity over `time` seconds.
 fn turned(orientation: DQuat, spin: DVec3, time: f64) -> DQuat {
-    (DQuat::from_scaled_axis(spin * time) * orientation).normalize()
+    (by_vector(spin * time) * orientation).normalize()
 }

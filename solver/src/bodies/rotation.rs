@@ -64,7 +64,7 @@ fn cosine_and_sine(h: f64) -> (f64, f64) {
                     * (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0 * (1.0 - s / 110.0))))),
         )
     } else {
-        (h.cos(), h.sin())
+        (libm::cos(h), libm::sin(h))
     }
 }
 

@@ -422,7 +422,7 @@ fn half_plane(axis: DVec3, origin: DVec3, point: DVec3) -> (f64, f64) {
 /// (0, b) with `along` = [a, b].
 fn truncated_cone((rho, height): (f64, f64), along: [f64; 2], radii: [f64; 2]) -> f64 {
     let (run, rise) = (radii[1] - radii[0], along[1] - along[0]);
-    let length = run.hypot(rise);
+    let length = libm::hypot(run, rise);
     let side = ((rho - radii[0]) * rise - (height - along[0]) * run) / length;
     // The body is convex: inside, the nearest face is the nearest of the planes and the endless cone.
     let inside = side.max(along[0] - height).max(height - along[1]);
@@ -431,8 +431,11 @@ fn truncated_cone((rho, height): (f64, f64), along: [f64; 2], radii: [f64; 2]) -
     }
     let share = ((rho - radii[0]) * run + (height - along[0]) * rise) / (length * length);
     let share = share.clamp(0.0, 1.0);
-    let to_side = (rho - radii[0] - share * run).hypot(height - along[0] - share * rise);
-    let to_end = |end: usize| (rho - radii[end]).max(0.0).hypot(height - along[end]);
+    let to_side = libm::hypot(
+        rho - radii[0] - share * run,
+        height - along[0] - share * rise,
+    );
+    let to_end = |end: usize| libm::hypot((rho - radii[end]).max(0.0), height - along[end]);
     to_side.min(to_end(0)).min(to_end(1))
 }
 

@@ -25,7 +25,7 @@ pub fn block_size(count: usize) -> usize {
 pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
     // Rows are sorted by cells that are about a diameter wide, layer by layer, and a contact is half a diameter long along any axis: half
     // of all reach into the next layer. A block is about as long as a layer, or shorter.
-    let layer = rows.powf(2.0 / 3.0);
+    let layer = libm::pow(rows, 2.0 / 3.0);
     let crossing = 0.5 * (layer / block_size(rows as usize) as f64).min(1.0);
     GROWTH * crossing * touching * size_of::<Parked>() as f64
 }

@@ -102,11 +102,11 @@ struct Classes {
 impl Classes {
     fn new(sizes: impl Iterator<Item = (f64, f64)>, extent: DVec3, least: f64, most: f64) -> Self {
         // Classes of a factor of two, wider for a very wide distribution.
-        let count = ((most / least).log2().ceil() as usize).clamp(1, CLASSES);
-        let per_class = count as f64 / (most / least).log2();
+        let count = (libm::log2(most / least).ceil() as usize).clamp(1, CLASSES);
+        let per_class = count as f64 / libm::log2(most / least);
         let mut classes = vec![Class::default(); count];
         for (radius, expected) in sizes {
-            let index = ((radius / least).log2() * per_class) as usize;
+            let index = (libm::log2(radius / least) * per_class) as usize;
             let class = &mut classes[index.min(count - 1)];
             class.count += expected;
             class.largest = class.largest.max(radius);

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
 use mercury_common::scene::{
     Domain, MeshSide, MeshSource, Output, Scene, SceneError, Shape as SceneShape,
 };
+use mercury_common::turns::about_axis;
 
 use crate::boundaries::Solid;
 use crate::contact::parameter::short;
@@ -48,7 +49,7 @@ fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
     let turn = source
         .rotate
         .as_ref()
-        .map(|turn| DQuat::from_axis_angle(turn.axis.normalize(), turn.degrees.to_radians()));
+        .map(|turn| about_axis(turn.axis.normalize(), turn.degrees.to_radians()));
     let (scale, offset) = (*source.scale, *source.offset);
     move |x: DVec3| {
         let scaled = x * scale;

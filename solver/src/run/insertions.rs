@@ -142,7 +142,7 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
             )
         } else {
             // Dvoretzky, Kiefer and Wolfowitz 1956 with the constant of Massart 1990: an upper bound.
-            let p = (2.0_f64 * f64::exp(-2.0 * n * largest * largest)).min(1.0);
+            let p = (2.0_f64 * libm::exp(-2.0 * n * largest * largest)).min(1.0);
             format!(
                 "{}: random sizes differ as much with a probability of {} % at most",
                 if p < LEVEL { "FAILED" } else { "PASSED" },

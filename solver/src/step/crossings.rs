@@ -4,7 +4,8 @@
 //! nothing there, or is pushed out to where it should not be. So where a particle and a wall may come nearer by more than [`SEEN`] of its radius in a step, the
 //! way of the one past the other is followed; and so is that of a particle which leaves the domain before a contact can see it.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
+use mercury_common::turns::by_vector;
 
 use super::Engine;
 use crate::forces::{Alarm, AlarmKind, Alarms, Other};
@@ -51,7 +52,7 @@ impl<'a> Passing<'a> {
             // The velocity is that of the middle of the step.
             let moved = state.velocity.velocity * dt;
             let end = state.velocity.origin + 0.5 * moved;
-            let turn = DQuat::from_scaled_axis(-dt * state.velocity.angular_velocity);
+            let turn = by_vector(-dt * state.velocity.angular_velocity);
             let before = (state.pose).then(&Pose::about(end, turn, -moved));
             let (about, reach) = (images.min + 0.5 * images.size, images.size.length());
             passing.way = wall
@@ -79,7 +80,7 @@ impl<'a> Passing<'a> {
         let then = centre - particle.velocity * time;
         // Carried along with the wall to where that is now.
         let from_origin = then - (motion.origin - motion.velocity * time);
-        let turn = DQuat::from_scaled_axis(motion.angular_velocity * time);
+        let turn = by_vector(motion.angular_velocity * time);
         (self.wall.state).into_wall(motion.origin + turn * from_origin)
     }
 

@@ -223,7 +223,7 @@ fn cosine_and_sinc(s: f64) -> [f64; 2] {
         ]
     } else {
         let angle = s.sqrt();
-        [angle.cos(), angle.sin() / angle]
+        [libm::cos(angle), libm::sin(angle) / angle]
     }
 }
 

@@ -5,6 +5,7 @@ use super::motion_table::MotionTable;
 use super::pose::{Pose, RigidVelocity};
 use super::servo::{Servo, ServoState};
 use glam::{DQuat, DVec3};
+use mercury_common::turns::{about_axis, by_vector};
 use std::f64::consts::TAU;
 
 /// One motion. Before `from` (s) it has moved nothing, after `until` (s) it stays as it was then.
@@ -172,7 +173,7 @@ impl Component {
                 until,
             } => {
                 let angle = angular_velocity * elapsed(time, *from, *until);
-                Pose::about(*origin, DQuat::from_axis_angle(*axis, angle), DVec3::ZERO)
+                Pose::about(*origin, about_axis(*axis, angle), DVec3::ZERO)
             }
             Self::Oscillation {
                 amplitude,
@@ -182,15 +183,11 @@ impl Component {
                 until,
             } => {
                 let angle = TAU * frequency * elapsed(time, *from, *until) + phase;
-                shift(*amplitude * (angle.sin() - phase.sin()))
+                shift(*amplitude * (libm::sin(angle) - libm::sin(*phase)))
             }
             Self::Table { table, origin } => {
                 let (displacement, rotation_vector) = table.at(time);
-                Pose::about(
-                    *origin,
-                    DQuat::from_scaled_axis(rotation_vector),
-                    displacement,
-                )
+                Pose::about(*origin, by_vector(rotation_vector), displacement)
             }
             Self::Servo(servo) => servo.pose(driven),
         }
@@ -226,7 +223,7 @@ impl Component {
                 until,
             } => {
                 let angle = TAU * frequency * elapsed(time, *from, *until) + phase;
-                let rate = TAU * frequency * angle.cos() * running(time, *from, *until);
+                let rate = TAU * frequency * libm::cos(angle) * running(time, *from, *until);
                 RigidVelocity {
                     velocity: *amplitude * rate,
                     ..RigidVelocity::REST
@@ -288,7 +285,7 @@ impl Component {
                 if duration == 0.0 || *frequency == 0.0 {
                     return (0.0, ball);
                 }
-                let stroke = amplitude.length() * (1.0 + phase.sin().abs());
+                let stroke = amplitude.length() * (1.0 + libm::sin(*phase).abs());
                 (TAU * frequency * amplitude.length(), ball.grown(stroke))
             }
             Self::Table { table, origin } => {

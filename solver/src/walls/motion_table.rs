@@ -215,7 +215,7 @@ enum Piece<'a> {
 /// `(1 - cos a)/a^2` and `(a - sin a)/a^3`.
 fn left_jacobian(angle: f64) -> (f64, f64) {
     let a2 = angle * angle;
-    let half_sine = (0.5 * angle).sin();
+    let half_sine = libm::sin(0.5 * angle);
     // Below 0.1 the difference a - sin(a) loses digits; the series is then exact to round-off, its next
     // term being a^8/11! of the first.
     let first = if angle > 1e-4 {
@@ -224,7 +224,7 @@ fn left_jacobian(angle: f64) -> (f64, f64) {
         0.5 - a2 / 24.0
     };
     let second = if angle > 0.1 {
-        (angle - angle.sin()) / (a2 * angle)
+        (angle - libm::sin(angle)) / (a2 * angle)
     } else {
         1.0 / 6.0 - a2 * (1.0 / 120.0 - a2 * (1.0 / 5040.0 - a2 / 362_880.0))
     };

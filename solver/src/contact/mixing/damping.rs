@@ -24,15 +24,15 @@ pub fn restitution_of(pair: &Pair<'_>, zeta: f64) -> f64 {
     let squared = 1.0 - zeta * zeta;
     match pair.conventions.clamp_tension {
         false if squared <= 0.0 => 0.0,
-        false => (-PI * zeta / squared.sqrt()).exp(),
-        true if squared.abs() < 1e-12 => (-2.0f64).exp(),
+        false => libm::exp(-PI * zeta / squared.sqrt()),
+        true if squared.abs() < 1e-12 => libm::exp(-2.0),
         true if squared > 0.0 => {
             let s = squared.sqrt();
-            (-zeta / s * (PI - (2.0 * zeta * s).atan2(1.0 - 2.0 * zeta * zeta))).exp()
+            libm::exp(-zeta / s * (PI - libm::atan2(2.0 * zeta * s, 1.0 - 2.0 * zeta * zeta)))
         }
         true => {
             let s = (-squared).sqrt();
-            (-zeta / s * ((zeta + s) / (zeta - s)).ln()).exp()
+            libm::exp(-zeta / s * libm::log((zeta + s) / (zeta - s)))
         }
     }
 }

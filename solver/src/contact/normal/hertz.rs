@@ -59,19 +59,18 @@ impl Hertz {
     /// The constant is 4 sqrt(pi) Gamma(2/5) / (5 Gamma(9/10)) (15/16)^(2/5) (Hertz 1882).
     #[must_use]
     pub fn collision_time(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
-        2.868_265_699_195_331
-            * (effective_mass * effective_mass
-                / (effective_radius * self.effective_modulus * self.effective_modulus * speed))
-                .powf(0.2)
+        let fifth_power = effective_mass * effective_mass
+            / (effective_radius * self.effective_modulus * self.effective_modulus * speed);
+        2.868_265_699_195_331 * libm::pow(fifth_power, 0.2)
     }
 
     /// Largest overlap (m) of an elastic collision at the relative speed v (m/s):
     /// (15/16 m* v^2 / (E* sqrt R*))^(2/5).
     #[must_use]
     pub fn largest_overlap(&self, effective_mass: f64, effective_radius: f64, speed: f64) -> f64 {
-        (15.0 / 16.0 * effective_mass * speed * speed
-            / (self.effective_modulus * effective_radius.sqrt()))
-        .powf(0.4)
+        let ratio = 15.0 / 16.0 * effective_mass * speed * speed
+            / (self.effective_modulus * effective_radius.sqrt());
+        libm::pow(ratio, 0.4)
     }
 }
 

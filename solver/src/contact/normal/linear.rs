@@ -84,7 +84,7 @@ impl Linear {
     pub fn restitution(&self, effective_mass: f64) -> f64 {
         match self.collision_time(effective_mass) {
             Some(time) => {
-                (-self.dissipation_at(effective_mass) * time / (2.0 * effective_mass)).exp()
+                libm::exp(-self.dissipation_at(effective_mass) * time / (2.0 * effective_mass))
             }
             None => 0.0,
         }
@@ -123,8 +123,8 @@ pub fn damping_ratio(restitution: f64) -> f64 {
     if restitution <= 0.0 {
         return 1.0;
     }
-    let log = restitution.ln();
-    log.abs() / PI.hypot(log)
+    let log = libm::log(restitution);
+    log.abs() / libm::hypot(PI, log)
 }
 
 /// Fraction of critical damping that gives the restitution e in (0, 1] when tensile forces are cut.
@@ -140,13 +140,13 @@ pub fn damping_ratio_clamped(restitution: f64) -> f64 {
     let clamped = |zeta: f64| -> f64 {
         let squared = 1.0 - zeta * zeta;
         if squared.abs() < 1e-12 {
-            (-2.0f64).exp()
+            libm::exp(-2.0)
         } else if squared > 0.0 {
             let s = squared.sqrt();
-            (-zeta / s * (PI - (2.0 * zeta * s).atan2(1.0 - 2.0 * zeta * zeta))).exp()
+            libm::exp(-zeta / s * (PI - libm::atan2(2.0 * zeta * s, 1.0 - 2.0 * zeta * zeta)))
         } else {
             let s = (-squared).sqrt();
-            (-zeta / s * ((zeta + s) / (zeta - s)).ln()).exp()
+            libm::exp(-zeta / s * libm::log((zeta + s) / (zeta - s)))
         }
     };
     let (mut low, mut high) = (0.0, 1.0);
@@ -321,7 +321,7 @@ fn from_collision(pair: &Pair<'_>, time: f64, e: f64, mass: f64) -> (f64, f64) {
     let frequency = if zeta == 0.0 || e == 0.0 {
         PI / time
     } else {
-        e.ln().abs() / (zeta * time)
+        libm::log(e).abs() / (zeta * time)
     };
     (0.5 * mass * frequency * frequency, zeta)
 }
@@ -384,5 +384,19 @@ mod tests {
         let mass = 1.0 / (1.0 + 1.0 / 3.0);
         assert!((law.collision_time(mass).unwrap() - 0.0244424440946).abs() < 1e-12);
         assert!((law.restitution(mass) - 0.7478145602066).abs() < 1e-12);
+    }
+
+    /// Bits that every processor gives, whatever the mathematics library of its system.
+    #[test]
+    fn bits_of_damping_are_frozen() {
+        let mix = |sum: u64, number: f64| sum.rotate_left(5).wrapping_add(number.to_bits());
+        let sums = (1..1000).fold([0; 2], |[plain, clamped], k| {
+            let e = f64::from(k) / 1000.0;
+            [
+                mix(plain, damping_ratio(e)),
+                mix(clamped, damping_ratio_clamped(e)),
+            ]
+        });
+        assert_eq!(sums, [0x2e15_5710_fefc_ff90, 0xfc6c_36bc_17cd_1adf]);
     }
 }

@@ -252,7 +252,7 @@ impl Mesh {
                     .total_cmp(&b.distance)
                     .then(a.feature.cmp(&b.feature))
             });
-            let linked = SMOOTH_ANGLE.to_radians().cos();
+            let linked = libm::cos(SMOOTH_ANGLE.to_radians());
             for leader in 0..minima.len() {
                 if !minima[leader].leads {
                     continue;

@@ -361,7 +361,7 @@ impl Mesh {
     /// What pictures and files of the surface need: the triangles in the order of the file, without those that have no area.
     #[must_use]
     pub fn outline(&self) -> Outline {
-        let least = DRAWN_ANGLE.to_radians().cos();
+        let least = libm::cos(DRAWN_ANGLE.to_radians());
         let faces = self.facets.len() as u32;
         let edges = self
             .topology

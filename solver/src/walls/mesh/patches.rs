@@ -39,7 +39,7 @@ impl Membership {
 
 /// Sets [`Facet::patch`] of all facets.
 pub(super) fn find_patches(facets: &mut [Facet], topology: &Topology, corners: usize) {
-    let straight = BEND.to_radians().cos();
+    let straight = libm::cos(BEND.to_radians());
     let mut border = Vec::new();
     for first in 0..facets.len() {
         if facets[first].patch != Membership::NONE {

@@ -1,6 +1,7 @@
 //! Which triangles meet at which edges and corners.
 
 use glam::DVec3;
+use mercury_common::turns::angle_between;
 
 use super::facet::Facet;
 
@@ -107,7 +108,7 @@ impl Topology {
             for k in 0..3 {
                 let [at, next, last] =
                     [k, (k + 1) % 3, (k + 2) % 3].map(|k| vertices[triangle[k] as usize]);
-                corners[triangle[k] as usize] += normal * (next - at).angle_between(last - at);
+                corners[triangle[k] as usize] += normal * angle_between(next - at, last - at);
             }
         }
         self.edge_normals = (0..self.edges.len())
