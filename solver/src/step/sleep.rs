@@ -41,7 +41,7 @@ pub(super) struct Sleep {
     counts: SleepCounts,
     /// How many sleep.
     asleep: u64,
-    /// All sleepers are to be tested, not only those beside somebody awake: the lists are new, and somebody may have gone.
+    /// All sleepers are to be tested, not only those beside somebody awake: the lists are new, and somebody may have gone, or somebody fell asleep.
     tests_all: bool,
 
     // What follows from the rest of the state.
@@ -294,7 +294,9 @@ impl Engine {
             return;
         };
         let is_listed_anew = sleep.settled_at != self.lists.rebuilds;
-        sleep.tests_all = is_listed_anew;
+        // Who fell asleep was slow, and no dashpot resists any more: whoever was held back by one is out of balance now, and may have no neighbour
+        // that is awake.
+        sleep.tests_all = is_listed_anew || sleep.has_new;
         if is_listed_anew {
             sleep.settled_at = self.lists.rebuilds;
             // Rows are others, and some sleepers may be gone or near a wall that moves. Of these nothing is held yet.
