@@ -331,8 +331,12 @@ fn as_json(table: toml::Table) -> Result<String, Failure> {
 
 /// What the progress line says of a run.
 fn told(progress: &Progress<'_>) -> String {
+    let asleep = match progress.engine.sleepers() {
+        Some((asleep, _)) => format!(" ({asleep} asleep)"),
+        None => String::new(),
+    };
     format!(
-        "t = {:.4e} s  {} particles  {:.2e} particle-steps/s  Ekin {:.2e} J",
+        "t = {:.4e} s  {} particles{asleep}  {:.2e} particle-steps/s  Ekin {:.2e} J",
         progress.engine.time(),
         progress.engine.particles.len(),
         progress.particle_steps as f64 / progress.seconds.max(1e-9),

@@ -166,10 +166,9 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     } else {
         None
     };
-    let sleeping = step.as_ref().and_then(|(dt, _)| {
-        let remarks = (&mut warnings, &mut notes);
-        sleeping(scene, &sizes, *dt, remarks, &mut errors)
-    });
+    let sleeping = step
+        .as_ref()
+        .and_then(|(dt, _)| sleeping(scene, &sizes, *dt, &mut notes, &mut errors));
     let Some((time_step, step_plan)) = step.filter(|_| errors.is_empty()) else {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));

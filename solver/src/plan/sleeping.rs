@@ -30,7 +30,7 @@ pub(super) fn sleeping(
     scene: &Scene,
     sizes: &Sizes,
     dt: f64,
-    (warnings, notes): (&mut Vec<String>, &mut Vec<String>),
+    notes: &mut Vec<String>,
     errors: &mut Vec<SceneError>,
 ) -> Option<Sleeping> {
     let table = scene.sleeping.as_ref()?;
@@ -78,10 +78,6 @@ pub(super) fn sleeping(
         );
         let help = format!("sleeping.after of {LEAST} steps at least");
         return refuse(place.error(message), &help);
-    }
-    if !scene.clumps.is_empty() {
-        let warning = "sleeping: clumps never sleep in this version, only spheres do";
-        warnings.push(warning.to_owned());
     }
     let of = if after_is.is_empty() && speed_is.is_empty() {
         String::new()

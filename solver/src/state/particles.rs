@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
+    ASLEEP, Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
     PebbleIndex, Pieces, Plain, PrescribedBody, Row,
 };
 
@@ -203,6 +203,31 @@ impl Particles {
     #[must_use]
     pub fn is_prescribed(&self, row: usize) -> bool {
         self.records[row].flags & PRESCRIBED != 0
+    }
+
+    /// Whether there is somebody of whose motion some is prescribed.
+    #[must_use]
+    pub fn has_prescribed(&self) -> bool {
+        let of_bodies = |bodies: &Bodies| !bodies.prescribed.is_empty();
+        !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
+    }
+
+    /// Takes the motion of a body and its pebbles, which sleep from now on.
+    pub(crate) fn put_body_to_rest(&mut self, body: usize) {
+        let Some(bodies) = &mut self.bodies else {
+            return;
+        };
+        let body = &mut bodies.all[body];
+        body.flags |= ASLEEP;
+        body.velocity = DVec3::ZERO;
+        body.angular_momentum = DVec3::ZERO;
+        body.angular_velocity = DVec3::ZERO;
+        for pebble in &bodies.pebbles[body.pebbles()] {
+            let record = &mut self.records[pebble.row.index()];
+            record.flags |= ASLEEP;
+            record.velocity = DVec3::ZERO;
+            record.angular_velocity = DVec3::ZERO;
+        }
     }
 
     /// Whether the row is a pebble of a body.

@@ -7,9 +7,10 @@
 use glam::DVec3;
 
 use super::Engine;
+use crate::bodies::BodyStep;
 use crate::forces::MotionBound;
 use crate::plan::Sleeping;
-use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, ROUSED, Row};
+use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, ROUSED, Row};
 use crate::walls::{Pose, Shape, WallNow};
 
 /// To fall asleep, this part of the imbalance that rouses is allowed: who was just put to rest shall not be roused by round-off.
@@ -17,7 +18,7 @@ const CALM: f64 = 0.5;
 /// Place of who was not slow at the last look: far from everywhere.
 const NOWHERE: DVec3 = DVec3::INFINITY;
 
-/// What was counted of sleepers since the start.
+/// What was counted of sleepers since the start; pebbles count each.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SleepCounts {
     /// Steps times particles.
@@ -118,20 +119,54 @@ impl Sleep {
         }
     }
 
-    /// Rouses a sleeper.
-    fn rouse(&mut self, row: usize, record: &mut Particle) {
+    /// Rouses a sleeper; of a body all pebbles.
+    fn rouse(&mut self, row: usize, particles: &mut Particles) {
+        match particles
+            .bodies
+            .as_mut()
+            .and_then(|bodies| Some((bodies.body_of_row(row)?, bodies)))
+        {
+            None => self.rouse_row(row, &mut particles.records[row]),
+            Some((body, bodies)) => {
+                let body = &mut bodies.all[body.index()];
+                body.flags &= !ASLEEP;
+                for pebble in &bodies.pebbles[body.pebbles()] {
+                    let row = pebble.row.index();
+                    self.rouse_row(row, &mut particles.records[row]);
+                }
+            }
+        }
+    }
+
+    fn rouse_row(&mut self, row: usize, record: &mut Particle) {
         record.flags = record.flags & !ASLEEP | ROUSED;
         self.seen_at[row] = NOWHERE;
         self.roused.push(row as u32);
         self.counts.roused += 1;
         self.asleep -= 1;
     }
+
+    /// Notes who fell asleep, with this kinetic energy (J).
+    fn count(&mut self, rows: usize, energy: f64) {
+        self.counts.energy += energy;
+        self.counts.fell_asleep += rows as u64;
+        self.asleep += rows as u64;
+        self.has_new = true;
+    }
 }
 
-/// By what part of its weight a particle is out of balance: by forces, or by torques at the lever of its radius.
-fn imbalance(record: &Particle, load: &Load, gravity: DVec3) -> f64 {
-    let force = (load.force * record.inverse_mass + gravity).length();
-    let torque = load.torque.length() * record.inverse_mass / record.radius;
+/// By what part of its weight a particle is out of balance, a pebble with its body: by forces, or by torques at the lever of its radius.
+fn imbalance(particles: &Particles, row: usize, gravity: DVec3) -> f64 {
+    let body = (particles.bodies.as_ref())
+        .and_then(|bodies| Some(&bodies.all[bodies.body_of_row(row)?.index()]));
+    let (load, radius) = match body {
+        Some(body) => (&body.load, body.radius),
+        None => (&particles.loads[row], particles.records[row].radius),
+    };
+    // Of a pebble it is that of its body.
+    let inverse_mass = particles.records[row].inverse_mass;
+    let force = (load.force * inverse_mass + gravity).length();
+    let torque = load.torque.length() * inverse_mass / radius;
     force.max(torque) / gravity.length()
 }
 
@@ -173,11 +208,28 @@ impl Engine {
         self.hold_contacts(Some(&sleep.roused));
         let physics = self.plan.physics();
         let (gravity, dt) = (physics.gravity(), physics.time_step());
+        let step = BodyStep {
+            half: 0.5 * dt,
+            drift: dt,
+            kicks: 2,
+            gravity,
+            skins: self.lists.half_skins,
+        };
         let mut fastest = MotionBound::default();
         for row in sleep.roused.drain(..) {
             let record = &mut self.particles.records[row as usize];
-            let load = &self.particles.loads[row as usize];
             record.flags &= !ROUSED;
+            if let Some(bodies) = &mut self.particles.bodies
+                && let Some(pebble) = bodies.of_row[row as usize]
+            {
+                let body = bodies.pebbles[pebble.index()].body;
+                if bodies.all[body.index()].first as usize == pebble.index() {
+                    let bound = bodies.advance_one(body, &mut self.particles.records, &step);
+                    fastest = fastest.merge(bound);
+                }
+                continue;
+            }
+            let load = &self.particles.loads[row as usize];
             record.velocity += (load.force * record.inverse_mass + gravity) * dt;
             record.position += record.velocity * dt;
             if self.turns {
@@ -215,7 +267,7 @@ impl Engine {
     /// By rows: who is near a wall that disturbs, or near a particle whose motion is prescribed.
     fn disturbed(&self, sleep: &Sleep) -> Vec<bool> {
         let mut disturbed = vec![false; self.particles.len()];
-        if sleep.stirs.contains(&true) || !self.particles.prescribed.is_empty() {
+        if sleep.stirs.contains(&true) || self.particles.has_prescribed() {
             let contacts = &self.forces.contacts;
             contacts.mark_disturbed(&self.particles, &sleep.stirs, &mut disturbed);
         }
@@ -224,27 +276,26 @@ impl Engine {
 
     fn rouse_disturbed(&mut self, sleep: &mut Sleep) {
         let disturbed = self.disturbed(sleep);
-        for (row, record) in self.particles.records.iter_mut().enumerate() {
-            if disturbed[row] && record.flags & ASLEEP != 0 {
-                sleep.rouse(row, record);
+        for (row, disturbed) in disturbed.into_iter().enumerate() {
+            if disturbed && self.particles.records[row].flags & ASLEEP != 0 {
+                sleep.rouse(row, &mut self.particles);
             }
         }
     }
 
     fn rouse_unbalanced(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
         let gravity = self.plan.physics().gravity();
-        let (records, loads) = (&mut self.particles.records, &self.particles.loads);
+        let particles = &mut self.particles;
         let tests_all = sleep.tests_all || self.forces.needs().after_contacts;
+        let rows = particles.len();
         let mut test = |row: usize| {
-            let record = &mut records[row];
-            if record.flags & ASLEEP != 0
-                && imbalance(record, &loads[row], gravity) > plan.imbalance
-            {
-                sleep.rouse(row, record);
+            let is_asleep = particles.records[row].flags & ASLEEP != 0;
+            if is_asleep && imbalance(particles, row, gravity) > plan.imbalance {
+                sleep.rouse(row, particles);
             }
         };
         if tests_all {
-            (0..loads.len()).for_each(&mut test);
+            (0..rows).for_each(&mut test);
         } else {
             let borders = self.forces.contacts.borders();
             let rows = borders.into_iter().flatten();
@@ -258,20 +309,22 @@ impl Engine {
         let (gravity, per_inertia) = (physics.gravity(), 1.0 / self.inverse_inertia);
         let way = plan.speed * plan.every as f64 * physics.time_step();
         let disturbed = self.disturbed(sleep);
-        let (records, loads) = (&mut self.particles.records, &self.particles.loads);
-        for (row, record) in records.iter_mut().enumerate() {
+        let particles = &mut self.particles;
+        for (row, &is_disturbed) in disturbed.iter().enumerate() {
+            let record = particles.records[row];
             if record.flags & (FIXED | PRESCRIBED | PEBBLE | ASLEEP) != 0 {
                 continue;
             }
             let before = &mut sleep.seen_at[row];
             // Who was not slow at the last look is infinitely far from where it was seen.
-            let is_slow = is_slow(record, plan.speed, self.turns);
+            let is_slow = is_slow(&record, plan.speed, self.turns);
             let is_calm = is_slow
                 && record.position.distance(*before) <= way
-                && !disturbed[row]
-                && imbalance(record, &loads[row], gravity) <= CALM * plan.imbalance;
+                && !is_disturbed
+                && imbalance(particles, row, gravity) <= CALM * plan.imbalance;
             *before = if is_slow { record.position } else { NOWHERE };
             if is_calm {
+                let record = &mut particles.records[row];
                 let inertia = per_inertia * record.radius * record.radius;
                 let mut squares = record.velocity.length_squared();
                 record.velocity = DVec3::ZERO;
@@ -279,11 +332,43 @@ impl Engine {
                     squares += inertia * record.angular_velocity.length_squared();
                     record.angular_velocity = DVec3::ZERO;
                 }
-                sleep.counts.energy += 0.5 * squares / record.inverse_mass;
-                sleep.counts.fell_asleep += 1;
-                sleep.asleep += 1;
-                sleep.has_new = true;
                 record.flags |= ASLEEP;
+                sleep.count(1, 0.5 * squares / record.inverse_mass);
+            }
+        }
+        self.put_bodies_to_rest(sleep, plan, &disturbed);
+    }
+
+    /// The same with bodies, each as a whole.
+    fn put_bodies_to_rest(&mut self, sleep: &mut Sleep, plan: &Sleeping, disturbed: &[bool]) {
+        let physics = self.plan.physics();
+        let way = plan.speed * plan.every as f64 * physics.time_step();
+        for index in 0..self.particles.bodies().len() {
+            let particles = &self.particles;
+            let Some(bodies) = &particles.bodies else {
+                return;
+            };
+            let body = bodies.all[index];
+            if body.flags & (FIXED | PRESCRIBED | ASLEEP) != 0 {
+                continue;
+            }
+            let is_slow = body.velocity.length() <= plan.speed
+                && body.angular_velocity.length() * body.radius <= plan.speed;
+            let pebbles = &bodies.pebbles[body.pebbles()];
+            let rows = || pebbles.iter().map(|pebble| pebble.row.index());
+            let place = |row: usize| particles.records[row].position;
+            let is_calm = is_slow
+                && rows().all(|row| place(row).distance(sleep.seen_at[row]) <= way)
+                && !rows().any(|row| disturbed[row])
+                && imbalance(particles, pebbles[0].row.index(), physics.gravity())
+                    <= CALM * plan.imbalance;
+            for row in rows() {
+                sleep.seen_at[row] = if is_slow { place(row) } else { NOWHERE };
+            }
+            if is_calm {
+                let energy = 0.5 * body.mass * body.velocity.length_squared();
+                sleep.count(pebbles.len(), energy + body.rotational_energy());
+                self.particles.put_body_to_rest(index);
             }
         }
     }
@@ -325,9 +410,9 @@ impl Engine {
     /// Rouses all sleepers: something has changed that nobody looks for.
     pub(super) fn rouse_all(&mut self) {
         if let Some(sleep) = &mut self.sleep {
-            for (row, record) in self.particles.records.iter_mut().enumerate() {
-                if record.flags & ASLEEP != 0 {
-                    sleep.rouse(row, record);
+            for row in 0..self.particles.len() {
+                if self.particles.records[row].flags & ASLEEP != 0 {
+                    sleep.rouse(row, &mut self.particles);
                 }
             }
         }

@@ -88,7 +88,7 @@ impl<H> Block<H> {
         for near in &self.near_walls {
             disturbed[near.row as usize] |= walls[near.wall.index()];
         }
-        if particles.prescribed.is_empty() {
+        if !particles.has_prescribed() {
             return;
         }
         let drives = |row: usize| particles.records[row].flags & (PRESCRIBED | FIXED) == PRESCRIBED;

@@ -5,46 +5,64 @@ use std::sync::Arc;
 
 use mercury_common::scene::Files;
 use mercury_solver::plan::{parse_scene, plan};
+use mercury_solver::state::PEBBLE;
 use mercury_solver::step::Engine;
 
-pub(crate) const G: f64 = 9.81;
+/// m/s^2
+pub const G: f64 = 9.81;
 /// Of spheres that stand alone, and the mean of others, m.
-pub(crate) const R: f64 = 1e-3;
-pub(crate) const D: f64 = 2.0 * R;
+pub const R: f64 = 1e-3;
+/// Their diameter, m.
+pub const D: f64 = 2.0 * R;
 /// N/m
-pub(crate) const STIFFNESS: f64 = 500.0;
+pub const STIFFNESS: f64 = 500.0;
 /// s; a fourteenth of the contact time of two.
-pub(crate) const TIME_STEP: f64 = 2e-5;
+pub const TIME_STEP: f64 = 2e-5;
 /// Default of `sleeping.imbalance`.
-pub(crate) const IMBALANCE: f64 = 0.1;
+pub const IMBALANCE: f64 = 0.1;
 /// Sizes of beds: no crystals.
-pub(crate) const SIZES: &str = r#"psd = { kind = "uniform", min_diameter = 1.8e-3, max_diameter = 2.2e-3, weighting = "number" }"#;
+pub const SIZES: &str = r#"psd = { kind = "uniform", min_diameter = 1.8e-3, max_diameter = 2.2e-3, weighting = "number" }"#;
 const FRICTION: &str = r#"tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }
         rolling = { law = "luding", friction = 0.1, dissipation = 0.01 }"#;
 
+/// Of bodies, which are heavier, so that their springs need a dashpot each.
+const DAMPED: &str = r#"tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5, dissipation = 0.02 }
+        rolling = { law = "luding", friction = 0.1, dissipation = 0.01 }"#;
+
 /// Of a sphere of radius [`R`], kg.
-pub(crate) fn mass() -> f64 {
+#[must_use]
+pub fn mass() -> f64 {
     2000.0 * 4.0 / 3.0 * std::f64::consts::PI * R.powi(3)
 }
 
 /// Of all particles, N.
-pub(crate) fn weight(engine: &Engine) -> f64 {
-    let records = engine.particles.records.iter();
-    G * records.map(|record| 1.0 / record.inverse_mass).sum::<f64>()
+#[must_use]
+pub fn weight(engine: &Engine) -> f64 {
+    let particles = &engine.particles;
+    let spheres = particles.records.iter().filter(|p| p.flags & PEBBLE == 0);
+    let spheres: f64 = spheres.map(|record| 1.0 / record.inverse_mass).sum();
+    let bodies: f64 = particles.bodies().iter().map(|body| body.mass).sum();
+    G * (spheres + bodies)
 }
 
 /// What the walls carry in the watched step just made, N.
-pub(crate) fn load_on_walls(engine: &Engine) -> f64 {
+#[must_use]
+pub fn load_on_walls(engine: &Engine) -> f64 {
     let walls = engine.observation().walls;
     walls.iter().map(|(load, _)| -load.force.z).sum()
 }
 
-pub(crate) fn asleep(engine: &Engine) -> Option<u64> {
+/// How many rows sleep; `None` where nobody may.
+#[must_use]
+pub fn asleep(engine: &Engine) -> Option<u64> {
     Some(engine.sleepers()?.0)
 }
 
 /// Goes on by so many seconds.
-pub(crate) fn advance_by(engine: &mut Engine, time: f64) {
+///
+/// # Panics
+/// If the motion does not stay finite.
+pub fn advance_by(engine: &mut Engine, time: f64) {
     let steps = (time / TIME_STEP).round() as u64;
     engine.steps_at_once(steps, None).unwrap();
     engine.complete_step().unwrap();
@@ -52,7 +70,7 @@ pub(crate) fn advance_by(engine: &mut Engine, time: f64) {
 
 /// A scene over a floor at z = 0, to be completed.
 #[derive(Debug, Clone)]
-pub(crate) struct Scene {
+pub struct Scene {
     domain: String,
     floor: String,
     laws: &'static str,
@@ -60,7 +78,9 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    pub(crate) fn empty() -> Self {
+    /// Nothing but the floor, in a wide domain.
+    #[must_use]
+    pub fn empty() -> Self {
         Self {
             domain: "min = [-0.05, -0.02, -0.05], max = [0.05, 0.02, 0.1]".to_owned(),
             floor: String::new(),
@@ -69,18 +89,30 @@ impl Scene {
         }
     }
 
-    /// `count` spheres fall into a periodic box of 4 by 4 diameters.
-    pub(crate) fn bed(count: u32) -> Self {
+    /// A periodic box of 4 by 4 diameters.
+    #[must_use]
+    pub fn periodic() -> Self {
         Self {
             domain: r#"min = [0, 0, -0.05], max = [0.008, 0.008, 0.1], periodic = ["x", "y"]"#
                 .to_owned(),
             ..Self::empty()
         }
-        .filled(count, [0.0, 0.008])
+    }
+
+    /// `count` spheres fall into it.
+    #[must_use]
+    pub fn bed(count: u32) -> Self {
+        Self::periodic().filled(count, [0.0, 0.008])
+    }
+
+    /// Runs it with and without sleepers.
+    pub fn both<T>(&self, run: impl Fn(&mut Engine) -> T) -> [T; 2] {
+        ["sleeping = {}", ""].map(|sleeping| run(&mut self.start(sleeping)))
     }
 
     /// `count` spheres fall into a trough that is periodic along y, and ends at x = 0 and, m, at `length`; `keys`: of the wall there.
-    pub(crate) fn trough(length: f64, count: u32, keys: &str) -> Self {
+    #[must_use]
+    pub fn trough(length: f64, count: u32, keys: &str) -> Self {
         let mut scene = Self {
             domain: r#"min = [-0.001, 0, -0.05], max = [0.3, 0.008, 0.1], periodic = ["y"]"#
                 .to_owned(),
@@ -110,17 +142,22 @@ impl Scene {
     }
 
     /// Keys of the floor.
-    pub(crate) fn floor(mut self, keys: &str) -> Self {
+    #[must_use]
+    pub fn floor(mut self, keys: &str) -> Self {
         keys.clone_into(&mut self.floor);
         self
     }
 
-    pub(crate) fn frictionless(mut self) -> Self {
+    /// The same without friction.
+    #[must_use]
+    pub fn frictionless(mut self) -> Self {
         self.laws = "";
         self
     }
 
-    pub(crate) fn periodic_x(mut self, half: f64) -> Self {
+    /// Periodic along x, from -`half` to `half` (m).
+    #[must_use]
+    pub fn periodic_x(mut self, half: f64) -> Self {
         self.domain = format!(
             r#"min = [-{half}, -0.02, -0.05], max = [{half}, 0.02, 0.1], periodic = ["x"]"#
         );
@@ -128,12 +165,15 @@ impl Scene {
     }
 
     /// Further tables.
-    pub(crate) fn and(mut self, tables: &str) -> Self {
+    #[must_use]
+    pub fn and(mut self, tables: &str) -> Self {
         self.more.push_str(tables);
         self
     }
 
-    pub(crate) fn sphere(self, place: [f64; 3], keys: &str) -> Self {
+    /// And a sphere of radius [`R`] at `place` (m); `keys`: of it.
+    #[must_use]
+    pub fn sphere(self, place: [f64; 3], keys: &str) -> Self {
         let table = format!(
             "[[particles]]\nmaterial = \"m\"\nradius = {R}\nposition = {place:?}\n{keys}\n"
         );
@@ -141,15 +181,29 @@ impl Scene {
     }
 
     /// Eight times as heavy as the others, with the same springs.
-    pub(crate) fn steel(self) -> Self {
+    #[must_use]
+    pub fn steel(self) -> Self {
         let laws = self.laws;
         self.and(&format!(
             "[materials.steel]\ndensity = 16000.0\nnormal = {{ law = \"linear\", stiffness = {STIFFNESS:?}, restitution = 0.3 }}\n{laws}\n"
         ))
     }
 
+    /// Knows a rod of three spheres of radius [`R`] as the clump `rod` of scale 0.2, and a box of 8 x 24 x 48 mm as `domino`.
+    #[must_use]
+    pub fn clumps(mut self) -> Self {
+        self.laws = DAMPED;
+        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes");
+        self.and(&format!(
+            "[clumps.rod]\nfile = \"{root}/rod.clump.toml\"\nmaterial = \"m\"\n[clumps.domino]\nfile = \"{root}/clumps/domino.clump.toml\"\nmaterial = \"m\"\n"
+        ))
+    }
+
     /// The start of it; `sleeping`: that table, or nothing.
-    pub(crate) fn start(&self, sleeping: &str) -> Engine {
+    ///
+    /// # Panics
+    /// If it is no scene.
+    pub fn start(&self, sleeping: &str) -> Engine {
         let text = format!(
             r#"
         seed = 1
