@@ -620,11 +620,9 @@ mod tests {
     fn other_versions_and_other_files_are_named() {
         assert_eq!(decoded(b"PNG").unwrap_err(), DecodeError::Foreign);
         let mut bytes = encoded(&(Vec::new(), (String::new(), [false; 3])));
-        bytes[8] = 9;
-        assert_eq!(
-            decoded(&bytes).unwrap_err(),
-            DecodeError::Version { found: 9 }
-        );
+        let found = VERSION + 1;
+        bytes[8..12].copy_from_slice(&found.to_le_bytes());
+        assert_eq!(decoded(&bytes).unwrap_err(), DecodeError::Version { found });
     }
 
     #[test]
