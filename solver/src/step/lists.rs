@@ -89,7 +89,7 @@ impl Engine {
             self.lists.skin.adapt(
                 self.lists.validity.steps,
                 idle as f64 / self.particles.len().max(1) as f64,
-                self.forces.contacts.saved_numbers() > 0,
+                !self.forces.contacts.history_columns().is_empty(),
             );
         }
         let parallel = in_pool();
