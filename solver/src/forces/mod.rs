@@ -27,7 +27,7 @@ pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::HistoryNumber;
 use crate::lanes::Width;
-use crate::neighbours::{CandidateList, Images};
+use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row};
 use crate::walls::WallNow;
 
@@ -70,13 +70,24 @@ pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> MotionBound + S
 pub struct MotionBound {
     /// Largest v^2, m^2/s^2.
     pub squared_speed: f64,
-    /// Largest square of the speed over half the own skin, 1/s^2 ([`HalfSkins`](crate::neighbours::HalfSkins)).
+    /// Largest square of the speed over half the own skin, 1/s^2 ([`HalfSkins`]).
     pub squared_part: f64,
     /// Sum of v^2 and w^2 without regard to units: a test for numbers.
     pub sum_of_squares: f64,
 }
 
 impl MotionBound {
+    /// Of a particle that moves with its velocity.
+    #[must_use]
+    pub fn of(record: &Particle, skins: &HalfSkins) -> Self {
+        let squared_speed = record.velocity.length_squared();
+        Self {
+            squared_speed,
+            squared_part: skins.squared_part(record.radius, squared_speed),
+            sum_of_squares: squared_speed + record.angular_velocity.length_squared(),
+        }
+    }
+
     /// Of both groups.
     #[must_use]
     pub fn merge(self, other: Self) -> Self {

@@ -2,9 +2,7 @@
 
 use super::levels::CLASSES;
 use super::{ExtraSkins, Levels};
-use crate::forces::MotionBound;
 use crate::lanes::Real;
-use crate::state::Particle;
 
 /// Half the skin of each level of sizes, without what few of a level have more: the speed of a particle over it is the part of its skin that it uses
 /// up in a time.
@@ -57,17 +55,6 @@ impl HalfSkins {
             per_square = L::select(larger, L::splat(self.levels[k][1]), per_square);
         }
         squared_speed * per_square
-    }
-
-    /// Of a particle that moves with its velocity.
-    #[must_use]
-    pub fn motion(&self, record: &Particle) -> MotionBound {
-        let squared_speed = record.velocity.length_squared();
-        MotionBound {
-            squared_speed,
-            squared_part: self.squared_part(record.radius, squared_speed),
-            sum_of_squares: squared_speed + record.angular_velocity.length_squared(),
-        }
     }
 }
 

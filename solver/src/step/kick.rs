@@ -108,7 +108,7 @@ impl Engine {
                     record.angular_velocity[axis] = spin;
                 }
             }
-            fastest = fastest.merge(self.lists.half_skins.motion(record));
+            fastest = fastest.merge(MotionBound::of(record, &self.lists.half_skins));
         }
         fastest
     }

@@ -237,7 +237,7 @@ impl Engine {
                 let per_torque = self.inverse_inertia * record.inverse_mass / squared;
                 record.angular_velocity += load.torque * (per_torque * dt);
             }
-            fastest = fastest.merge(self.lists.half_skins.motion(record));
+            fastest = fastest.merge(MotionBound::of(record, &self.lists.half_skins));
         }
         fastest
     }
