@@ -118,7 +118,7 @@ impl fmt::Display for Report {
             duration(self.total_seconds)
         )?;
         if let Some(sleeping) = &s.sleeping {
-            writeln!(f, "  sleeping   {}", told(sleeping, s))?;
+            writeln!(f, "  sleeping   {}", told(sleeping))?;
         }
         for line in &self.insertions {
             writeln!(f, "  insertion  {line}")?;
@@ -140,11 +140,10 @@ impl fmt::Display for Report {
 }
 
 /// Who sleeps, and what it was good for.
-fn told(sleeping: &SleepSummary, summary: &Summary) -> String {
+fn told(sleeping: &SleepSummary) -> String {
     format!(
-        "{} of {} asleep, {:.1} % of all particle-steps left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
+        "{} spheres and pebbles asleep, {:.1} % of all particle-steps left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
         sleeping.asleep,
-        summary.particles,
         100.0 * sleeping.share,
         sleeping.fell_asleep,
         sleeping.roused,
