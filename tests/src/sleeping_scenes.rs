@@ -21,7 +21,7 @@ pub const TIME_STEP: f64 = 2e-5;
 /// Default of `sleeping.imbalance`.
 pub const IMBALANCE: f64 = 0.1;
 /// Sizes of beds: no crystals.
-pub const SIZES: &str = r#"psd = { kind = "uniform", min_diameter = 1.8e-3, max_diameter = 2.2e-3, weighting = "number" }"#;
+const SIZES: &str = r#"psd = { kind = "uniform", min_diameter = 1.8e-3, max_diameter = 2.2e-3, weighting = "number" }"#;
 const FRICTION: &str = r#"tangential = { law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }
         rolling = { law = "luding", friction = 0.1, dissipation = 0.01 }"#;
 
@@ -52,7 +52,7 @@ pub fn load_on_walls(engine: &Engine) -> f64 {
     walls.iter().map(|(load, _)| -load.force.z).sum()
 }
 
-/// How many rows sleep; `None` where nobody may.
+/// How many sleep, a clump as one; `None` where nobody may.
 #[must_use]
 pub fn asleep(engine: &Engine) -> Option<u64> {
     Some(engine.sleepers()?.0)
@@ -169,6 +169,23 @@ impl Scene {
     pub fn and(mut self, tables: &str) -> Self {
         self.more.push_str(tables);
         self
+    }
+
+    /// And so many grains per second from `from` (s) on, over the middle of a bed, until there are `number`.
+    #[must_use]
+    pub fn rain(self, number: u32, rate: u32, from: f64) -> Self {
+        self.and(&format!(
+            r#"
+            [[insertions]]
+            name = "rain"
+            region = {{ shape = "box", min = [0.001, 0.001, 0.03], max = [0.007, 0.007, 0.04] }}
+            material = "m"
+            {SIZES}
+            total = {{ number = {number} }}
+            rate = {{ number = {rate} }}
+            from = {from}
+        "#
+        ))
     }
 
     /// And a sphere of radius [`R`] at `place` (m); `keys`: of it.

@@ -8,8 +8,8 @@ use mercury_solver::forces::Watch;
 use mercury_solver::state::{ASLEEP, Particle};
 use mercury_solver::step::Engine;
 use mercury_tests::sleeping_scenes::{
-    D, G, IMBALANCE, R, SIZES, STIFFNESS, Scene, TIME_STEP, advance_by, asleep, load_on_walls,
-    mass, weight,
+    D, G, IMBALANCE, R, STIFFNESS, Scene, TIME_STEP, advance_by, asleep, load_on_walls, mass,
+    weight,
 };
 
 /// Seconds in which a sound goes through a bed of this depth (m), about: d sqrt(m/k) for a layer.
@@ -219,18 +219,7 @@ fn a_side_wall_that_goes_lets_the_bed_flow() {
 /// Rain on a bed that sleeps: in the end all sleep, and the floor carries all of it.
 #[test]
 fn rain_on_a_sleeping_bed_ends_up_on_the_floor() {
-    let scene = Scene::bed(60).and(&format!(
-        r#"
-        [[insertions]]
-        name = "rain"
-        region = {{ shape = "box", min = [0.001, 0.001, 0.03], max = [0.007, 0.007, 0.04] }}
-        material = "m"
-        {SIZES}
-        total = {{ number = 60 }}
-        rate = {{ number = 120 }}
-        from = 0.2
-    "#
-    ));
+    let scene = Scene::bed(60).rain(60, 120, 0.2);
     let [with, without] = scene.both(|engine| {
         advance_by(engine, 0.95);
         engine.step(Some(Watch::default())).unwrap();
@@ -250,18 +239,7 @@ fn rain_on_a_sleeping_bed_ends_up_on_the_floor() {
 /// Whoever sleeps on was in balance: in each step of a restless scene, no sleeper that was out of balance after one step sleeps after the next.
 #[test]
 fn nobody_sleeps_out_of_balance() {
-    let scene = Scene::bed(60).and(&format!(
-        r#"
-        [[insertions]]
-        name = "rain"
-        region = {{ shape = "box", min = [0.001, 0.001, 0.03], max = [0.007, 0.007, 0.04] }}
-        material = "m"
-        {SIZES}
-        total = {{ number = 5 }}
-        rate = {{ number = 20 }}
-        from = 0.3
-    "#
-    ));
+    let scene = Scene::bed(60).rain(5, 20, 0.3);
     // With the default, and so fast that dashpots matter, which are gone when who moves is put to rest.
     for sleeping in ["sleeping = {}", "sleeping = { speed = 5e-3, after = 1e-3 }"] {
         let mut engine = scene.start(sleeping);

@@ -47,7 +47,7 @@ fn a_heap_of_rods_sleeps_and_wakes() {
         let risen = height(engine) - before;
         (slept, off, risen, asleep(engine))
     });
-    assert!(with.0 > Some(80), "{with:?}");
+    assert!(with.0 > Some(26), "{with:?}");
     assert!(
         with.1.abs() < IMBALANCE && without.1.abs() < 0.01,
         "{with:?}, {without:?}"
@@ -127,8 +127,7 @@ fn a_block_that_sleeps_slides_at_the_angle_of_friction() {
             let place = engine.particles.bodies()[0].position;
             let way = place.x * slope.cos() - place.z * slope.sin();
             assert_eq!(way.abs() < 1e-4, rests, "{slope}: {way} m");
-            let pebbles = engine.particles.len() as u64;
-            assert!(asleep(engine).is_none_or(|asleep| asleep == if rests { pebbles } else { 0 }));
+            assert!(asleep(engine).is_none_or(|asleep| asleep == u64::from(rests)));
         }
     });
 }
@@ -163,7 +162,7 @@ fn blocks_that_sleep_topple_one_another() {
         });
         (slept, places)
     });
-    assert_eq!(with.0, Some(96));
+    assert_eq!(with.0, Some(2));
     for (with, without) in with.1.iter().flatten().zip(without.1.iter().flatten()) {
         assert!(with.distance(*without) < 0.02 * D, "{with} {without}");
     }

@@ -98,9 +98,9 @@ impl Dissipated {
 /// What became of particles at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SleepSummary {
-    /// Who sleeps at the end.
+    /// How many sleep at the end, a clump as one.
     pub asleep: u64,
-    /// Share of all steps of particles that were left out.
+    /// Share of all steps of spheres and pebbles that were left out.
     pub share: f64,
     /// How often one fell asleep.
     pub fell_asleep: u64,

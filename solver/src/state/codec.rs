@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 
 /// Why bytes are no state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -614,6 +614,12 @@ mod tests {
             behind_head.extend(noise);
             prop_assert!(decoded(&behind_head).is_err());
         }
+    }
+
+    #[test]
+    fn the_page_about_checkpoints_has_this_version() {
+        let page = include_str!("../../../docs/formats/checkpoint.md");
+        assert!(page.contains(&format!("| version of the layout | {VERSION} |")));
     }
 
     #[test]

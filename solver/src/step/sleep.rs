@@ -18,19 +18,41 @@ const CALM: f64 = 0.5;
 /// Place of who was not slow at the last look: far from everywhere.
 const NOWHERE: DVec3 = DVec3::INFINITY;
 
-/// What was counted of sleepers since the start; pebbles count each.
+/// What was counted of sleepers since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SleepCounts {
-    /// Steps times particles.
+    /// Steps times rows: spheres, and pebbles of clumps.
     pub steps: u64,
     /// Of them, those that were not made, as the particle slept.
     pub slept: u64,
-    /// How often a particle fell asleep.
+    /// How often a particle fell asleep, a clump as one.
     pub fell_asleep: u64,
     /// How often one was roused.
     pub roused: u64,
     /// Kinetic energy of those who fell asleep, J: it is gone.
     pub energy: f64,
+}
+
+/// How many sleep.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Asleep {
+    /// A clump is one.
+    particles: u64,
+    /// Spheres, and pebbles of clumps.
+    rows: u64,
+}
+
+impl Asleep {
+    fn of(particles: &Particles) -> Self {
+        let sleepers = |flags: &u32| flags & ASLEEP != 0;
+        let rows = particles.records.iter().map(|record| record.flags);
+        let bodies = particles.bodies().iter().map(|body| body.flags);
+        let alone = rows.clone().filter(|flags| flags & PEBBLE == 0);
+        Self {
+            particles: alone.chain(bodies).filter(sleepers).count() as u64,
+            rows: rows.filter(sleepers).count() as u64,
+        }
+    }
 }
 
 /// Who sleeps, and what must be known to put to rest and to rouse.
@@ -41,9 +63,11 @@ pub(super) struct Sleep {
     /// What happened so far.
     counts: SleepCounts,
     /// How many sleep.
-    asleep: u64,
+    asleep: Asleep,
     /// All sleepers are to be tested, not only those beside somebody awake: the lists are new, and somebody may have gone, or somebody fell asleep.
     tests_all: bool,
+    /// All sleepers are to be roused in the next step: something has changed that nobody looks for.
+    rouses_all: bool,
 
     // What follows from the rest of the state.
     /// Which walls disturbed in the last step.
@@ -64,6 +88,7 @@ pub struct SavedSleep {
     seen_at: Vec<DVec3>,
     counts: SleepCounts,
     tests_all: bool,
+    rouses_all: bool,
     /// Which walls disturbed in the last step.
     stirs: Vec<bool>,
     /// What is held of each row.
@@ -82,6 +107,7 @@ crate::state::plain!(SavedSleep {
     seen_at,
     counts,
     tests_all,
+    rouses_all,
     stirs,
     held
 });
@@ -99,8 +125,9 @@ impl Sleep {
         Self {
             seen_at: Vec::new(),
             counts: SleepCounts::default(),
-            asleep: 0,
+            asleep: Asleep::default(),
             tests_all: false,
+            rouses_all: false,
             stirs: Vec::new(),
             walls: Vec::new(),
             settled_at: 0,
@@ -136,21 +163,23 @@ impl Sleep {
                 }
             }
         }
+        self.counts.roused += 1;
+        self.asleep.particles -= 1;
     }
 
     fn rouse_row(&mut self, row: usize, record: &mut Particle) {
         record.flags = record.flags & !ASLEEP | ROUSED;
         self.seen_at[row] = NOWHERE;
         self.roused.push(row as u32);
-        self.counts.roused += 1;
-        self.asleep -= 1;
+        self.asleep.rows -= 1;
     }
 
-    /// Notes who fell asleep, with this kinetic energy (J).
+    /// Notes a particle that fell asleep, of so many rows, with this kinetic energy (J).
     fn count(&mut self, rows: usize, energy: f64) {
         self.counts.energy += energy;
-        self.counts.fell_asleep += rows as u64;
-        self.asleep += rows as u64;
+        self.counts.fell_asleep += 1;
+        self.asleep.particles += 1;
+        self.asleep.rows += rows as u64;
         self.has_new = true;
     }
 }
@@ -185,8 +214,11 @@ impl Engine {
             return fastest;
         };
         let was_disturbed = self.note_walls(&mut sleep);
-        if sleep.asleep > 0 {
-            if was_disturbed {
+        let rouses_all = std::mem::take(&mut sleep.rouses_all);
+        if sleep.asleep.rows > 0 {
+            if rouses_all {
+                self.rouse(&mut sleep, |_| true);
+            } else if was_disturbed {
                 self.rouse_disturbed(&mut sleep);
             }
             self.rouse_unbalanced(&mut sleep, &plan);
@@ -276,8 +308,13 @@ impl Engine {
 
     fn rouse_disturbed(&mut self, sleep: &mut Sleep) {
         let disturbed = self.disturbed(sleep);
-        for (row, disturbed) in disturbed.into_iter().enumerate() {
-            if disturbed && self.particles.records[row].flags & ASLEEP != 0 {
+        self.rouse(sleep, |row| disturbed[row]);
+    }
+
+    /// Rouses those of all sleepers for whose row this is true.
+    fn rouse(&mut self, sleep: &mut Sleep, is_meant: impl Fn(usize) -> bool) {
+        for row in 0..self.particles.len() {
+            if is_meant(row) && self.particles.records[row].flags & ASLEEP != 0 {
                 sleep.rouse(row, &mut self.particles);
             }
         }
@@ -389,32 +426,28 @@ impl Engine {
             for row in sleep.roused.drain(..) {
                 self.particles.records[row as usize].flags &= !ROUSED;
             }
-            sleep.asleep = asleep(&self.particles.records);
+            sleep.asleep = Asleep::of(&self.particles);
         }
         if is_listed_anew || sleep.has_new {
             self.hold_contacts(None);
             sleep.has_new = false;
         }
         sleep.counts.steps += self.particles.len() as u64;
-        sleep.counts.slept += sleep.asleep;
+        sleep.counts.slept += sleep.asleep.rows;
         self.sleep = Some(sleep);
     }
 
-    /// How many sleep, and what was counted of sleepers; `None` where the plan lets nobody sleep.
+    /// How many particles sleep, a clump as one, and what was counted of sleepers; `None` where the plan lets nobody sleep.
     #[must_use]
     pub fn sleepers(&self) -> Option<(u64, SleepCounts)> {
         let sleep = self.sleep.as_ref()?;
-        Some((sleep.asleep, sleep.counts))
+        Some((sleep.asleep.particles, sleep.counts))
     }
 
-    /// Rouses all sleepers: something has changed that nobody looks for.
+    /// Rouses all sleepers in the next step, or in this one if it has not come to that yet: something has changed that nobody looks for.
     pub(super) fn rouse_all(&mut self) {
         if let Some(sleep) = &mut self.sleep {
-            for row in 0..self.particles.len() {
-                if self.particles.records[row].flags & ASLEEP != 0 {
-                    sleep.rouse(row, &mut self.particles);
-                }
-            }
+            sleep.rouses_all = true;
         }
     }
 
@@ -425,6 +458,7 @@ impl Engine {
             seen_at: sleep.seen_at.clone(),
             counts: sleep.counts,
             tests_all: sleep.tests_all,
+            rouses_all: sleep.rouses_all,
             stirs: sleep.stirs.clone(),
             held: self.forces.contacts.save_held(),
         })
@@ -440,8 +474,9 @@ impl Engine {
             roused: roused.map(|(row, _)| row).collect(),
             seen_at: saved.seen_at,
             counts: saved.counts,
-            asleep: asleep(&self.particles.records),
+            asleep: Asleep::of(&self.particles),
             tests_all: saved.tests_all,
+            rouses_all: saved.rouses_all,
             stirs: saved.stirs,
             walls: places(&self.walls),
             settled_at: self.lists.rebuilds,
@@ -454,9 +489,4 @@ impl Engine {
 fn places(walls: &[WallNow]) -> Vec<(Pose, bool)> {
     let states = walls.iter().map(|wall| &wall.state);
     states.map(|state| (state.pose, state.present)).collect()
-}
-
-fn asleep(records: &[Particle]) -> u64 {
-    let sleepers = records.iter().filter(|record| record.flags & ASLEEP != 0);
-    sleepers.count() as u64
 }

@@ -3,13 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mercury_common::scene::Files;
 
 use crate::forces::{Partner, Watch};
 use crate::lanes::Width;
 use crate::plan::{Plan, parse_scene, plan};
-use crate::state::ASLEEP;
+use crate::state::{ASLEEP, WallIndex};
 use crate::step::{Engine, Snapshot, StartOptions};
+use crate::walls::{Plane, Shape};
 
 const G: f64 = 9.81;
 /// Of all spheres here, m.
@@ -182,6 +184,35 @@ fn a_floor_that_begins_to_move_takes_its_sleepers_along() {
             "{before} m, {after} m"
         );
     }
+}
+
+/// Between two steps a floor goes down, and all fall: after n steps with (n - 1/2) g dt, as the first half kick knows the old floor. What a sleeper was out of
+/// balance by acts in that one step at most, and the state between can be saved.
+#[test]
+fn a_floor_that_is_exchanged_wakes_its_sleepers() {
+    let plan = column(4, "sleeping = {}", "", "");
+    let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
+    advance(&mut engine, 0.5);
+    engine.complete_step().unwrap();
+    assert_eq!(asleep(&engine), 4);
+    let floor = Plane::new(-0.05 * DVec3::Z, DVec3::Z).unwrap();
+    engine
+        .exchange_wall(WallIndex::new(0), Shape::Plane(floor))
+        .unwrap();
+    let saved = engine.snapshot();
+    assert!(saved.sleep.is_some());
+    let dt = plan.physics().time_step();
+    engine.steps_at_once(1, None).unwrap();
+    assert_eq!(asleep(&engine), 0);
+    engine.steps_at_once(99, None).unwrap();
+    engine.complete_step().unwrap();
+    for record in &engine.particles.records {
+        // The springs of the column push its spheres apart: together they fall freely.
+        assert!(record.velocity.z < 0.0);
+    }
+    let records = &engine.particles.records;
+    let mean = records.iter().map(|r| r.velocity.z).sum::<f64>() / 4.0;
+    assert!((mean + 99.5 * G * dt).abs() < 0.1 * G * dt, "{mean} m/s");
 }
 
 /// A sphere that is thrown up from a sleeping column and stands still at its highest point at every look is in no balance there.
@@ -379,7 +410,7 @@ fn stays_the_same(plan: &Arc<Plan>) {
         counts.fell_asleep > 300 && counts.roused > 100,
         "{counts:?} {slept:?}"
     );
-    assert!(asleep > 100, "{slept:?}");
+    assert!(asleep > 60, "{slept:?}");
     let bodies = first.particles.bodies();
     if bodies.is_empty() {
         assert!(first.boundaries().removed().number > 3);
