@@ -166,7 +166,7 @@ impl Analysis {
             TimeMode::Frames => 0.0,
             TimeMode::Average => {
                 // Each level of blocks: mean, spread, what waits.
-                let levels = frames.max(1.0).log2().floor() + 1.0;
+                let levels = libm::log2(frames.max(1.0)).floor() + 1.0;
                 sums + f64::from(u8::from(self.errors)) * 3.0 * values * levels
             }
             TimeMode::Smooth { width, step } => sums * (2.0 * TIME_CUTOFF * width / step + 2.0),

@@ -8,6 +8,8 @@
 
 // An error ends the reading, so its size does not matter.
 #![allow(clippy::result_large_err)]
+#![warn(clippy::disallowed_methods)]
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod analysis;
 pub mod average;

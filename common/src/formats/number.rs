@@ -116,7 +116,7 @@ fn push_shortest(out: &mut Vec<u8>, value: f64) {
 /// C's `%.{digits}g` (ISO C 7.21.6.1): exponent form if the decimal exponent of the rounded number is
 /// below -4 or not below the precision, trailing zeros removed, at least two digits of exponent.
 fn push_digits(out: &mut Vec<u8>, value: f64, digits: u8) {
-    if push_if_whole(out, value, 10f64.powi(i32::from(digits.min(15)))) {
+    if push_if_whole(out, value, 10u64.pow(u32::from(digits.min(15))) as f64) {
         return;
     }
     // Sign, digit, point, 16 digits, `e`, sign, 3 digits: 24 bytes at most.

@@ -138,7 +138,8 @@ impl Clump {
     /// sum over the rows of a body is that of the body.
     #[must_use]
     pub fn shares(&self) -> Vec<f64> {
-        let volumes = self.pebbles.iter().map(|pebble| pebble.radius.powi(3));
+        let cubed = |radius: f64| radius * radius * radius;
+        let volumes = self.pebbles.iter().map(|pebble| cubed(pebble.radius));
         let sum: f64 = volumes.clone().sum();
         volumes.map(|volume| volume / sum).collect()
     }

@@ -60,10 +60,16 @@ impl NewBody {
         &clumps[self.clump as usize]
     }
 
+    /// Factor on volumes and masses.
+    #[must_use]
+    pub fn volume_factor(&self) -> f64 {
+        self.scale * self.scale * self.scale
+    }
+
     /// Mass, kg.
     #[must_use]
     pub fn mass(&self, clumps: &[Clump]) -> f64 {
-        self.clump(clumps).mass * self.scale.powi(3)
+        self.clump(clumps).mass * self.volume_factor()
     }
 
     /// Radius of the smallest sphere about the centre of mass that holds all pebbles, m.
@@ -84,7 +90,7 @@ impl NewBody {
     #[must_use]
     pub fn body(&self, clumps: &[Clump]) -> Body {
         let clump = self.clump(clumps);
-        let cubed = self.scale.powi(3);
+        let cubed = self.volume_factor();
         let mut body = Body {
             id: Id::new(0),
             clump: self.clump,

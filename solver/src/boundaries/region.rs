@@ -367,7 +367,7 @@ impl Region {
         match self {
             Self::Box { min, max } => (*max - *min).max(DVec3::ZERO).element_product(),
             Self::Cylinder { radius, along, .. } => PI * radius * radius * (along[1] - along[0]),
-            Self::Sphere { radius, .. } => 4.0 / 3.0 * PI * radius.powi(3),
+            Self::Sphere { radius, .. } => 4.0 / 3.0 * PI * (radius * radius * radius),
             Self::Cone { along, radii, .. } => {
                 let [a, b] = radii;
                 PI / 3.0 * (a * a + a * b + b * b) * (along[1] - along[0])

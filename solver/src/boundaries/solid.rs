@@ -82,11 +82,9 @@ impl Solid {
         }
         let extent = indices.iter().flatten().map(|&index| place(index));
         let (low, high) = bounds_of(extent);
+        let width = (high - low).max_element();
         // Round-off of a sheet that is folded onto itself.
-        if indices.is_empty()
-            || inside.is_nan()
-            || inside <= 1e-12 * (high - low).max_element().powi(3)
-        {
+        if indices.is_empty() || inside.is_nan() || inside <= 1e-12 * (width * width * width) {
             return Err(SolidError::Flat);
         }
         let mut triangles = with_normals(corners, &indices);

@@ -148,12 +148,9 @@ pub trait Real:
     #[inline(always)]
     #[must_use]
     fn differences<'a>(a: impl Fn(usize) -> &'a Quad, b: impl Fn(usize) -> &'a Quad) -> [Self; 4] {
-        [
-            Self::from_lanes(|k| a(k).0[0] - b(k).0[0]),
-            Self::from_lanes(|k| a(k).0[1] - b(k).0[1]),
-            Self::from_lanes(|k| a(k).0[2] - b(k).0[2]),
-            Self::from_lanes(|k| a(k).0[3] + b(k).0[3]),
-        ]
+        let [ax, ay, az, aw] = Self::columns(a);
+        let [bx, by, bz, bw] = Self::columns(b);
+        [ax - bx, ay - by, az - bz, aw + bw]
     }
 
     /// Lane `k`: the numbers of `quad(k)`.

@@ -59,7 +59,8 @@ impl Width {
         }
     }
 
-    /// The widest of this processor that is in registers, and so the fastest: where none is, one.
+    /// The widest of this processor that is in registers, which was the fastest wherever it was measured but for two lanes on x86-64, that are no slower
+    /// than one (`docs/performance.md`): where none is, one. NEON's two were chosen by their count of instructions alone.
     #[must_use]
     pub fn fastest() -> Self {
         let two_in_registers = cfg!(any(target_arch = "aarch64", target_arch = "x86_64"));

@@ -143,7 +143,8 @@ impl Classes {
             for small in self.levels(cuts).take(above) {
                 let cell = 2.0 * small.largest + skin;
                 let reach = large.largest + small.largest + skin;
-                let runs = (2.0 * reach / cell + 1.0).powi(2);
+                let across = 2.0 * reach / cell + 1.0;
+                let runs = across * across;
                 let tests = small.count * part(2.0 * reach + cell);
                 cost += large.count * (tests + RUN_OVER_TEST * runs);
             }

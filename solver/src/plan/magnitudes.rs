@@ -141,8 +141,8 @@ impl StartingParticles {
         let clump = body.clump(clumps);
         let scale = body.scale;
         let matter = Matter {
-            mass: clump.mass * scale.powi(3),
-            moment: clump.moments.min_element() * scale.powi(5),
+            mass: body.mass(clumps),
+            moment: clump.moments.min_element() * (body.volume_factor() * scale * scale),
         };
         (!body.fixed).then_some(matter)
     }

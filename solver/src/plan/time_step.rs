@@ -221,7 +221,7 @@ fn meetings(
         let bodies = used.free_clumps.iter().map(|&(index, scale)| {
             let clump = &clumps[index];
             let radius = clump.pebble_radii().0 * scale;
-            (radius, clump.contact_mass * scale.powi(3))
+            (radius, clump.contact_mass * (scale * scale * scale))
         });
         sphere.into_iter().chain(bodies).collect::<Vec<_>>()
     };

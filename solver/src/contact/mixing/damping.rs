@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Pair;
-use crate::contact::normal::{damping_ratio, damping_ratio_clamped};
+use crate::contact::normal::{damping_ratio, damping_ratio_clamped, restitution_clamped};
 
 /// The fraction of critical damping that gives a restitution under the convention of the scene.
 #[must_use]
@@ -22,18 +22,12 @@ pub fn restitution_of(pair: &Pair<'_>, zeta: f64) -> f64 {
         return 1.0;
     }
     let squared = 1.0 - zeta * zeta;
-    match pair.conventions.clamp_tension {
-        false if squared <= 0.0 => 0.0,
-        false => libm::exp(-PI * zeta / squared.sqrt()),
-        true if squared.abs() < 1e-12 => libm::exp(-2.0),
-        true if squared > 0.0 => {
-            let s = squared.sqrt();
-            libm::exp(-zeta / s * (PI - libm::atan2(2.0 * zeta * s, 1.0 - 2.0 * zeta * zeta)))
-        }
-        true => {
-            let s = (-squared).sqrt();
-            libm::exp(-zeta / s * libm::log((zeta + s) / (zeta - s)))
-        }
+    if pair.conventions.clamp_tension {
+        restitution_clamped(zeta)
+    } else if squared <= 0.0 {
+        0.0
+    } else {
+        libm::exp(-PI * zeta / squared.sqrt())
     }
 }
 

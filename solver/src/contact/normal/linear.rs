@@ -127,35 +127,38 @@ pub fn damping_ratio(restitution: f64) -> f64 {
     log.abs() / libm::hypot(PI, log)
 }
 
-/// Fraction of critical damping that gives the restitution e in (0, 1] when tensile forces are cut.
+/// Restitution that a fraction of critical damping, zeta, gives when tensile forces are cut.
 ///
 /// The contact then ends when the force, not the overlap, returns to zero (Schwager & Poeschel 2007), and
 /// e(zeta) = exp(-zeta/s (pi - atan2(2 zeta s, 1 - 2 zeta^2))), s = sqrt(1 - zeta^2), which falls to exp(-2)
-/// at zeta = 1 and goes on as exp(-zeta/s ln((zeta + s)/(zeta - s))), s = sqrt(zeta^2 - 1). Inverted by bisection.
+/// at zeta = 1 and goes on as exp(-zeta/s ln((zeta + s)/(zeta - s))), s = sqrt(zeta^2 - 1).
+#[must_use]
+pub fn restitution_clamped(zeta: f64) -> f64 {
+    let squared = 1.0 - zeta * zeta;
+    if squared.abs() < 1e-12 {
+        libm::exp(-2.0)
+    } else if squared > 0.0 {
+        let s = squared.sqrt();
+        libm::exp(-zeta / s * (PI - libm::atan2(2.0 * zeta * s, 1.0 - 2.0 * zeta * zeta)))
+    } else {
+        let s = (-squared).sqrt();
+        libm::exp(-zeta / s * libm::log((zeta + s) / (zeta - s)))
+    }
+}
+
+/// Fraction of critical damping that gives the restitution e in (0, 1] when tensile forces are cut: [`restitution_clamped`] inverted by bisection.
 #[must_use]
 pub fn damping_ratio_clamped(restitution: f64) -> f64 {
     if restitution >= 1.0 {
         return 0.0;
     }
-    let clamped = |zeta: f64| -> f64 {
-        let squared = 1.0 - zeta * zeta;
-        if squared.abs() < 1e-12 {
-            libm::exp(-2.0)
-        } else if squared > 0.0 {
-            let s = squared.sqrt();
-            libm::exp(-zeta / s * (PI - libm::atan2(2.0 * zeta * s, 1.0 - 2.0 * zeta * zeta)))
-        } else {
-            let s = (-squared).sqrt();
-            libm::exp(-zeta / s * libm::log((zeta + s) / (zeta - s)))
-        }
-    };
     let (mut low, mut high) = (0.0, 1.0);
-    while clamped(high) > restitution && high < 1e8 {
+    while restitution_clamped(high) > restitution && high < 1e8 {
         high *= 2.0;
     }
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if clamped(middle) > restitution {
+        if restitution_clamped(middle) > restitution {
             low = middle;
         } else {
             high = middle;

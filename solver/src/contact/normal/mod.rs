@@ -8,7 +8,7 @@ mod plastic;
 pub use any::{AnyNormal, AnyNormalHistory};
 pub(crate) use hertz::elastic_pair;
 pub use hertz::{Hertz, effective_modulus, effective_shear_modulus, hertz_damping, rayleigh_time};
-pub use linear::{Linear, damping_ratio, damping_ratio_clamped};
+pub use linear::{Linear, damping_ratio, damping_ratio_clamped, restitution_clamped};
 pub use plastic::{MaxOverlap, Plastic};
 
 use super::{Contact, History, HistoryNumber};

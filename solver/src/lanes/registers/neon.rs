@@ -34,16 +34,6 @@ register! {
         }
 
         #[inline(always)]
-        fn differences<'a>(
-            a: impl Fn(usize) -> &'a Quad,
-            b: impl Fn(usize) -> &'a Quad,
-        ) -> [Self; 4] {
-            let [ax, ay, az, aw] = Self::columns(a);
-            let [bx, by, bz, bw] = Self::columns(b);
-            [ax - bx, ay - by, az - bz, aw + bw]
-        }
-
-        #[inline(always)]
         fn columns<'a>(quad: impl Fn(usize) -> &'a Quad) -> [Self; 4] {
             let half = |k: usize, first: usize| Self::load(&quad(k).0[first..]);
             let [x, y] = turned(half(0, 0), half(1, 0));
