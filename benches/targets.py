@@ -5,8 +5,9 @@
     benches/targets.py                       # on a machine that has nothing else to do; some twenty minutes
     benches/targets.py --scenes dense-2k threads --rounds 3
 
-All are run in turn, round by round; a row of the table has medians (and minima) of nanoseconds per particle-step. Each run's number goes into
-benches/results/targets.csv with the date, the processor and the number of lanes. Coordination numbers and kinetic energies of both codes stand beside them, as the times of
+All are run in turn, round by round; a row of the table has medians (and minima) of nanoseconds per particle-step: of the whole time loop, without start-up and output;
+of LIGGGHTS of its loop after 50 steps to warm up. Each run's number goes into benches/results/targets.csv, with when all began, the commit, the processor and the way; where
+that names no lanes they are what the program chooses. Coordination numbers and kinetic energies of both codes stand beside them, as the times of
 different physics say nothing. drum-soft is the scene of the open-source DEM benchmark, ../shared/scenes/drum-soft.toml beside this checkout, or where `--drum-soft` says; without it the row is left out.
 """
 
@@ -36,6 +37,12 @@ SOFT_STEPS = 1950  # after 50 to warm up, 2,000 as SOFT has them
 def processor():
     found = re.search(r"model name\s*: (.*)", pathlib.Path("/proc/cpuinfo").read_text()) if sys.platform == "linux" else None
     return found[1] if found else platform.processor()
+
+
+def commit():
+    """That of the checkout, with a + if that is changed."""
+    told = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty=+", "--exclude=*"], capture_output=True, text=True)
+    return told.stdout.strip()
 
 
 def mercury(options, scene, settings=(), lanes=None, threads=1):
@@ -88,6 +95,7 @@ def main():
     parser.add_argument("--solver", default=ROOT / "target" / "release" / "mercury-solve")
     parser.add_argument("--drum-soft", type=pathlib.Path, default=ROOT.parent / "shared" / "scenes" / "drum-soft.toml")
     options = parser.parse_args()
+    begun = datetime.datetime.now().isoformat(timespec="minutes")
     rows = []
     print("| scene | ns, medians (minima) | to the last | coordination | kinetic energy (J) |\n|---|---|---|---|---|")
     for scene in options.scenes:
@@ -100,7 +108,7 @@ def main():
                 if found is None:
                     continue
                 runs.setdefault(way, []).append(found)
-                rows.append([datetime.date.today(), processor(), scene, way, turn, *(f"{number:.6g}" for number in found)])
+                rows.append([begun, commit(), processor(), scene, way, turn, *(f"{number:.6g}" for number in found)])
         medians = {way: statistics.median(run[0] for run in found) for way, found in runs.items()}
         told = ", ".join(f"{way} {median:.1f} ({min(run[0] for run in runs[way]):.1f})" for way, median in medians.items())
         last = [*medians.values()][-1]
@@ -110,7 +118,7 @@ def main():
         with open(RESULTS, "a", newline="") as table:
             write = csv.writer(table)
             if table.tell() == 0:
-                write.writerow(["date", "processor", "scene", "way", "round", "ns", "coordination", "kinetic_energy"])
+                write.writerow(["begun", "commit", "processor", "scene", "way", "round", "ns", "coordination", "kinetic_energy"])
             write.writerows(rows)
         rows.clear()
 
