@@ -338,7 +338,7 @@ fn told(progress: &Progress<'_>) -> String {
     format!(
         "t = {:.4e} s  {} particles{asleep}  {:.2e} particle-steps/s  Ekin {:.2e} J",
         progress.engine.time(),
-        progress.engine.particles.len(),
+        progress.engine.particles.grains(),
         progress.particle_steps as f64 / progress.seconds.max(1e-9),
         progress.kinetic_energy(),
     )

@@ -366,6 +366,12 @@ fn who_loses_a_supporter_falls() {
     let mut engine = scene.start("sleeping = {}");
     advance_by(&mut engine, 0.4);
     assert_eq!(asleep(&engine), Some(6));
+    let heights = |engine: &Engine| -> Vec<f64> {
+        let rows = engine.particles.rows_by_id();
+        let height = |&row: &u32| engine.particles.records[row as usize].position.z;
+        rows.iter().map(height).collect()
+    };
+    let before = heights(&engine);
     let row = engine.particles.rows_by_id()[3] as usize;
     engine.particles.records[row].position.x = 0.01;
     let time = 0.012;
@@ -374,9 +380,18 @@ fn who_loses_a_supporter_falls() {
     // Two steps pass before the loss is felt.
     let fallen = 0.5 * G * time * time;
     let late = 3.0 * G * time * TIME_STEP;
-    let rows = engine.particles.rows_by_id();
-    for (rank, row) in rows.iter().enumerate().skip(3) {
-        let height = engine.particles.records[*row as usize].position.z;
+    let after = heights(&engine);
+    // Three weights less on each contact below; each was and is in balance to a twentieth of the weights above it.
+    let compression = mass() * G / STIFFNESS;
+    for rank in 0..3 {
+        let contacts = (rank + 1) as f64;
+        let rise = after[rank] - before[rank] - 3.0 * contacts * compression;
+        assert!(
+            rise.abs() < 0.05 * (6.0 + 3.0) * contacts * compression,
+            "{rank}: {rise} m"
+        );
+    }
+    for (rank, height) in after.into_iter().enumerate().skip(3) {
         let was = (2 * rank + 3) as f64 * R;
         let compressed = 25.0 * mass() * G / STIFFNESS;
         assert!(

@@ -33,7 +33,7 @@ use block::Block;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
-use slots::{HELD, IMAGE, Slot, WallSlot};
+use slots::{IMAGE, Slot, WITH_HISTORY, WallSlot};
 
 /// The loop over contacts for one combination of laws.
 #[derive(Debug)]
@@ -95,7 +95,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     history: &[],
                 };
                 // Without adhesion what does not touch has none.
-                let may_remember = A::ACTIVE || slot.state & HELD != 0;
+                let may_remember = A::ACTIVE || slot.state & WITH_HISTORY != 0;
                 (saved, may_remember.then_some(&slot.history))
             })
         })
@@ -104,7 +104,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     /// Appends the pairs of some blocks to a stretch.
     fn put_blocks(stretch: &mut Stretch, blocks: &[Block<Histories<N, T, R, A>>], nothing: &[f64]) {
         let slots = || blocks.iter().flat_map(|block| &block.slots);
-        let held = || slots().filter(|slot| slot.state & HELD != 0).count();
+        let held = || {
+            slots()
+                .filter(|slot| slot.state & WITH_HISTORY != 0)
+                .count()
+        };
         // Growing in steps would copy it over and over. Laws that remember nothing need no count.
         let is_new = stretch.is_new() && !nothing.is_empty();
         let remembering = if is_new { held() } else { 0 };
@@ -182,8 +186,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     ) {
         let rows = list.start.len() - 1;
         let carried = self.carried(new_row, rows, parallel);
-        let from_walls = self.carried_from_walls(new_row);
-        let near_meshes = self.carried_near_meshes(new_row);
+        let from_walls = self.carried_from_walls(new_row, parallel);
+        let near_meshes = self.carried_near_meshes(new_row, parallel);
         self.cut(rows);
         let block_size = self.block_size;
         let fill = |block: &mut Block<_>| {
@@ -252,8 +256,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         }
     }
 
-    fn borders(&self) -> Vec<&[u32]> {
-        self.blocks.iter().map(|block| &block.borders[..]).collect()
+    fn visit_borders(&self, visit: &mut dyn FnMut(usize)) {
+        let rows = self.blocks.iter().flat_map(|block| &block.borders);
+        rows.for_each(|&row| visit(row as usize));
     }
 
     fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]) {
@@ -355,7 +360,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn touching(&self) -> usize {
         let slots = self.blocks.iter().flat_map(|block| &block.slots);
-        slots.filter(|slot| slot.state & HELD != 0).count()
+        slots.filter(|slot| slot.state & WITH_HISTORY != 0).count()
     }
 
     fn save(&self) -> (SavedSlots, SavedSlots) {

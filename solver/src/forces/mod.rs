@@ -151,8 +151,8 @@ pub trait ContactForces: Send {
         roused: Option<&[u32]>,
     );
 
-    /// Who is asleep and listed with somebody who is not: loads of others do not change. By rows, block by block.
-    fn borders(&self) -> Vec<&[u32]>;
+    /// Shows the rows of those who are asleep and listed with somebody who is not, block by block: loads of others do not change.
+    fn visit_borders(&self, visit: &mut dyn FnMut(usize));
 
     /// Marks, by row, who is listed near one of these walls (yes or no for each), or with a particle whose motion is prescribed.
     fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);

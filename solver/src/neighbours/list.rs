@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use bytemuck::Zeroable;
+use bytemuck::allocation::zeroed_vec;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -12,7 +14,7 @@ use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
 /// A listed partner of a row.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Zeroable)]
 pub struct Candidate {
     /// Row of the partner; larger than the row that owns the entry.
     pub partner: u32,
@@ -92,7 +94,7 @@ pub fn build(
         *listed = records[row].position;
     });
     if !extra.rows.is_empty() {
-        extra.rows = order.iter().map(|&old| extra.rows[old as usize]).collect();
+        extra.rows = each(order.len(), parallel, |new| extra.rows[order[new] as usize]);
     }
     let members = Members::new(&particles.records, extra, levels, skin, parallel);
     let mut list = list(&members, &grid, images, parallel);
@@ -196,20 +198,40 @@ fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Cand
     } else {
         layers.iter().map(layer).collect()
     };
+    put_together(layers, parallel)
+}
+
+/// The lists of layers, one behind the other; the `start` of each holds the ends of its rows alone.
+fn put_together(layers: Vec<CandidateList>, parallel: bool) -> CandidateList {
+    let rows: usize = layers.iter().map(|layer| layer.start.len()).sum();
     let entries = layers.iter().map(|layer| layer.entries.len()).sum();
-    let mut result = CandidateList {
-        start: Vec::with_capacity(count + 1),
-        entries: Vec::with_capacity(entries),
+    let mut whole = CandidateList {
+        start: vec![0; rows + 1],
+        entries: zeroed_vec(entries),
     };
-    result.start.push(0);
+    let (mut starts, mut entries, mut before) = (&mut whole.start[1..], &mut whole.entries[..], 0);
+    let mut parts = Vec::with_capacity(layers.len());
     for layer in layers {
-        let before = result.entries.len() as u32;
-        result
-            .start
-            .extend(layer.start.iter().map(|start| before + start));
-        result.entries.extend_from_slice(&layer.entries);
+        let (own_starts, own_entries);
+        (own_starts, starts) = starts.split_at_mut(layer.start.len());
+        (own_entries, entries) = entries.split_at_mut(layer.entries.len());
+        let first = before;
+        before += layer.entries.len() as u32;
+        parts.push((layer, first, own_starts, own_entries));
     }
-    result
+    let put =
+        |(layer, first, starts, entries): (CandidateList, u32, &mut [u32], &mut [Candidate])| {
+            for (start, end) in starts.iter_mut().zip(&layer.start) {
+                *start = first + end;
+            }
+            entries.copy_from_slice(&layer.entries);
+        };
+    if parallel {
+        parts.into_par_iter().for_each(put);
+    } else {
+        parts.into_iter().for_each(put);
+    }
+    whole
 }
 
 /// The part of the list that belongs to the rows of some lines of layer `c` of cells; `start` holds the ends of the rows alone.
@@ -352,7 +374,13 @@ impl OtherPairs {
         } else {
             (0..rows).fold(Vec::new(), add)
         };
-        pairs.sort_unstable_by_key(|&(row, candidate)| (row, candidate.partner, candidate.image));
+        // No two are the same, so their order does not depend on how they are sorted.
+        let key = |&(row, candidate): &(u32, Candidate)| (row, candidate.partner, candidate.image);
+        if parallel {
+            pairs.par_sort_unstable_by_key(key);
+        } else {
+            pairs.sort_unstable_by_key(key);
+        }
         Self { pairs }
     }
 

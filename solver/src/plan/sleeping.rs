@@ -52,6 +52,10 @@ pub(super) fn sleeping(
         let help = "a number above 0 and below 1, as 0.1";
         return refuse(table.imbalance.place.error(message), help);
     }
+    if sizes.smallest == 0.0 {
+        notes.push("sleeping: there is nobody who could".to_owned());
+        return None;
+    }
     let (diameter, gravity) = (2.0 * sizes.smallest, scene.gravity.length());
     let (after, after_is) = match &table.after {
         Some(after) => (**after, String::new()),

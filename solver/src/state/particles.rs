@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{
     ASLEEP, Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
-    PebbleIndex, Pieces, Plain, PrescribedBody, Row,
+    PebbleIndex, Pieces, Plain, PrescribedBody, ROUSED, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -210,6 +210,29 @@ impl Particles {
     pub fn has_prescribed(&self) -> bool {
         let of_bodies = |bodies: &Bodies| !bodies.prescribed.is_empty();
         !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
+    }
+
+    /// Whether those sleep who can, if anybody may: neither fixed nor prescribed ones, and pebbles as their bodies do.
+    #[must_use]
+    pub fn may_sleep_so(&self, anybody: bool) -> bool {
+        const SLEEP: u32 = ASLEEP | ROUSED;
+        let can = |flags: u32| match flags & SLEEP {
+            0 => true,
+            SLEEP => false,
+            _ => anybody && flags & (FIXED | PRESCRIBED) == 0,
+        };
+        let as_body = |(row, record): (usize, &Particle)| {
+            let body =
+                (self.bodies.as_ref()).and_then(|of| Some(&of.all[of.body_of_row(row)?.index()]));
+            body.is_none_or(|body| (body.flags ^ record.flags) & ASLEEP == 0)
+        };
+        let bodies = self.bodies().iter().map(|body| body.flags);
+        self.records
+            .iter()
+            .map(|record| record.flags)
+            .chain(bodies)
+            .all(can)
+            && self.records.iter().enumerate().all(as_body)
     }
 
     /// Takes the motion of a body and its pebbles, which sleep from now on.

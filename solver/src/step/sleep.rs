@@ -4,11 +4,15 @@
 //! rest. A sleeper is roused as soon as what acts on it is out of balance by more than a part of its weight, when a wall begins to move near it, or a wall
 //! near it comes or goes. Both happen between the drift and the forces of a step, whatever is fused with what.
 
+use std::slice::{from_mut, from_ref};
+
 use glam::DVec3;
 
 use super::Engine;
+use super::motion::turn_orientations;
 use crate::bodies::BodyStep;
 use crate::forces::MotionBound;
+use crate::lanes::Width;
 use crate::plan::Sleeping;
 use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, ROUSED, Row};
 use crate::walls::{Pose, Shape, WallNow};
@@ -113,6 +117,12 @@ crate::state::plain!(SavedSleep {
 });
 
 impl SavedSleep {
+    /// What is kept of each row, in a run and in a checkpoint.
+    #[must_use]
+    pub const fn bytes_per_row() -> usize {
+        size_of::<DVec3>() + size_of::<Load>()
+    }
+
     /// Whether it can be of so many rows.
     pub(super) fn fits(&self, rows: usize) -> bool {
         self.seen_at.len() == rows && self.held.len() == rows
@@ -199,10 +209,10 @@ fn imbalance(particles: &Particles, row: usize, gravity: DVec3) -> f64 {
     force.max(torque) / gravity.length()
 }
 
-/// Whether it is slower than `speed` (m/s), and so is its surface if it `turns` at all.
-fn is_slow(record: &Particle, speed: f64, turns: bool) -> bool {
+/// Whether it is slower than `speed` (m/s), and so is its surface.
+fn is_slow(record: &Particle, speed: f64) -> bool {
     let spin = record.angular_velocity.length() * record.radius;
-    record.velocity.length() <= speed && (!turns || spin <= speed)
+    record.velocity.length() <= speed && spin <= speed
 }
 
 impl Engine {
@@ -269,6 +279,10 @@ impl Engine {
                 let per_torque = self.inverse_inertia * record.inverse_mass / squared;
                 record.angular_velocity += load.torque * (per_torque * dt);
             }
+            if let Some(orientations) = &mut self.particles.orientations {
+                let orientation = &mut orientations[row as usize];
+                turn_orientations(from_mut(orientation), from_ref(record), dt, Width::ONE);
+            }
             fastest = fastest.merge(MotionBound::of(record, &self.lists.half_skins));
         }
         fastest
@@ -283,16 +297,19 @@ impl Engine {
             let velocity = now.state.velocity;
             let moves = velocity.velocity != DVec3::ZERO
                 || velocity.angular_velocity != DVec3::ZERO
-                || !now.servos.is_empty()
-                || (sleep.walls.get(index)).is_some_and(|before| *before != (pose, present));
+                || !now.servos.is_empty();
+            let is_other =
+                (sleep.walls.get(index)).is_some_and(|before| *before != (pose, present));
             // The loads on triangles are summed up contact by contact, step by step.
             let is_summed =
                 self.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
-            let stirs = moves || is_summed;
+            let comes_or_goes = (sleep.walls.get(index)).is_some_and(|before| before.1 != present);
+            let stirs = comes_or_goes || present && (moves || is_other || is_summed);
             is_new |= stirs && !sleep.stirs[index];
             sleep.stirs[index] = stirs;
         }
-        sleep.walls = places(&self.walls);
+        sleep.walls.clear();
+        sleep.walls.extend(places(&self.walls));
         is_new
     }
 
@@ -334,9 +351,7 @@ impl Engine {
         if tests_all {
             (0..rows).for_each(&mut test);
         } else {
-            let borders = self.forces.contacts.borders();
-            let rows = borders.into_iter().flatten();
-            rows.for_each(|&row| test(row as usize));
+            self.forces.contacts.visit_borders(&mut test);
         }
     }
 
@@ -354,7 +369,7 @@ impl Engine {
             }
             let before = &mut sleep.seen_at[row];
             // Who was not slow at the last look is infinitely far from where it was seen.
-            let is_slow = is_slow(&record, plan.speed, self.turns);
+            let is_slow = is_slow(&record, plan.speed);
             let is_calm = is_slow
                 && record.position.distance(*before) <= way
                 && !is_disturbed
@@ -363,12 +378,10 @@ impl Engine {
             if is_calm {
                 let record = &mut particles.records[row];
                 let inertia = per_inertia * record.radius * record.radius;
-                let mut squares = record.velocity.length_squared();
+                let squares = record.velocity.length_squared()
+                    + inertia * record.angular_velocity.length_squared();
                 record.velocity = DVec3::ZERO;
-                if self.turns {
-                    squares += inertia * record.angular_velocity.length_squared();
-                    record.angular_velocity = DVec3::ZERO;
-                }
+                record.angular_velocity = DVec3::ZERO;
                 record.flags |= ASLEEP;
                 sleep.count(1, 0.5 * squares / record.inverse_mass);
             }
@@ -478,7 +491,7 @@ impl Engine {
             tests_all: saved.tests_all,
             rouses_all: saved.rouses_all,
             stirs: saved.stirs,
-            walls: places(&self.walls),
+            walls: places(&self.walls).collect(),
             settled_at: self.lists.rebuilds,
             ..Sleep::new()
         });
@@ -486,7 +499,7 @@ impl Engine {
 }
 
 /// Where walls stand, and whether they are there.
-fn places(walls: &[WallNow]) -> Vec<(Pose, bool)> {
+fn places(walls: &[WallNow]) -> impl Iterator<Item = (Pose, bool)> {
     let states = walls.iter().map(|wall| &wall.state);
-    states.map(|state| (state.pose, state.present)).collect()
+    states.map(|state| (state.pose, state.present))
 }

@@ -156,6 +156,9 @@ impl Snapshot {
         if (self.sleep.as_ref()).is_some_and(|sleep| !sleep.fits(rows)) {
             return Err(wrong(SLEEP, "not one place for each particle"));
         }
+        if !self.particles.may_sleep_so(self.sleep.is_some()) {
+            return Err(wrong("particles", "somebody sleeps who cannot"));
+        }
         Ok(())
     }
 }

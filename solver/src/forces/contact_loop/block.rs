@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::slots::{HELD, Slot, WallSlot};
+use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
 use crate::forces::{Alarms, FeatureLoads, NearWall, Observation};
@@ -68,7 +68,7 @@ impl<H: History> Block<H> {
         let mut reached = vec![false; self.outbox.later()];
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
         for slot in &self.slots {
-            if slot.state & HELD != 0 {
+            if slot.state & WITH_HISTORY != 0 {
                 self.work += 25;
             }
             let index = slot.partner as usize / block_size;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::slots::{FREE, HELD, Slot, TOUCHING, WallSlot};
+use super::slots::{FREE, Slot, TOUCHING, WITH_HISTORY, WallSlot};
 use super::{Block, ContactLoop};
 use crate::contact::{AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::NearWall;
@@ -123,7 +123,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         let of_block = |block: &mut Block<Histories<N, T, R, A>>| {
             let first = block.rows.start;
             let slots = std::mem::take(&mut block.slots);
-            let held = |slot: &&Slot<_>| slot.state & HELD != 0;
+            let held = |slot: &&Slot<_>| slot.state & WITH_HISTORY != 0;
             let pair = |slot: &Slot<Histories<N, T, R, A>>| {
                 let row = new_row[first + slot.owner()]?.number();
                 let partner = new_row[slot.partner as usize]?.number();
@@ -166,10 +166,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     pub(super) fn carried_from_walls(
         &self,
         new_row: &[Option<Row>],
+        parallel: bool,
     ) -> Vec<CarriedFromWall<Histories<N, T, R, A>>> {
-        let mut carried = Vec::new();
-        for block in &self.blocks {
-            let mut first = 0;
+        let of_block = |block: &Block<Histories<N, T, R, A>>| {
+            let (mut first, mut carried) = (0, Vec::new());
             for near in &block.near_walls {
                 let row = new_row[near.row as usize];
                 for slot in &block.wall_slots[first..first + near.features as usize] {
@@ -179,13 +179,27 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 }
                 first += near.features as usize;
             }
+            carried
+        };
+        // Those of one wall that a particle touches keep their order.
+        if parallel {
+            let blocks = self.blocks.par_iter();
+            let mut carried: Vec<_> = blocks.flat_map_iter(of_block).collect();
+            carried.par_sort_by_key(|&(key, _)| key);
+            carried
+        } else {
+            let mut carried: Vec<_> = self.blocks.iter().flat_map(of_block).collect();
+            carried.sort_by_key(|&(key, _)| key);
+            carried
         }
-        carried.sort_by_key(|&(key, _)| key);
-        carried
     }
 
     /// Takes the lists of facets out of the blocks.
-    pub(super) fn carried_near_meshes(&mut self, new_row: &[Option<Row>]) -> CarriedNearMeshes {
+    pub(super) fn carried_near_meshes(
+        &mut self,
+        new_row: &[Option<Row>],
+        parallel: bool,
+    ) -> CarriedNearMeshes {
         let (mut of_block, mut places) = (Vec::new(), Vec::new());
         for (number, block) in self.blocks.iter_mut().enumerate() {
             let lists = std::mem::take(&mut block.near_meshes);
@@ -197,7 +211,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             }
             of_block.push(lists);
         }
-        places.sort_unstable();
+        if parallel {
+            places.par_sort_unstable();
+        } else {
+            places.sort_unstable();
+        }
         CarriedNearMeshes { of_block, places }
     }
 }

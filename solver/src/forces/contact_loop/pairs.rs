@@ -19,7 +19,7 @@ use super::block::Block;
 use super::contact_point::mobility;
 use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::pass::{ContactSite, Pass, Rows};
-use super::slots::{FREE, HELD, IMAGE, Slot, TOUCHING, held};
+use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::contact::{
     Action, AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
@@ -195,7 +195,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             b[k] = rows.ahead(slot.partner as usize - first_row);
             touched |= (slot.state & TOUCHING) >> TOUCHING.trailing_zeros() << k;
             if A::ACTIVE {
-                held |= u32::from(slot.state & HELD != 0) << k;
+                held |= u32::from(slot.state & WITH_HISTORY != 0) << k;
             }
             if PERIODIC {
                 shifted |= (slot.state & IMAGE) ^ NO_SHIFT;
@@ -294,7 +294,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             if A::ACTIVE {
                 for &at in &at[..L::LANES] {
                     let slot = &mut slots[at];
-                    slot.state = slot.state & !HELD | held(touches, &slot.history.3);
+                    slot.state =
+                        slot.state & !WITH_HISTORY | with_history(touches, &slot.history.3);
                 }
             }
             put(action.force, &mut found.numbers.force[base..]);
@@ -364,7 +365,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         squared: f64,
         reach: f64,
     ) -> bool {
-        if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & HELD == 0) {
+        if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0) {
             return false;
         }
         let pair = a.material.index() * self.materials + b.material.index();
@@ -406,7 +407,7 @@ impl Change {
                 slot.state |= TOUCHING;
             }
             if self.end >> k & 1 == 1 {
-                slot.state &= !HELD;
+                slot.state &= !WITH_HISTORY;
                 slot.history = H::default();
             }
         }

@@ -24,8 +24,8 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) bodies: Option<&'a Bodies>,
     /// The bodies, in scenes that have some.
     pub(super) movers: Option<&'a Bodies>,
-    /// Flag of those whose contacts with walls are held, so that they are not evaluated.
-    pub(super) held: u32,
+    /// Flag of those whose contacts with walls are not evaluated.
+    pub(super) skipped: u32,
     pub(super) context: &'a StepContext<'a>,
 }
 
@@ -46,7 +46,7 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
             movers: bodies,
-            held: ASLEEP,
+            skipped: ASLEEP,
             context,
         }
     }

@@ -6,12 +6,15 @@
 //!
 //! What is held is evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often somebody looks.
 
+use std::ops::Range;
+
+use bytemuck::bytes_of;
 use rayon::prelude::*;
 
 use super::block::Block;
 use super::found::Numbers;
 use super::pass::{Pass, Rows};
-use super::slots::HELD;
+use super::slots::WITH_HISTORY;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::Outbox;
 use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
@@ -55,7 +58,7 @@ impl<H> Block<H> {
                 continue;
             }
             active += 1;
-            touching += usize::from(slot.state & HELD != 0);
+            touching += usize::from(slot.state & WITH_HISTORY != 0);
             if a.flags & ASLEEP != 0 {
                 self.borders.push((first + slot.owner()) as u32);
             }
@@ -102,10 +105,21 @@ impl<H> Block<H> {
     /// Takes back what is held of its rows.
     pub(super) fn restore_held(&mut self, records: &[Particle], held: &[Load]) {
         let own = self.rows.clone();
-        if has_sleeper(&records[own.clone()]) {
-            self.held = held[own.clone()].to_vec();
-        }
         self.mark(&Rows::together(&records[own.start..]));
+        // Round-off of what was taken off may be left of who woke.
+        let held = &held[own.clone()];
+        let is_felt = held
+            .iter()
+            .any(|load| bytes_of(load).iter().any(|&byte| byte != 0));
+        if is_felt || self.rests_in_part() || has_sleeper(&records[own]) {
+            self.held = held.to_vec();
+        }
+    }
+
+    /// Whether some of its slots are not evaluated.
+    fn rests_in_part(&self) -> bool {
+        let evaluated: usize = self.stretches.iter().map(Range::len).sum();
+        evaluated < self.slots.len()
     }
 }
 
@@ -167,7 +181,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         numbers: &mut Numbers,
     ) -> Vec<Load> {
         let mut loads = vec![Load::default(); copy.rows.len()];
-        let pass = Pass { held: 0, ..*self };
+        let pass = Pass {
+            skipped: 0,
+            ..*self
+        };
         pass.compute(copy, rows, &mut loads, numbers);
         loads
     }
@@ -197,12 +214,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let rows = Rows::together(&records[block.rows.start..]);
             block.mark(&rows);
             let mut copy = Self::copy_held(block, &rows);
-            block.held.clear();
-            if has_sleeper(&records[block.rows.clone()]) {
-                block.held = self.evaluate(&mut copy, &rows, numbers);
-            } else if !copy.slots.is_empty() {
-                self.evaluate(&mut copy, &rows, numbers);
-            }
+            // Of fixed particles it is held, too, what sleepers do to them: files tell it.
+            block.held = if copy.slots.is_empty() && copy.near_walls.is_empty() {
+                Vec::new()
+            } else {
+                self.evaluate(&mut copy, &rows, numbers)
+            };
             copy.outbox
         };
         let parked: Vec<Outbox> = match pool {
@@ -217,10 +234,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             }
         };
         for (index, (block, sources)) in blocks.iter_mut().zip(sources).enumerate() {
-            if !block.held.is_empty() {
-                for &source in sources {
-                    parked[source].deliver(index - source - 1, &mut block.held);
+            for &source in sources {
+                let (outbox, ahead) = (&parked[source], index - source - 1);
+                if block.held.is_empty() && outbox.parked(ahead).next().is_some() {
+                    block.held = vec![Load::default(); block.rows.len()];
                 }
+                outbox.deliver(ahead, &mut block.held);
             }
         }
     }

@@ -22,7 +22,7 @@ pub(super) const BEHIND: u32 = 1 << 10;
 /// Set in [`WallSlot::state`] while the centre of a particle that came from the front is behind the wall.
 pub(super) const THROUGH: u32 = 1 << 11;
 /// Either: there is a history.
-pub(super) const HELD: u32 = TOUCHING | BONDED;
+pub(super) const WITH_HISTORY: u32 = TOUCHING | BONDED;
 /// The image code's bits in [`Slot::state`].
 pub(super) const IMAGE: u32 = TOUCHING - 1;
 /// The row within the block that owns the slot stands in the upper half of [`Slot::state`].
@@ -78,7 +78,7 @@ impl<H: History> WallSlot<H> {
 
 /// The bits of a slot whose pair was just evaluated: `touches`, or else is bonded if adhesion remembers anything (`bond`).
 #[inline(always)]
-pub(super) fn held<H: History>(touches: bool, bond: &H) -> u32 {
+pub(super) fn with_history<H: History>(touches: bool, bond: &H) -> u32 {
     if touches {
         TOUCHING
     } else if *bond != H::default() {

@@ -6,7 +6,7 @@ use super::block::Block;
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::sides::{self, from_behind};
-use super::slots::{BEHIND, FREE, HELD, TOUCHING, WallSlot, held};
+use super::slots::{BEHIND, FREE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
     AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
@@ -30,7 +30,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
             let a = &rows.own[row];
-            if a.flags & self.held != 0 {
+            if a.flags & self.skipped != 0 {
                 first += near.features as usize;
                 continue;
             }
@@ -203,7 +203,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let (context, state) = (self.context, side.state);
         let overlap = a.radius - touch.distance;
         let touches = !A::ACTIVE || overlap > 0.0;
-        if !touches && A::FORMS_ON_CONTACT && slot.state & HELD == 0 {
+        if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
             return;
         }
         let normal = state.out_of_wall(touch.normal);
@@ -249,7 +249,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             law.act_apart(&contact, dt, &mut slot.history)
         };
         slot.state = if A::ACTIVE {
-            held(touches, &slot.history.3)
+            with_history(touches, &slot.history.3)
         } else {
             TOUCHING
         };
