@@ -7,8 +7,8 @@ chance, without them from places that differ by a thousandth of a micrometre.
     benches/sleeping.py --only rest --count   # one of them, instructions by callgrind (slow) instead of processor time
 
 `left out`: share of all steps of particles that were not made. `time`: over that without sleepers, processor time on one thread without output but at the
-end. All else is the difference to the run without sleepers at its end, but for `energy lost`: what those who fell asleep had, over the
-energy that the scene began with or was given (m g d for each particle).
+end. Particles and kinetic energy are those at the end, height, load of the floor, places and contacts the difference to the run without sleepers there; `roused`: how often one was; `energy
+lost`: what those who fell asleep had, over m g d.
 """
 
 import argparse

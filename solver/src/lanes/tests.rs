@@ -22,7 +22,7 @@ const KINDS: [f64; 12] = [
 
 /// Bits that may be compared: which of the many "no number" it is, nobody promises.
 fn bits(number: f64) -> u64 {
-    // Asked of the bits: `is_nan` of a root of a constant is folded wrongly by LLVM 22 when it optimises.
+    // Asked of the bits: seen here with rustc 1.95, `is_nan` of a root of a constant below zero is folded to "no". The solver asks that of no constant.
     let bits = number.to_bits();
     if bits & (u64::MAX >> 1) > f64::INFINITY.to_bits() {
         u64::MAX

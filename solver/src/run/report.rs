@@ -142,7 +142,7 @@ impl fmt::Display for Report {
 /// Who sleeps, and what it was good for.
 fn told(sleeping: &SleepSummary) -> String {
     format!(
-        "{} asleep, {:.1} % of all particle-steps left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
+        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
         sleeping.asleep,
         100.0 * sleeping.share,
         sleeping.fell_asleep,
