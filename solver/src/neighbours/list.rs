@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::grid::MOST_LATER;
+use super::other_pairs::OtherPairs;
 use super::rows::{change_each, each};
-use super::{ExtraSkins, Grid, Images, Levels, NO_SHIFT, opposite};
+use super::{ExtraSkins, Grid, Images, Levels, NO_SHIFT};
 use crate::memory::GROWTH;
 use crate::state::{Bodies, Particle, Particles, Row};
 
@@ -124,14 +124,14 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
 }
 
 /// The particles as the search sees them.
-struct Members {
+pub(super) struct Members {
     /// All of them, with radii that hold their parts of the skin too.
-    all: Vec<Spot>,
+    pub(super) all: Vec<Spot>,
     /// The level of each. Those with more skin than their level have one of their own, the highest: they are few, and their reach must not widen
     /// the cells of all others.
-    level: Vec<u8>,
+    pub(super) level: Vec<u8>,
     /// Largest radius of each level, m, skin included.
-    largest: Vec<f64>,
+    pub(super) largest: Vec<f64>,
 }
 
 impl Members {
@@ -281,9 +281,9 @@ fn layer(
 
 /// Position and radius; the radius of a particle that contacts cannot move is negated.
 #[derive(Clone, Copy)]
-struct Spot {
-    position: [f64; 3],
-    radius: f64,
+pub(super) struct Spot {
+    pub(super) position: [f64; 3],
+    pub(super) radius: f64,
 }
 
 /// Entries of a list that grows without a branch for each: those behind `count` are scratch.
@@ -334,7 +334,7 @@ impl Growing {
 
 /// Whether two particles are closer than the sum of their radii, which hold the skin, and can be moved.
 #[inline]
-fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
+pub(super) fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
     let [x, y, z] = [
         spot.position[0] - position[0],
         spot.position[1] - position[1],
@@ -344,142 +344,10 @@ fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
     (x * x + y * y + z * z < distance * distance) & ((spot.radius > 0.0) | (radius > 0.0))
 }
 
-/// Pairs that are near only through a periodic face, and those of the higher levels, by their lower row.
-struct OtherPairs {
-    pairs: Vec<(u32, Candidate)>,
-}
-
-impl OtherPairs {
-    fn find(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> Self {
-        if members.largest.len() == 1 && !images.any() {
-            return Self { pairs: Vec::new() };
-        }
-        let search = Search {
-            members,
-            grid,
-            above: (1..members.largest.len())
-                .map(|level| Above::new(members, level, images, parallel))
-                .collect(),
-            images,
-        };
-        let rows = members.all.len();
-        let add = |mut pairs: Vec<_>, row| {
-            search.pairs_of(row, &mut pairs);
-            pairs
-        };
-        let mut pairs = if parallel {
-            let rows = (0..rows).into_par_iter().with_min_len(256);
-            let parts: Vec<Vec<_>> = rows.fold(Vec::new, add).collect();
-            parts.concat()
-        } else {
-            (0..rows).fold(Vec::new(), add)
-        };
-        // No two are the same, so their order does not depend on how they are sorted.
-        let key = |&(row, candidate): &(u32, Candidate)| (row, candidate.partner, candidate.image);
-        if parallel {
-            pairs.par_sort_unstable_by_key(key);
-        } else {
-            pairs.sort_unstable_by_key(key);
-        }
-        Self { pairs }
-    }
-
-    /// Those whose lower row is `row` or a later one.
-    fn from(&self, row: u32) -> &[(u32, Candidate)] {
-        &self.pairs[self.pairs.partition_point(|pair| pair.0 < row)..]
-    }
-}
-
-/// The particles of a level above the lowest, in cells of their own.
-struct Above {
-    grid: Grid,
-    /// Rows in the order of the cells.
-    rows: Vec<u32>,
-}
-
-impl Above {
-    fn new(members: &Members, level: usize, images: &Images, parallel: bool) -> Self {
-        let of_level = |&row: &u32| usize::from(members.level[row as usize]) == level;
-        let rows: Vec<u32> = (0..members.all.len() as u32).filter(of_level).collect();
-        let position = |k: usize| DVec3::from_array(members.all[rows[k] as usize].position);
-        let cell = 2.0 * members.largest[level];
-        let (grid, order) = Grid::sort(rows.len(), position, cell, images, parallel);
-        let rows = order.iter().map(|&k| rows[k as usize]).collect();
-        Self { grid, rows }
-    }
-}
-
-/// The search for the pairs that the cells of the lowest level do not show.
-struct Search<'a> {
-    members: &'a Members,
-    /// Cells of the lowest level; they hold all rows.
-    grid: &'a Grid,
-    /// Levels from the second on.
-    above: Vec<Above>,
-    images: &'a Images,
-}
-
-impl Search<'_> {
-    /// Adds the pairs of a particle with those of its own level that it meets, and with all of lower levels.
-    fn pairs_of(&self, row: usize, pairs: &mut Vec<(u32, Candidate)>) {
-        let Members {
-            all,
-            level,
-            largest,
-        } = self.members;
-        let spot = all[row];
-        let own = usize::from(level[row]);
-        // In the lowest level those without a shift are known from the cells.
-        let here = (own > 0).then_some(NO_SHIFT);
-        let images = self.images;
-        let (low, high) = (images.min, images.min + images.size);
-        // Those with extra skin need not be the largest.
-        let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
-        for image in here.into_iter().chain(images.neighbours()) {
-            let position = DVec3::from_array(spot.position) + images.shift(image);
-            // Only images that stand within reach of a periodic face can have a neighbour behind it; along the
-            // other axes particles may stand outside the domain.
-            let reach = spot.radius.abs() + farthest;
-            let outside = (low - position).max(position - high);
-            if (0..3).any(|axis| images.periodic[axis] && outside[axis] > reach) {
-                continue;
-            }
-            for (lower, largest) in largest[..=own].iter().enumerate() {
-                let reach = spot.radius.abs() + largest;
-                let mut test = |other: usize| {
-                    // Of two particles of a level the one in the higher row looks.
-                    if lower == own && other >= row {
-                        return;
-                    }
-                    let position = position.to_array();
-                    if !near(all[other], position, spot.radius) {
-                        return;
-                    }
-                    pairs.push(if other < row {
-                        let partner = row as u32;
-                        (other as u32, Candidate { partner, image })
-                    } else {
-                        let (partner, image) = (other as u32, opposite(image));
-                        (row as u32, Candidate { partner, image })
-                    });
-                };
-                if lower > 0 {
-                    let Above { grid, rows } = &self.above[lower - 1];
-                    grid.visit_near(position, reach, |k| test(rows[k] as usize));
-                } else {
-                    self.grid.visit_near(position, reach, |other| {
-                        if level[other] == 0 {
-                            test(other);
-                        }
-                    });
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::state::{FIXED, MaterialIndex};
     use proptest::prelude::*;

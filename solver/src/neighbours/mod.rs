@@ -11,6 +11,7 @@ mod images;
 mod levels;
 mod lines;
 mod list;
+mod other_pairs;
 mod rows;
 mod skin;
 mod validity;

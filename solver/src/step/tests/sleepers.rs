@@ -1,5 +1,7 @@
 //! Who rests falls asleep, nothing that matters changes, and who is disturbed is roused.
 
+mod fixed;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -39,12 +41,7 @@ fn scene(head: &str, floor: &str, more: &str) -> Arc<Plan> {
         density = 2000.0
         normal = {{ law = "linear", stiffness = 500.0, restitution = 0.3 }}
         tangential = {{ law = "linear", stiffness_ratio = 0.2857, friction = 0.5 }}
-        [[walls]]
-        name = "floor"
-        shape = "plane"
-        point = [0, 0, 0]
-        normal = [0, 0, 1]
-        material = "m"
+        {FLOOR}
         {floor}
         {more}
     "#
@@ -52,6 +49,14 @@ fn scene(head: &str, floor: &str, more: &str) -> Arc<Plan> {
     let scene = parse_scene(Path::new("sleepers.toml"), &text, &[], Files::Unchecked).unwrap();
     Arc::new(plan(&scene).unwrap())
 }
+
+const FLOOR: &str = r#"
+        [[walls]]
+        name = "floor"
+        shape = "plane"
+        point = [0, 0, 0]
+        normal = [0, 0, 1]
+        material = "m""#;
 
 const ROOM: &str = r"time = { end = 1.0, step = 2e-5 }
         domain = { min = [-0.02, -0.02, -0.1], max = [0.02, 0.02, 0.4] }";
@@ -446,141 +451,18 @@ fn what_is_held_does_not_drift() {
     assert!(compared > 2000);
 }
 
-/// A plate of fixed spheres beside one of loose spheres that are driven against it by `tilt` (m/s^2), in blocks of their own; a wall comes nearer from 0.15 s to 0.25 s.
-/// `more`: tables behind it.
-fn leaning_on_fixed_ones(sleeping: &str, tilt: f64, more: &str) -> Arc<Plan> {
-    let text = format!(
-        r#"
-        {sleeping}
-        gravity = [-{tilt}, 0, -9.81]
-        time = {{ end = 1.0, step = 2e-5 }}
-        domain = {{ min = [-0.2, -0.01, -0.01], max = [0.2, 0.04, 0.03] }}
-        output = {{ interval = 0.05 }}
-        [materials.m]
-        density = 2000.0
-        normal = {{ law = "linear", stiffness = 500.0, restitution = 0.3 }}
-        tangential = {{ law = "linear", stiffness_ratio = 0.2857, friction = 0.5, dissipation = 0.002 }}
-        rolling = {{ law = "luding", friction = 0.1, dissipation = 0.01 }}
-        [[walls]]
-        shape = "plane"
-        point = [0, 0, 0]
-        normal = [0, 0, 1]
-        material = "m"
-        [[walls]]
-        shape = "plane"
-        point = [0, 0.02602, 0]
-        normal = [0, -1, 0]
-        material = "m"
-        motion = [{{ kind = "translation", velocity = [0, -1e-3, 0], from = 0.15, until = 0.25 }}]
-        [[particles]]
-        material = "m"
-        radius = 1e-3
-        fixed = true
-        lattice = {{ min = [-0.12, 0, 1e-3], max = [-2e-3, 0.0181, 1e-3], spacing = 2e-3 }}
-        [[particles]]
-        material = "m"
-        radius = 1e-3
-        lattice = {{ min = [0, 0, 1e-3], max = [0.118, 0.0181, 1e-3], spacing = 2e-3 }}
-        [[particles]]
-        material = "m"
-        radius = 1e-3
-        fixed = true
-        position = [-0.125, 0, 1e-3]
-        {more}
-    "#
-    );
-    let scene = parse_scene(Path::new("leaning.toml"), &text, &[], Files::Unchecked).unwrap();
-    Arc::new(plan(&scene).unwrap())
-}
-
-/// Who lies against fixed ones is felt by them, and seen there, whether it sleeps or not: also by blocks in which nobody sleeps.
-#[test]
-fn fixed_ones_feel_sleepers() {
-    let run = |sleeping| {
-        let mut engine = Engine::new(leaning_on_fixed_ones(sleeping, 2.0, ""), 1).unwrap();
-        advance(&mut engine, 0.14);
-        engine.step(Some(WITNESS)).unwrap();
-        let seen = engine.observation();
-        let is_fixed = |row: u32| engine.particles.records[row as usize].flags & FIXED != 0;
-        let told = seen.records.iter().filter(|record| match record.partner {
-            Partner::Particle { row, .. } => is_fixed(row) || is_fixed(record.row),
-            Partner::Wall { .. } => false,
-        });
-        let told: Vec<f64> = told.map(|record| record.force.x.abs()).collect();
-        let rows = (0..).zip(&engine.particles.loads);
-        let felt = rows.filter(|&(row, _)| is_fixed(row));
-        let felt: f64 = felt.map(|(_, load)| load.force.x.abs()).sum();
-        assert_eq!(told.len(), 10);
-        assert!(
-            (told.iter().sum::<f64>() / felt - 1.0).abs() < 1e-12,
-            "{told:?}, {felt}"
-        );
-        let slept = engine.sleepers().map(|sleepers| sleepers.0);
-        (slept, seen.particle_contacts, seen.elastic_energy)
-    };
-    let (with, without) = (run("sleeping = {}"), run(""));
-    assert_eq!(with.0, Some(600));
-    assert_eq!(with.1, without.1);
-    // Of each contact with the floor the force is right to a twentieth, and its energy to a tenth; the others are far weaker.
-    assert!(
-        (with.2 / without.2 - 1.0).abs() < 0.1,
-        "{with:?}, {without:?}"
-    );
-}
-
-/// What fixed ones feel of sleepers outlasts an interruption, also when those are awake again.
-#[test]
-fn what_fixed_ones_feel_is_kept() {
-    // Beside the fixed ones, in a block without other sleepers; the wall rouses it.
-    let alone = "[[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [-0.06, 0.025, 1e-3]";
-    let plan = leaning_on_fixed_ones("sleeping = {}", 0.5, alone);
-    let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
-    let mut interrupted = Engine::new(Arc::clone(&plan), 1).unwrap();
-    advance(&mut engine, 0.1499);
-    advance(&mut interrupted, 0.1499);
-    let (mut slept, mut woke) = (asleep(&engine), false);
-    for _ in 0..60 {
-        engine.steps_at_once(20, None).unwrap();
-        interrupted.steps_at_once(20, None).unwrap();
-        let state = engine.snapshot().encode();
-        assert!(
-            interrupted.snapshot().encode() == state,
-            "at {} s",
-            engine.time()
-        );
-        let saved = Snapshot::decode(&state).unwrap();
-        interrupted = Engine::restore(Arc::clone(&plan), saved, 2).unwrap();
-        engine.step(Some(WITNESS)).unwrap();
-        interrupted.step(Some(WITNESS)).unwrap();
-        assert_eq!(
-            engine.observation().elastic_energy,
-            interrupted.observation().elastic_energy
-        );
-        assert_eq!(
-            engine.observation().particle_contacts,
-            interrupted.observation().particle_contacts
-        );
-        woke |= asleep(&engine) < slept;
-        slept = asleep(&engine);
-    }
-    assert!(woke && slept < 601, "{slept}");
-}
-
 /// A sphere without friction goes on turning while it rests, so it does not sleep; one that does not turn does.
 #[test]
 fn who_turns_does_not_sleep() {
-    let text = r#"
-        sleeping = {}
+    let text = format!(
+        r#"
+        sleeping = {{}}
         gravity = [0, 0, -9.81]
-        time = { end = 1.0, step = 2e-5 }
-        domain = { min = [0, 0, -0.01], max = [0.1, 0.1, 0.1] }
-        output = { interval = 0.05 }
-        materials.m = { density = 2000.0, normal = { law = "linear", stiffness = 500.0, restitution = 0.3 } }
-        [[walls]]
-        shape = "plane"
-        point = [0, 0, 0]
-        normal = [0, 0, 1]
-        material = "m"
+        time = {{ end = 1.0, step = 2e-5 }}
+        domain = {{ min = [0, 0, -0.01], max = [0.1, 0.1, 0.1] }}
+        output = {{ interval = 0.05 }}
+        materials.m = {{ density = 2000.0, normal = {{ law = "linear", stiffness = 500.0, restitution = 0.3 }} }}
+        {FLOOR}
         [[particles]]
         material = "m"
         radius = 1e-3
@@ -590,8 +472,9 @@ fn who_turns_does_not_sleep() {
         radius = 1e-3
         position = [0.08, 0.05, 1e-3]
         angular_velocity = [0, 0, 10.0]
-    "#;
-    let scene = parse_scene(Path::new("turning.toml"), text, &[], Files::Unchecked).unwrap();
+    "#
+    );
+    let scene = parse_scene(Path::new("turning.toml"), &text, &[], Files::Unchecked).unwrap();
     let mut engine = Engine::new(Arc::new(plan(&scene).unwrap()), 1).unwrap();
     advance(&mut engine, 0.2);
     assert_eq!(asleep(&engine), 1);
