@@ -3,6 +3,7 @@
 //!
 //!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml            # both ways, alternating, least of seven; what is in the packing
 //!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --check    # and all pairs, compared one by one
+//!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --threads 2    # lists made by two threads
 //!     cargo run --release -p mercury-solver --example size_levels -- SCENE.toml --levels   # without the single grid, which takes minutes where sizes are wide
 //!     valgrind --tool=callgrind target/release/examples/size_levels SCENE.toml single 3    # builds three lists with a single grid, for tools that count
 //!
@@ -26,6 +27,7 @@ struct Case {
     particles: Particles,
     images: Images,
     skin: f64,
+    pool: Option<rayon::ThreadPool>,
 }
 
 impl Case {
@@ -39,6 +41,7 @@ impl Case {
             particles: engine.particles.clone(),
             images,
             skin,
+            pool: None,
         })
     }
 
@@ -55,15 +58,23 @@ impl Case {
     }
 
     fn build(&mut self, levels: &Levels) -> Built {
-        let mut none = ExtraSkins::default();
-        build(
-            &mut self.particles,
-            &mut none,
-            levels,
-            self.skin,
-            &self.images,
-            false,
-        )
+        let pool = self.pool.take();
+        let mut work = || {
+            let mut none = ExtraSkins::default();
+            let Self {
+                particles,
+                images,
+                skin,
+                ..
+            } = self;
+            build(particles, &mut none, levels, *skin, images, pool.is_some())
+        };
+        let built = match &pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        };
+        self.pool = pool;
+        built
     }
 
     /// Whether two particles are closer than this beyond contact (m). In a domain as wide as twice the largest distance of a pair, only the nearest image counts.
@@ -142,8 +153,16 @@ fn main() -> Result<(), String> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let (path, more) = arguments.split_first().ok_or("which scene?")?;
     let mut case = Case::read(path)?;
+    let after = |word: &str| more.iter().skip_while(|&other| other != word).nth(1);
+    if let Some(threads) = after("--threads") {
+        let threads = threads
+            .parse()
+            .map_err(|_| "how many threads?".to_owned())?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        case.pool = Some(pool.build().map_err(|error| error.to_string())?);
+    }
     let ways = [case.chosen(), case.single()];
-    if let [way, count] = more {
+    if let ([way, count], None) = (more, &case.pool) {
         let levels = &ways[usize::from(way == "single")];
         let count: usize = count.parse().map_err(|_| "how often?".to_owned())?;
         for _ in 0..count {
