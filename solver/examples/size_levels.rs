@@ -58,23 +58,17 @@ impl Case {
     }
 
     fn build(&mut self, levels: &Levels) -> Built {
-        let pool = self.pool.take();
-        let mut work = || {
-            let mut none = ExtraSkins::default();
-            let Self {
-                particles,
-                images,
-                skin,
-                ..
-            } = self;
-            build(particles, &mut none, levels, *skin, images, pool.is_some())
-        };
-        let built = match &pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        };
-        self.pool = pool;
-        built
+        let Self {
+            particles,
+            images,
+            skin,
+            pool,
+        } = self;
+        let mut none = ExtraSkins::default();
+        match pool {
+            Some(pool) => pool.install(|| build(particles, &mut none, levels, *skin, images, true)),
+            None => build(particles, &mut none, levels, *skin, images, false),
+        }
     }
 
     /// Whether two particles are closer than this beyond contact (m). In a domain as wide as twice the largest distance of a pair, only the nearest image counts.

@@ -117,7 +117,7 @@ crate::state::plain!(SavedSleep {
 });
 
 impl SavedSleep {
-    /// What is kept of each row, in a run and in a checkpoint.
+    /// What a run keeps of each row at most; a checkpoint holds it without what pads the loads.
     #[must_use]
     pub const fn bytes_per_row() -> usize {
         size_of::<DVec3>() + size_of::<Load>()

@@ -204,8 +204,11 @@ fn a_floor_that_is_exchanged_wakes_its_sleepers() {
     engine
         .exchange_wall(WallIndex::new(0), Shape::Plane(floor))
         .unwrap();
+    assert_eq!(asleep(&engine), 4, "it acts in the next step");
     let saved = engine.snapshot();
-    assert!(saved.sleep.is_some());
+    assert!(Snapshot::decode(&saved.encode()).is_ok_and(|read| read == saved));
+    let is_roused = |record: &crate::state::Particle| record.flags & ROUSED != 0;
+    assert!(!saved.particles.records.iter().any(is_roused));
     let dt = plan.physics().time_step();
     engine.steps_at_once(1, None).unwrap();
     assert_eq!(asleep(&engine), 0);
