@@ -122,6 +122,7 @@ periodic = ["x", "y", "z"]
 
 [contact]
 coulomb_limits = "elastic"
+sliding_normal = "step"
 overlap_error = 1.9
 overlap_warning = 1.9
 

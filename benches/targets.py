@@ -30,7 +30,7 @@ RESULTS = ROOT / "benches" / "results" / "targets.csv"
 BESIDE = ["dense-2k", "dense-20k", "poly-20k", "mesh-drum-6k", "flow-20k", "drum-soft"]
 OURS = ["frictionless", "threads"]
 SOFT = [f"materials.{material}.tangential.stiffness_factor=1.0" for material in ("m1", "m2", "steel")]
-SOFT += ["contact.coulomb_limits=elastic", "time.end=0.2"]
+SOFT += ["contact.coulomb_limits=elastic", "contact.sliding_normal=step", "time.end=0.2"]
 SOFT_STEPS = 1950  # after 50 to warm up, 2,000 as SOFT has them
 
 

@@ -96,7 +96,7 @@ fn by_asking_all(particles: &Particles, walls: &[WallNow], images: &Images) -> u
     for wall in walls {
         for &code in wall.met_by() {
             for record in &particles.records {
-                let image = wall.image_of(images, record.position, code);
+                let image = wall.image_of(record.position, code);
                 let centre = (wall.state).into_wall(record.position + images.shift(image));
                 let reach = record.radius + MARGIN;
                 found += usize::from(match wall.shape() {

@@ -13,5 +13,6 @@ pub mod selftests;
 pub mod shapes;
 pub mod sleeping_scenes;
 pub mod stress;
+pub mod three_beads;
 pub mod twins;
 pub mod validation;

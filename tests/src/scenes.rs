@@ -141,6 +141,8 @@ pub fn contact_at_rest(overlap: f64, effective_radius: f64, effective_mass: f64)
         effective_mass,
         normal_velocity: 0.0,
         tangential_velocity: Vector::ZERO,
+        sliding_normal: Vector::Z,
+        sliding_distance: 2.0 * effective_radius - overlap,
         centre_velocity: Vector::ZERO,
         spin: Vector::ZERO,
     }

@@ -14,6 +14,7 @@ mod shear;
 mod spin;
 mod stage;
 mod steps;
+mod three_beads;
 
 use std::time::Instant;
 
@@ -247,6 +248,11 @@ pub const CASES: &[Case] = &[
         scene: "denormals",
         what: "denormal numbers, and numbers beyond the range",
         run: refusals::denormals,
+    },
+    Case {
+        scene: "three-beads",
+        what: "a grain on two beads 20 times its size: does friction glue it into their groove?",
+        run: three_beads::groove,
     },
 ];
 

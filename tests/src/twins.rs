@@ -11,7 +11,7 @@ use mercury_solver::walls as fast;
 use crate::reference::bodies::Body;
 use crate::reference::laws::{
     ContactLaw, Conventions, CoulombLimits, LinearDamping, LoadHistory, Normal, Resistance,
-    ResistanceStiffness, RollingLever, Tangential, TangentialHistory,
+    ResistanceStiffness, RollingLever, SlidingNormal, Tangential, TangentialHistory,
 };
 use crate::reference::state::{Particle, PeriodicBox};
 use crate::reference::{Simulation, walls as plain};
@@ -197,6 +197,10 @@ pub fn reference_of(plan: &mut Draft, walls: &[TwinWall]) -> Simulation {
     let mut simulation = Simulation::new(plan.time_step, laws[0].0);
     simulation.conventions = Conventions {
         startup_increment: plan.startup_increment,
+        sliding_normal: match plan.sliding_normal {
+            contact::SlidingNormal::HalfStep => SlidingNormal::HalfStep,
+            contact::SlidingNormal::Step => SlidingNormal::Step,
+        },
         ..laws[0].1
     };
     simulation.pair_parameters = Box::new(move |a, b| laws[a * count + b].0);

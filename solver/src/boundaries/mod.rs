@@ -222,6 +222,12 @@ impl Boundaries {
         self.rows = RowMap::of_list(rows);
     }
 
+    /// Whether the particle of this row of the last list was removed since.
+    #[must_use]
+    pub fn is_removed(&self, row: u32) -> bool {
+        self.rows.is_removed(row as usize)
+    }
+
     /// For each row of the last list its present row, `None` if it was removed. The list must be built anew at once, from
     /// all `rows` present ones.
     pub fn take_row_map(&mut self, rows: usize) -> Vec<Option<Row>> {

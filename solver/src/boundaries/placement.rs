@@ -189,7 +189,7 @@ pub(super) fn overlaps_wall(
     let mut touches = Touches::new();
     walls.iter().filter(|wall| wall.state.present).any(|wall| {
         wall.met_by().iter().any(|&code| {
-            let code = wall.image_of(images, centre, code);
+            let code = wall.image_of(centre, code);
             let centre = wall.state.into_wall(centre + images.any_shift(code));
             wall.shape().touches(centre, radius, &mut touches);
             !touches.is_empty()

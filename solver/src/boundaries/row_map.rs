@@ -32,6 +32,11 @@ impl RowMap {
         }
     }
 
+    /// Whether this row of the last list was removed since.
+    pub(super) fn is_removed(&self, row: usize) -> bool {
+        (self.present.as_ref()).is_some_and(|present| present[row].is_none())
+    }
+
     /// The present row of each row of the last list; the next list will have `rows`.
     pub(super) fn take(&mut self, rows: usize) -> Vec<Option<Row>> {
         let last = std::mem::replace(self, Self::of_list(rows));

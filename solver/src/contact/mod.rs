@@ -39,8 +39,8 @@ pub use tangential::{
     AnyTangential, LinearFriction, Mindlin, MindlinRescaled, NoFriction, TangentialLaw,
 };
 
-pub use mercury_common::scene::CoulombLimits;
 use mercury_common::scene::LawKeys;
+pub use mercury_common::scene::{CoulombLimits, SlidingNormal};
 
 use crate::lanes::{Mask, Real, Vector};
 
@@ -66,8 +66,14 @@ pub struct Contact<L = f64> {
     pub effective_mass: L,
     /// Normal component of the relative velocity at the contact point, m/s; positive when separating.
     pub normal_velocity: L,
-    /// Tangential part of the relative velocity at the contact point, m/s.
+    /// Tangential part of the relative velocity at the contact point, m/s: taken against `sliding_normal`, then turned into the
+    /// plane of `normal`.
     pub tangential_velocity: Vector<L>,
+    /// Unit normal at the time of the velocities, half a step before `normal`; the same as `normal` by the rule
+    /// [`SlidingNormal::Step`].
+    pub sliding_normal: Vector<L>,
+    /// Distance at that time, m; the same as `distance` by that rule.
+    pub sliding_distance: L,
     /// Relative velocity of the centres, m/s; zero at walls, whose springs do not turn with the pair.
     pub centre_velocity: Vector<L>,
     /// Relative angular velocity, rad/s.
@@ -96,6 +102,8 @@ impl<L: Real> Contact<L> {
             effective_mass: self.effective_mass.lane(k),
             normal_velocity: self.normal_velocity.lane(k),
             tangential_velocity: self.tangential_velocity.lane(k),
+            sliding_normal: self.sliding_normal.lane(k),
+            sliding_distance: self.sliding_distance.lane(k),
             centre_velocity: self.centre_velocity.lane(k),
             spin: self.spin.lane(k),
         }
@@ -139,47 +147,47 @@ fn follow<L: Real>(
     dt: f64,
 ) -> Vector<L> {
     match rotation {
-        SpringRotation::Project => project(spring, contact),
+        SpringRotation::Project => turn(spring, contact),
         SpringRotation::Incremental => {
-            let along = spring.dot(contact.centre_velocity) / contact.distance;
-            spring - contact.normal * (along * dt)
+            let along = spring.dot(contact.centre_velocity) / contact.sliding_distance;
+            spring - contact.sliding_normal * (along * dt)
         }
     }
 }
 
-/// Projects a spring on the tangent plane and brings it back to its old length.
+/// A spring in the tangent plane of the last step's normal, turned into that of the present one at its length.
 ///
-/// Springs shorter than 1e-12 R* are left alone: their direction carries no information.
-///
-/// With q = (xi.n)^2/|xi|^2 the length grows back by 1/sqrt(1 - q). In one step a contact turns little, so that the first
-/// terms of the series are exact to round-off; unlike a root they keep the chain of dependent operations short.
+/// The normal of the half step h halves the angle between the two normals. So the reflection s - 2 (s.h) h takes the old
+/// tangent plane to the new one, and does there what the rotation from one normal to the other does: it is of second order
+/// along any path, and needs neither root nor division. What it leaves along the normal is taken out, and the length is
+/// restored where that is more than round-off: where a contact passes on to another face of a wall, and by the rule
+/// [`SlidingNormal::Step`], whose h is the normal itself, so that this is a projection at constant length.
 #[inline(always)]
-fn project<L: Real>(spring: Vector<L>, contact: &Contact<L>) -> Vector<L> {
-    let length_squared = spring.length_squared();
-    let least = contact.effective_radius * 1e-12;
-    let short = length_squared.at_most(least * least);
-    if short.all() {
-        return spring;
-    }
-    // The division waits for the spring alone, not for the normal.
-    let inverse = L::ONE / length_squared;
-    let along = spring.dot(contact.normal);
-    let flat = spring - contact.normal * along;
-    let q = along * along * inverse;
-    let far = !(q.below(L::splat(1e-5)) | short);
-    // the next term is 35/128 q^4 < 3e-21
-    let mut projected = flat * ((q * 0.5 + q * q * (q * 0.3125 + 0.375)) + 1.0);
+fn turn<L: Real>(spring: Vector<L>, contact: &Contact<L>) -> Vector<L> {
+    let half = contact.sliding_normal;
+    let turned = spring - half * (spring.dot(half) * 2.0);
+    let along = turned.dot(contact.normal);
+    let mut flat = turned - contact.normal * along;
+    let length_squared = turned.length_squared();
+    // Below that the length changes by less than round-off.
+    let far = (length_squared * 1e-16).below(along * along);
     if far.any() {
-        projected = Vector::select(far, stretch_back(flat, length_squared), projected);
+        flat = Vector::select(far, stretch_back(flat, length_squared), flat);
     }
-    if short.any() {
-        projected = Vector::select(short, spring, projected);
+    flat
+}
+
+impl<L: Real> Contact<L> {
+    /// The part of a vector in the tangent plane.
+    #[inline(always)]
+    #[must_use]
+    pub fn in_plane(&self, vector: Vector<L>) -> Vector<L> {
+        vector - self.normal * vector.dot(self.normal)
     }
-    projected
 }
 
 /// `flat` at the length of the spring that it is the projection of.
-#[cold]
+#[inline(always)]
 fn stretch_back<L: Real>(flat: Vector<L>, length_squared: L) -> Vector<L> {
     let flat_squared = flat.length_squared();
     // A spring along the normal has no direction left in the tangent plane; its remainder is round-off.

@@ -145,6 +145,8 @@ fn in_lanes<const N: usize>(alone: &[Alone; N]) -> Contact<Lanes<N>> {
         effective_mass: number(|contact| contact.effective_mass),
         normal_velocity: number(|contact| contact.normal_velocity),
         tangential_velocity: vector(|contact| contact.tangential_velocity),
+        sliding_normal: vector(|contact| contact.sliding_normal),
+        sliding_distance: number(|contact| contact.sliding_distance),
         centre_velocity: vector(|contact| contact.centre_velocity),
         spin: vector(|contact| contact.spin),
     }
@@ -442,6 +444,7 @@ fn contacts() -> impl Strategy<Value = Alone> {
                 _ => {}
             }
             let normal_velocity = velocity.dot(normal);
+            let half = normal + w * 1e-2;
             let contact = Contact {
                 normal,
                 distance: 4.0 * radius - overlap,
@@ -450,6 +453,8 @@ fn contacts() -> impl Strategy<Value = Alone> {
                 effective_mass: mass,
                 normal_velocity,
                 tangential_velocity: velocity - normal * normal_velocity,
+                sliding_normal: half * (1.0 / half.length()),
+                sliding_distance: 4.0 * radius,
                 centre_velocity: velocity + v * speed,
                 spin: w * (speed / radius),
             };

@@ -6,6 +6,7 @@ mod block;
 mod carrying;
 mod contact_point;
 mod found;
+mod joined;
 mod memory;
 mod pairs;
 mod pass;
@@ -201,6 +202,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             self.blocks.iter_mut().for_each(fill);
         }
         self.link();
+    }
+
+    fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32) {
+        for near in self
+            .blocks
+            .iter_mut()
+            .flat_map(|block| &mut block.near_walls)
+        {
+            near.image = new_name(near.row, near.wall, near.image);
+        }
     }
 
     fn compute(

@@ -21,14 +21,14 @@ pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
-pub use observation::{ContactRecord, Exchange, Observation, Partner, Watch};
+pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use saved::{SavedSlot, SavedSlots};
 
-use crate::contact::HistoryNumber;
+use crate::contact::{HistoryNumber, SlidingNormal};
 use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
-use crate::state::{Load, Particle, Particles, Pieces, Row};
+use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::WallNow;
 
 /// What the force evaluation of one step is told.
@@ -37,6 +37,8 @@ pub struct StepContext<'a> {
     pub spring_time: f64,
     /// How much earlier than the positions the velocities are: half a step, 0 in the evaluation before the first step, s.
     pub velocity_lag: f64,
+    /// Against which normal velocities of sliding, rolling and torsion are taken.
+    pub sliding_normal: SlidingNormal,
     /// Periodic images.
     pub images: &'a Images,
     /// Walls as they are now.
@@ -57,6 +59,17 @@ pub struct StepContext<'a> {
     pub sees_sleepers: bool,
     /// How many contacts are evaluated side by side; changes no bit.
     pub width: Width,
+}
+
+impl StepContext<'_> {
+    /// How long before the positions the normal is against which velocities of sliding, rolling and torsion are taken, s.
+    #[must_use]
+    pub fn sliding_lag(&self) -> f64 {
+        match self.sliding_normal {
+            SlidingNormal::HalfStep => self.velocity_lag,
+            SlidingNormal::Step => 0.0,
+        }
+    }
 }
 
 /// Loads that one block of rows has summed up: index of the block, those of earlier cuts first as `None`.
@@ -130,6 +143,9 @@ pub trait ContactForces: Send {
         new_row: &[Option<Row>],
         parallel: bool,
     );
+
+    /// Gives the images by which walls are met other names before a list is built: `new_name` of row, wall and image.
+    fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32);
 
     /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
     /// loads are complete, while it is still in the cache; the answers are merged.

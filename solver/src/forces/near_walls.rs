@@ -22,8 +22,8 @@ pub struct NearWall {
 /// Finds every particle whose surface is closer than `margin` and its `extra_skin` (m; empty for none) to a wall, by rows, and within a
 /// row by walls and images. `grid`: the cells by which the particles are sorted.
 ///
-/// Walls that end inside a periodic domain are met by images too; a wall that spans a period is met once, a mesh that goes on for
-/// ever by the image that is between its faces.
+/// Walls that have an end are met by images too; a wall without one is met once, a mesh that goes on for ever by the image that is between its
+/// faces.
 ///
 /// Each wall looks for blocks of cells that it may be near, and only the particles in them are tested: of many walls most are near
 /// few particles.
@@ -113,7 +113,7 @@ impl Tests<'_> {
         if record.inverse_mass == 0.0 {
             return None;
         }
-        let image = wall.image_of(self.images, record.position, met_by);
+        let image = wall.image_of(record.position, met_by);
         let centre = (wall.state).into_wall(record.position + self.images.any_shift(image));
         let extra_skin = self.extra_skin.get(row).copied().unwrap_or_default();
         let reach = record.radius + extra_skin + self.margin;

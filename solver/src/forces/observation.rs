@@ -33,6 +33,42 @@ pub enum Partner {
     },
 }
 
+/// Energy that the springs of contacts store, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SpringEnergy {
+    /// Of elastic normal forces, and of bonds by adhesion, which count negative.
+    pub normal: f64,
+    /// Of normal forces that are not elastic.
+    pub plastic: f64,
+    /// Of tangential springs.
+    pub tangential: f64,
+    /// Of rolling and torsion springs.
+    pub rolling: f64,
+}
+
+impl SpringEnergy {
+    /// Of all springs, J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.normal + self.plastic + self.tangential + self.rolling
+    }
+
+    /// Adds `times` what others store.
+    pub fn add(&mut self, other: &Self, times: f64) {
+        self.normal += times * other.normal;
+        self.plastic += times * other.plastic;
+        self.tangential += times * other.tangential;
+        self.rolling += times * other.rolling;
+    }
+}
+
+crate::state::plain!(SpringEnergy {
+    normal,
+    plastic,
+    tangential,
+    rolling
+});
+
 /// What a contact does to its two sides, for the audit of the energy, which needs velocities that are known only when all forces are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exchange {
@@ -52,6 +88,9 @@ pub struct Exchange {
     pub tangential: DVec3,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: DVec3,
+    /// What its springs store half a step after these forces, by their change over the last step: what is lost to the particles
+    /// if one side of the contact is gone before the next forces.
+    pub next_stored: SpringEnergy,
 }
 
 /// One contact as the force evaluation saw it.
@@ -108,12 +147,8 @@ pub struct Observation {
     pub elastic_energy: f64,
     /// Audited steps: dissipated in this step as bonds form and break, J; nothing of it is viscous.
     pub dissipated_by_bonds: f64,
-    /// Audited steps: the part of the elastic energy that normal forces store which are not elastic, J.
-    pub plastic_energy: f64,
-    /// Audited steps: the part of the elastic energy that is stored in tangential springs, J.
-    pub tangential_energy: f64,
-    /// Audited steps: the part of it in rolling and torsion springs, J.
-    pub rolling_energy: f64,
+    /// Audited steps: the elastic energy by the springs that store it.
+    pub stored: SpringEnergy,
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
     pub walls: Vec<(Load, f64)>,
     /// How the contacts of each wall answer to its motion, for servos.
@@ -149,9 +184,7 @@ impl Observation {
         self.wall_contacts += other.wall_contacts;
         self.elastic_energy += other.elastic_energy;
         self.dissipated_by_bonds += other.dissipated_by_bonds;
-        self.plastic_energy += other.plastic_energy;
-        self.tangential_energy += other.tangential_energy;
-        self.rolling_energy += other.rolling_energy;
+        self.stored.add(&other.stored, 1.0);
         self.exchanges.extend_from_slice(&other.exchanges);
         self.largest_overlap = self.largest_overlap.max(other.largest_overlap);
         for (mine, theirs) in self.walls.iter_mut().zip(&other.walls) {
@@ -176,9 +209,12 @@ mod tests {
             wall_contacts: (2 * times).into(),
             elastic_energy: 3.0 * number,
             dissipated_by_bonds: 4.0 * number,
-            plastic_energy: 5.0 * number,
-            tangential_energy: 6.0 * number,
-            rolling_energy: 7.0 * number,
+            stored: SpringEnergy {
+                normal: 5.0 * number,
+                plastic: 6.0 * number,
+                tangential: 7.0 * number,
+                rolling: 12.0 * number,
+            },
             walls: [8.0, 9.0]
                 .map(|of_wall: f64| {
                     let mut load = Load::default();

@@ -26,7 +26,7 @@ use super::time_step::{
 };
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
-use super::walls::walls;
+use super::walls::{continue_cylinders, walls};
 use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
@@ -119,6 +119,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
+    continue_cylinders(&mut walls, &scene.domain, &mut notes);
     meshes::continue_periodically(&mut walls, &scene.domain, sizes.largest, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
     let mut counted = Counted {
@@ -229,6 +230,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 })
                 .collect(),
             laws,
+            sliding_normal: scene.contact.sliding_normal,
             wall_curvature: scene.contact.wall_curvature,
             startup_increment: scene.contact.startup_increment,
             contact_point_mass: scene.contact.clump_mass == ClumpMass::ContactPoint,

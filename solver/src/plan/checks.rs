@@ -359,7 +359,7 @@ pub(super) fn overlaps(
                 behind.add(1.0, (sphere.grain, index, 0.0));
             }
             for &code in wall.met_by() {
-                let code = wall.image_of(&images, sphere.centre, code);
+                let code = wall.image_of(sphere.centre, code);
                 let centre = (wall.state).into_wall(sphere.centre + images.any_shift(code));
                 wall.shape().touches(centre, sphere.radius, &mut touches);
                 for touch in touches.iter() {

@@ -1,11 +1,11 @@
 //! `[clumps.NAME]`: clump files as templates of bodies.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use mercury_common::error::FormatError;
 use mercury_common::formats::clump::{ClumpFile, read_clump};
 use mercury_common::formats::mesh::{TriangleMesh, read_mesh};
-use mercury_common::scene::{Dimensions, Scene, SceneError};
+use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
@@ -47,7 +47,7 @@ pub(super) fn clumps(
                 short(ratio)
             ));
         }
-        let surface = surface(&clump.name.value, &file, &clump.file.value, warnings);
+        let surface = surface(&clump.name.value, &file, &clump.file, warnings);
         let built = Clump::new(
             &clump.name.value,
             MaterialIndex::new(clump.material.value.0 as u32),
@@ -69,23 +69,27 @@ pub(super) fn clumps(
 fn surface(
     name: &str,
     file: &ClumpFile,
-    path: &Path,
+    named: &Located<PathBuf>,
     warnings: &mut Vec<String>,
 ) -> Option<TriangleMesh> {
-    match read_mesh(file.surface_path(path)?) {
-        Ok(mesh) => Some(mesh),
-        Err(error) => {
+    let path = file.surface_path(named)?;
+    let read = match named.place.may_read(&path) {
+        Ok(()) => read_mesh(&path).map_err(|error| {
             // On one line, as all warnings are.
             let error = FormatError {
                 help: None,
                 ..error
             };
-            warnings.push(format!(
-                "clump `{name}` is shown by its pebbles, its surface cannot be read: {error}"
-            ));
-            None
-        }
-    }
+            error.to_string()
+        }),
+        Err(error) => Err(error.message),
+    };
+    read.map_err(|error| {
+        warnings.push(format!(
+            "clump `{name}` is shown by its pebbles, its surface cannot be read: {error}"
+        ));
+    })
+    .ok()
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::sizes::Sizes;
 use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan, Sleeping};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
+use crate::contact::SlidingNormal;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
@@ -72,6 +73,8 @@ pub struct Draft {
     pub materials: Vec<Material>,
     /// Laws of all pairs of materials.
     pub laws: LawTable,
+    /// Against which normal velocities of sliding, rolling and torsion are taken.
+    pub sliding_normal: SlidingNormal,
     /// R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Springs advance in the force evaluation before the first step.
@@ -133,6 +136,7 @@ impl Draft {
                 materials: 1,
                 laws: vec![Some(law)],
             },
+            sliding_normal: SlidingNormal::default(),
             wall_curvature: false,
             startup_increment: false,
             contact_point_mass: false,
@@ -194,6 +198,7 @@ impl Draft {
                 periodic: self.periodic,
                 materials: self.materials,
                 laws: self.laws,
+                sliding_normal: self.sliding_normal,
                 wall_curvature: self.wall_curvature,
                 startup_increment: self.startup_increment,
                 contact_point_mass: self.contact_point_mass,
@@ -317,6 +322,7 @@ impl Plan {
             periodic: physics.periodic,
             materials: physics.materials,
             laws: physics.laws,
+            sliding_normal: physics.sliding_normal,
             wall_curvature: physics.wall_curvature,
             startup_increment: physics.startup_increment,
             contact_point_mass: physics.contact_point_mass,

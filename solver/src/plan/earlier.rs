@@ -38,7 +38,11 @@ pub struct Carried {
 pub struct StartedFrom {
     /// Its folder.
     pub folder: PathBuf,
-    /// The key that names it, and what its state was: as [`Statement::entries`](mercury_common::scene::Statement::entries) say of
+    /// Its checkpoint that is used.
+    pub checkpoint: PathBuf,
+    /// The key of the scene that names it.
+    pub key: String,
+    /// What names it, and what its state was: as [`Statement::entries`](mercury_common::scene::Statement::entries) say of
     /// files.
     pub statement: (String, String),
 }
@@ -46,6 +50,7 @@ pub struct StartedFrom {
 /// What a run left, as particles of this scene.
 pub(super) struct Earlier {
     folder: PathBuf,
+    checkpoint: PathBuf,
     /// The key in this scene.
     key: String,
     /// Of the whole file.
@@ -80,6 +85,7 @@ enum Grain {
 
 /// The state that a run left.
 struct State {
+    path: PathBuf,
     head: Head,
     checksum: u32,
     kick_due: bool,
@@ -115,6 +121,7 @@ pub(super) fn take_up(
         );
     }
     let State {
+        path,
         head,
         checksum,
         particles: state,
@@ -228,6 +235,7 @@ pub(super) fn take_up(
     let rows: Option<Vec<EarlierRow>> = rows.into_iter().collect();
     Ok(Earlier {
         folder: folder.value.clone(),
+        checkpoint: path,
         key: folder.place.key().to_owned(),
         checksum,
         head,
@@ -274,6 +282,7 @@ fn newest(folder: &Located<PathBuf>, warnings: &mut Vec<String>) -> Result<State
         if path.symlink_metadata().is_err() {
             continue;
         }
+        folder.place.may_read(&path)?;
         match read(&path) {
             Ok(state) => {
                 let is_newer = |known: &State| state.head.step > known.head.step;
@@ -305,6 +314,7 @@ fn read(path: &Path) -> Result<State, String> {
         decoder.skip("run")?;
         let (_, kick_due): (u64, bool) = decoder.section("clock")?;
         Ok(State {
+            path: path.to_owned(),
             head,
             checksum: crc32fast::hash(&bytes),
             kick_due,
@@ -535,6 +545,8 @@ impl Earlier {
         let state = format!("step {}, checksum {:08x}", self.head.step, self.checksum);
         StartedFrom {
             folder: self.folder.clone(),
+            checkpoint: self.checkpoint.clone(),
+            key: self.key.clone(),
             statement: (format!("state of {}", self.key), state),
         }
     }

@@ -10,6 +10,7 @@ use super::guard::Guard;
 use super::sleeping::Sleeping;
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
+use crate::contact::SlidingNormal;
 use crate::contact::registry::LawTable;
 use crate::neighbours::Images;
 use crate::state::{Material, NewParticle};
@@ -29,6 +30,7 @@ pub struct Physics {
     pub(super) periodic: [bool; 3],
     pub(super) materials: Vec<Material>,
     pub(super) laws: LawTable,
+    pub(super) sliding_normal: SlidingNormal,
     pub(super) wall_curvature: bool,
     pub(super) startup_increment: bool,
     pub(super) contact_point_mass: bool,
@@ -72,6 +74,8 @@ impl Physics {
         borrow materials: [Material];
         /// Laws of all pairs of materials.
         borrow laws: LawTable;
+        /// Against which normal velocities of sliding, rolling and torsion are taken.
+        copy sliding_normal: SlidingNormal;
         /// R* includes the curvature of walls.
         copy wall_curvature: bool;
         /// Springs advance in the force evaluation before the first step.

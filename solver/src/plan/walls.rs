@@ -17,6 +17,9 @@ use crate::walls::{
 /// Most walls: the contact loop numbers them with 16 bits.
 const MOST_WALLS: usize = 1 << 16;
 
+/// A cylinder may be shorter than a period by this part of it and still spans it.
+const SPANS: f64 = 1e-9;
+
 /// All walls that can be built, in the order of the file, faces of boxes in the order -x +x -y +y -z +z.
 pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
     let mut planned = Vec::new();
@@ -110,6 +113,33 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         errors.push(scene.place.error(message));
     }
     planned
+}
+
+/// Gives cylinders that lie along a periodic axis and span it no ends: they and their images are one surface.
+pub(super) fn continue_cylinders(walls: &mut [Wall], domain: &Domain, notes: &mut Vec<String>) {
+    let size = *domain.max - *domain.min;
+    for wall in walls {
+        let Shape::Cylinder(cylinder) = &wall.shape else {
+            continue;
+        };
+        let (low, high) = wall.shape.bounds();
+        let goes_on = |&axis: &usize| {
+            let extent = high[axis] - low[axis];
+            domain.periodic[axis]
+                && wall.motion.keeps_axis(axis)
+                && cylinder.direction().cross(DVec3::AXES[axis]) == DVec3::ZERO
+                && extent.is_finite()
+                && extent >= size[axis] * (1.0 - SPANS)
+        };
+        if let Some(axis) = (0..3).find(goes_on) {
+            notes.push(format!(
+                "walls.{}: the cylinder spans the periodic axis {} and goes on for ever along it",
+                wall.name,
+                ["x", "y", "z"][axis]
+            ));
+            wall.shape = Shape::Cylinder(cylinder.endless());
+        }
+    }
 }
 
 /// What to say of a wall so far beside a periodic domain that its images have no codes.

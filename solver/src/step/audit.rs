@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::Engine;
 use crate::bodies::{angular_velocity, constrained_spin};
-use crate::forces::{Exchange, Observation, Partner};
+use crate::forces::{Exchange, Observation, Partner, SpringEnergy};
 use crate::state::{ASLEEP, Body, FIXED, Load, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
@@ -23,18 +23,47 @@ pub struct Audit {
     pub dissipated_rolling: f64,
     /// Done by the walls on the particles.
     pub wall_work: f64,
+    /// Stored in the contacts of particles that left, when they left.
+    pub left: SpringEnergy,
+    /// Stored in contacts with walls that vanished, when they vanished.
+    pub vanished: SpringEnergy,
     /// Power of each at the time of the last forces.
     last: Powers,
     /// What is stored then of the energy that each takes, J.
-    stored: Stored,
+    stored: SpringEnergy,
 }
 
-/// What springs store whose work counts as a whole, J.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Stored {
-    plastic: f64,
-    tangential: f64,
-    rolling: f64,
+/// A contact of the last forces, and what is lost with it if one side is gone before the next forces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AuditedContact {
+    /// Row of the particle.
+    row: u32,
+    /// Row of the other particle, or number of the wall.
+    partner: u32,
+    is_wall: bool,
+    /// J.
+    stored: SpringEnergy,
+}
+
+impl AuditedContact {
+    fn of(exchange: &Exchange) -> Self {
+        let (partner, is_wall) = match exchange.partner {
+            Partner::Particle { row, .. } => (row, false),
+            Partner::Wall { wall, .. } => (u32::from(wall.number()), true),
+        };
+        Self {
+            row: exchange.row,
+            partner,
+            is_wall,
+            stored: exchange.next_stored,
+        }
+    }
+
+    /// Whether it can be one of so many particles and walls.
+    pub(super) fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
+        let partners = if self.is_wall { walls } else { rows };
+        (self.row as usize) < rows && (self.partner as usize) < partners
+    }
 }
 
 /// What contacts do at one time, W.
@@ -62,11 +91,7 @@ impl Audit {
     fn take_in(&mut self, observation: &Observation, now: Powers, dt: f64) {
         let half = 0.5 * dt;
         let last = self.last;
-        let stored = Stored {
-            plastic: observation.plastic_energy,
-            tangential: observation.tangential_energy,
-            rolling: observation.rolling_energy,
-        };
+        let stored = observation.stored;
         if dt > 0.0 {
             self.dissipated_normal += half * (last.normal + now.normal)
                 - (stored.plastic - self.stored.plastic)
@@ -78,6 +103,17 @@ impl Audit {
             self.wall_work += half * (last.walls + now.walls);
         }
         (self.last, self.stored) = (now, stored);
+    }
+
+    /// Takes account of a contact that is gone with what it stored: that is not dissipated.
+    fn let_go(&mut self, stored: &SpringEnergy, by_wall: bool) {
+        self.stored.add(stored, -1.0);
+        let sum = if by_wall {
+            &mut self.vanished
+        } else {
+            &mut self.left
+        };
+        sum.add(stored, 1.0);
     }
 }
 
@@ -133,7 +169,38 @@ impl Engine {
             powers.tangential -= tangential.dot(velocity);
             powers.rolling -= couple.dot(spin);
         }
+        self.note_vanished_walls();
         self.audit.take_in(observation, powers, dt);
+        self.audited.clear();
+        let contacts = observation.exchanges.iter().map(AuditedContact::of);
+        self.audited.extend(contacts);
+    }
+
+    /// Particles were removed since the last forces, and no list was built yet: what their contacts stored leaves with them.
+    pub(super) fn note_leavers(&mut self) {
+        let Self {
+            audit,
+            audited,
+            boundaries,
+            ..
+        } = self;
+        audited.retain(|contact| {
+            let is_gone = boundaries.is_removed(contact.row)
+                || !contact.is_wall && boundaries.is_removed(contact.partner);
+            if is_gone {
+                audit.let_go(&contact.stored, false);
+            }
+            !is_gone
+        });
+    }
+
+    /// The same for walls that were there at the last forces and are not at these.
+    fn note_vanished_walls(&mut self) {
+        for contact in &self.audited {
+            if contact.is_wall && !self.walls[contact.partner as usize].state.present {
+                self.audit.let_go(&contact.stored, true);
+            }
+        }
     }
 
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
@@ -238,10 +305,11 @@ crate::state::plain!(Powers {
     walls
 });
 
-crate::state::plain!(Stored {
-    plastic,
-    tangential,
-    rolling
+crate::state::plain!(AuditedContact {
+    row,
+    partner,
+    is_wall,
+    stored
 });
 
 crate::state::plain!(Audit {
@@ -249,6 +317,8 @@ crate::state::plain!(Audit {
     dissipated_tangential,
     dissipated_rolling,
     wall_work,
+    left,
+    vanished,
     last,
     stored
 });

@@ -105,7 +105,7 @@ impl<'a> Passing<'a> {
         let codes = self.wall.met_by().iter();
         codes
             .filter_map(|&code| {
-                let image = (self.wall).image_of(self.images, particle.position, code);
+                let image = (self.wall).image_of(particle.position, code);
                 let centre = particle.position + self.images.any_shift(image);
                 self.crossing_of(id, particle, centre, touches)
             })

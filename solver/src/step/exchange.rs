@@ -19,6 +19,9 @@ impl Engine {
             time,
         );
         self.lists.rows_changed |= changed;
+        if changed && self.plan.physics().energy_budget() {
+            self.note_leavers();
+        }
         if self.stage.is_given_up() {
             return Err(RunError::GivenUp);
         }

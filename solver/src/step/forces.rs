@@ -114,6 +114,7 @@ impl Engine {
         let context = StepContext {
             spring_time,
             velocity_lag: 0.5 * self.since_last(),
+            sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
             wall_curvature: self.plan.physics().wall_curvature(),
@@ -139,6 +140,7 @@ impl Engine {
         let context = StepContext {
             spring_time: 0.0,
             velocity_lag: 0.0,
+            sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
             wall_curvature: self.plan.physics().wall_curvature(),

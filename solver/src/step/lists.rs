@@ -94,6 +94,7 @@ impl Engine {
         }
         let parallel = in_pool();
         let removed = self.boundaries.take_row_map(self.particles.len());
+        self.rename_images(&removed);
         let [_, mean, _] = self.plan.physics().radii();
         let Lists { skin, .. } = &mut self.lists;
         let levels = Levels::choose(&self.particles.records, skin.thickness.min(mean));
@@ -160,6 +161,26 @@ impl Engine {
             give_back();
         }
         Ok(())
+    }
+}
+
+impl Engine {
+    /// Before particles are put back into the domain: contacts with a wall go on by the image that is the same copy of it then.
+    /// `present`: where each row of the last list is now.
+    fn rename_images(&mut self, present: &[Option<Row>]) {
+        let (images, walls) = (&self.images, &self.walls);
+        if !images.any() || walls.is_empty() {
+            return;
+        }
+        let records = &self.particles.records;
+        self.forces.contacts.rename_images(&|row, wall, image| {
+            let Some(row) = present[row as usize] else {
+                return image;
+            };
+            let position = records[row.index()].position;
+            let way = images.wrap(position) - position;
+            walls[wall.index()].renamed(images, image, way)
+        });
     }
 }
 

@@ -28,7 +28,7 @@ mod start;
 mod tests;
 mod walls;
 
-pub use audit::Audit;
+pub use audit::{Audit, AuditedContact};
 pub use error::RunError;
 pub use lists::Lists;
 pub use load_series::LoadSeries;
@@ -71,6 +71,8 @@ pub struct Engine {
     drifted: Option<MotionBound>,
     /// Running sums of the energy audit.
     audit: Audit,
+    /// The contacts of the last forces, in audited runs.
+    audited: Vec<AuditedContact>,
     /// Running sums of the loads on the triangles of meshes.
     load_series: LoadSeries,
     /// Who sleeps, if the plan lets anybody.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::guard::Guard;
-use super::{Audit, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
+use super::{Audit, AuditedContact, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
 use crate::neighbours::Images;
@@ -37,6 +37,8 @@ pub struct Snapshot {
     pub boundaries: BoundaryState,
     /// Running sums of the energy audit.
     pub audit: Audit,
+    /// The contacts of the last forces, in audited runs.
+    pub audited: Vec<AuditedContact>,
     /// What the guard has counted.
     pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
@@ -47,6 +49,9 @@ pub struct Snapshot {
 
 /// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
 const SLEEP: &str = "sleep";
+
+/// Section of [`Snapshot::audited`]: only where there are any.
+const AUDITED: &str = "audited contacts";
 
 /// More steps have no time of their own: above it not every whole number is an `f64`.
 const MOST_STEPS: u64 = 1 << 53;
@@ -70,6 +75,9 @@ impl Snapshot {
         encoder.section("walls", &self.walls);
         encoder.section("boundaries", &self.boundaries);
         encoder.section("audit", &self.audit);
+        if !self.audited.is_empty() {
+            encoder.section(AUDITED, &self.audited);
+        }
         encoder.section("guard", &self.guard);
         encoder.section("feature loads", &self.feature_loads);
         if let Some(sleep) = &self.sleep {
@@ -105,6 +113,7 @@ impl Snapshot {
             kick_due,
             boundaries: decoder.section("boundaries")?,
             audit: decoder.section("audit")?,
+            audited: decoder.optional_section(AUDITED)?.unwrap_or_default(),
             guard: decoder.section("guard")?,
             feature_loads: decoder.section("feature loads")?,
             sleep: decoder.optional_section(SLEEP)?,
@@ -179,6 +188,9 @@ impl Engine {
         encoder.section("walls", &self.saved_walls());
         encoder.section("boundaries", &self.boundaries.state());
         encoder.section("audit", &self.audit);
+        if !self.audited.is_empty() {
+            encoder.section(AUDITED, &self.audited);
+        }
         encoder.section("guard", &self.guard.save());
         encoder.section("feature loads", &self.saved_feature_loads());
         if let Some(sleep) = self.saved_sleep() {
@@ -218,6 +230,7 @@ impl Engine {
             kick_due: self.kick_due,
             boundaries: self.boundaries.state(),
             audit: self.audit,
+            audited: self.audited.clone(),
             guard: self.guard.save(),
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
@@ -288,6 +301,12 @@ impl Engine {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
+        let (rows, walls) = (snapshot.particles.len(), plan.physics().walls().len());
+        let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
+        if !snapshot.audited.iter().all(leads_somewhere) {
+            let reason = "it has audited contacts of particles or walls that are not there";
+            return Err(RunError::OtherPlan(reason.to_owned()));
+        }
         let records = &snapshot.particles.records;
         let is_material = |index: u32| (index as usize) < plan.physics().materials().len();
         if !records
@@ -324,6 +343,7 @@ impl Engine {
             .boundaries
             .restore(&snapshot.boundaries, &engine.particles);
         engine.audit = snapshot.audit;
+        engine.audited = snapshot.audited;
         engine.guard = Guard::restored(&snapshot.guard);
         let (time, dt) = (engine.time(), engine.plan.physics().time_step());
         let walls = engine.plan.physics().walls().iter().zip(&mut engine.walls);

@@ -203,6 +203,7 @@ impl Engine {
             pool,
             idle_pool: None,
             audit: Audit::default(),
+            audited: Vec::new(),
             load_series: LoadSeries::default(),
             sleep,
         })

@@ -25,6 +25,18 @@ impl Shape {
         }
     }
 
+    /// Whether it is the surface of a solid: particles are outside.
+    fn is_solid(&self) -> bool {
+        let side = match self {
+            Self::Plane(_) | Self::Disc(_) | Self::Mesh(_) => return false,
+            Self::Cylinder(cylinder) => cylinder.side(),
+            Self::Cone(cone) => cone.0.side(),
+            Self::Sphere(sphere) => sphere.side(),
+            Self::Revolution(revolution) => revolution.0.side(),
+        };
+        side == Side::Outside
+    }
+
     /// Distance of a place (m, in the wall's own frame) from the surface; negative behind one that acts on one side. Where the nearest point is
     /// on a rim, a place is on no side, and not behind.
     #[must_use]
@@ -68,7 +80,8 @@ impl Mesh {
 }
 
 impl WallNow {
-    /// Whether a place (m) lies behind the wall where it stands, as it and its images are seen from there: behind the nearest of them.
+    /// Whether a place (m) lies behind the wall where it stands, as it and its images are seen from there: behind the nearest of them, or in any of
+    /// them if they are solids, which may cross.
     #[must_use]
     pub fn is_behind(&self, images: &Images, place: DVec3, scratch: &mut Scratch) -> bool {
         if !self.shape().is_one_sided() {
@@ -76,9 +89,12 @@ impl WallNow {
         }
         let mut nearest = f64::INFINITY;
         for &code in self.met_by() {
-            let code = self.image_of(images, place, code);
+            let code = self.image_of(place, code);
             let place = self.state.into_wall(place + images.any_shift(code));
             let distance = self.shape().signed_distance(place, scratch);
+            if distance < 0.0 && self.shape().is_solid() {
+                return true;
+            }
             if distance.abs() < nearest.abs() {
                 nearest = distance;
             }

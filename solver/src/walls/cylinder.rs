@@ -7,7 +7,7 @@ use super::pose::Pose;
 use super::revolved::Revolved;
 use super::side::Side;
 use super::symmetry;
-use super::touch::{Touch, Touches};
+use super::touch::{Touch, Touches, Turning};
 use glam::{DVec2, DVec3};
 
 /// A cylindrical shell, endless or cut off. Features of an endless one: 0 the face, 1 the outer face
@@ -51,6 +51,28 @@ impl Cylinder {
         }))
     }
 
+    /// The direction of its axis, of length 1.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        match &self.0 {
+            Extent::Endless { axis, .. } => axis.direction,
+            Extent::Bounded(revolved) => revolved.direction(),
+        }
+    }
+
+    /// The same without ends.
+    #[must_use]
+    pub fn endless(&self) -> Self {
+        match &self.0 {
+            Extent::Endless { .. } => self.clone(),
+            Extent::Bounded(revolved) => Self(Extent::Endless {
+                axis: revolved.axis().clone(),
+                radius: revolved.widest(),
+                side: revolved.side(),
+            }),
+        }
+    }
+
     pub(super) fn side(&self) -> Side {
         match &self.0 {
             Extent::Endless { side, .. } => *side,
@@ -79,6 +101,10 @@ impl Cylinder {
                     normal: outward * sign,
                     feature,
                     curvature: [0.0, sign / radius],
+                    turning: Turning {
+                        along: axis.direction,
+                        rates: [0.0, if point.x > 0.0 { sign / point.x } else { 0.0 }],
+                    },
                 });
             }
         }

@@ -5,7 +5,6 @@
 
 use glam::DVec3;
 
-use super::mesh::SEAM;
 use super::near_box::Corners;
 use super::{Pose, Shape, WallState};
 use crate::neighbours::Images;
@@ -18,6 +17,9 @@ const FACE: f64 = 1e-6;
 /// fit into half a period ([`crate::neighbours::Skin::first`]).
 const REACH: f64 = 0.5;
 
+/// By this much less than a period (in periods) a surface may be long and still count as spanning it.
+const SPANS: f64 = 1e-9;
+
 /// How a wall is met along one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Along {
@@ -25,9 +27,6 @@ enum Along {
     Once,
     /// By the image that is between the faces of a mesh that goes on for ever.
     BetweenFaces,
-    /// By the image that is nearest to the middle of a surface that is as long as the period or longer: it and its own images would be
-    /// met twice where they are one surface.
-    Nearest,
     /// By every image that may come near.
     All,
 }
@@ -41,11 +40,15 @@ pub(super) struct MetBy {
     /// By how much the middle must go to be in the domain, m: whole periods.
     home: DVec3,
     codes: Vec<u32>,
+    /// Whether the motion of the wall leaves the direction of each axis as it is.
+    keeps_axis: [bool; 3],
+    /// Whether places of the surface may lie on its own images: it is as long as a period or longer.
+    may_join: bool,
 }
 
 impl MetBy {
-    /// Before it is told where the wall stands.
-    pub(super) fn new(shape: &Shape, images: &Images) -> Self {
+    /// Before it is told where the wall stands. `keeps_axis`: whether the motion leaves the direction of each axis as it is.
+    pub(super) fn new(shape: &Shape, images: &Images, keeps_axis: [bool; 3]) -> Self {
         let (low, high) = shape.bounds();
         let domain = images.min + 0.5 * images.size;
         let along = [0, 1, 2].map(|axis| {
@@ -58,15 +61,21 @@ impl MetBy {
                 Along::Once
             } else if continued {
                 Along::BetweenFaces
-            } else if matches!(shape, Shape::Mesh(_)) && extent > images.size[axis] * (1.0 + SEAM) {
-                // It turns, or it would go on.
-                Along::All
-            } else if extent >= images.size[axis] * (1.0 - 1e-9) {
-                Along::Nearest
             } else {
                 Along::All
             }
         });
+        // Endless ones cross their images at most, as spheres do.
+        let is_bounded = (high - low).is_finite() && !matches!(shape, Shape::Sphere(_));
+        let may_join = is_bounded
+            && (0..3).any(|axis| {
+                let turned = if keeps_axis[axis] {
+                    high[axis] - low[axis]
+                } else {
+                    low.distance(high)
+                };
+                along[axis] == Along::All && turned >= images.size[axis] * (1.0 - SPANS)
+            });
         let (mut middle, mut home) = (domain, DVec3::ZERO);
         for axis in 0..3 {
             if (high[axis] - low[axis]).is_finite() {
@@ -82,7 +91,31 @@ impl MetBy {
             middle,
             home,
             codes: Vec::new(),
+            keeps_axis,
+            may_join,
         }
+    }
+
+    /// The same for another shape of the wall.
+    pub(super) fn of_shape(&self, shape: &Shape, images: &Images) -> Self {
+        Self::new(shape, images, self.keeps_axis)
+    }
+
+    /// Whether places of the surface may lie on its own images.
+    pub(super) fn may_join(&self) -> bool {
+        self.may_join
+    }
+
+    /// The code that goes with the same copy of the wall as `code` once the particle is `way` farther and the wall `back`, whole periods, m.
+    pub(super) fn renamed(&self, code: u32, way: DVec3, back: DVec3, images: &Images) -> u32 {
+        (0..3).fold(code, |code, axis| {
+            let periods = ((back - way)[axis] / images.size[axis]).round();
+            if self.along[axis].is_set_back() && periods != 0.0 {
+                Images::moved(code, axis, periods)
+            } else {
+                code
+            }
+        })
     }
 
     /// Codes of the images by which particles meet the wall, of those axes along which none is chosen for each particle.
@@ -144,7 +177,6 @@ impl MetBy {
         &self,
         shape: &Shape,
         state: &WallState,
-        images: &Images,
         position: DVec3,
         code: u32,
     ) -> u32 {
@@ -153,7 +185,7 @@ impl MetBy {
         }
         let mut code = code;
         for axis in 0..3 {
-            let periods = self.periods(axis, shape, state, images, position);
+            let periods = self.periods(axis, shape, state, position);
             code = Images::moved(code, axis, periods);
         }
         code
@@ -171,8 +203,8 @@ impl MetBy {
         let range = |axis: usize| {
             // Round-off must not hide the one at the end.
             let slack = FACE * images.size;
-            let most = self.periods(axis, shape, state, images, low - slack);
-            let least = self.periods(axis, shape, state, images, high + slack);
+            let most = self.periods(axis, shape, state, low - slack);
+            let least = self.periods(axis, shape, state, high + slack);
             (least as i32, most as i32)
         };
         let [x, y, z] = if self.along.iter().any(|along| along.is_chosen()) {
@@ -193,14 +225,7 @@ impl MetBy {
 
     /// Whole periods by which a particle is shifted along an axis to meet the wall; 0 along axes of which no image is chosen.
     #[inline]
-    fn periods(
-        &self,
-        axis: usize,
-        shape: &Shape,
-        state: &WallState,
-        images: &Images,
-        position: DVec3,
-    ) -> f64 {
+    fn periods(&self, axis: usize, shape: &Shape, state: &WallState, position: DVec3) -> f64 {
         match self.along[axis] {
             Along::Once | Along::All => 0.0,
             Along::BetweenFaces => {
@@ -213,15 +238,6 @@ impl MetBy {
                 let period = periods.find(|period| period.axis == axis);
                 period.map_or(0.0, |period| period.into_base(place[axis]))
             }
-            Along::Nearest => {
-                let middle = state.pose.to_global(self.middle);
-                let beside = (position[axis] - middle[axis]) / images.size[axis];
-                if beside.abs() <= 0.5 + FACE {
-                    0.0
-                } else {
-                    -beside.round()
-                }
-            }
         }
     }
 }
@@ -229,11 +245,11 @@ impl MetBy {
 impl Along {
     /// Whether whole periods are taken off the wall's way; meshes that go on do that themselves.
     fn is_set_back(self) -> bool {
-        matches!(self, Self::Nearest | Self::All)
+        matches!(self, Self::All)
     }
 
     /// Whether one image is chosen for each particle.
     fn is_chosen(self) -> bool {
-        matches!(self, Self::BetweenFaces | Self::Nearest)
+        matches!(self, Self::BetweenFaces)
     }
 }

@@ -25,6 +25,8 @@ pub struct WallNow {
     shape: Shape,
     /// By which images it is met.
     met_by: MetBy,
+    /// Whole periods that were taken off its way, m: now, and when the candidate list was built.
+    taken_off: [DVec3; 2],
     /// Where it stood when the candidate list was built.
     listed_pose: Pose,
     /// Whether its surface is another one than the plan's.
@@ -62,7 +64,8 @@ impl WallNow {
             state: wall.state(0.0, dt),
             servos: vec![ServoState::default(); wall.motion.all_servos().count()],
             shape: wall.shape.clone(),
-            met_by: MetBy::new(&wall.shape, images),
+            met_by: MetBy::new(&wall.shape, images, keeps_axes(wall)),
+            taken_off: [DVec3::ZERO; 2],
             listed_pose: Pose::IDENTITY,
             is_reshaped: false,
             reshaped_by: 0.0,
@@ -116,7 +119,7 @@ impl WallNow {
     fn note_reshaped(&mut self, way: f64, images: &Images) {
         self.is_reshaped = true;
         self.reshaped_by += way;
-        self.met_by = MetBy::new(&self.shape, images);
+        self.met_by = self.met_by.of_shape(&self.shape, images);
         self.note_images(images);
     }
 
@@ -157,6 +160,7 @@ impl WallNow {
         if self.state.moves {
             let back = self.met_by.whole_periods(&self.state.pose, images);
             self.state.shift(back);
+            self.taken_off[0] = back;
         }
     }
 
@@ -176,9 +180,9 @@ impl WallNow {
     /// The image of a particle at `position` (m) that meets the wall, of those that go with the code `met_by`.
     #[inline]
     #[must_use]
-    pub fn image_of(&self, images: &Images, position: DVec3, met_by: u32) -> u32 {
+    pub fn image_of(&self, position: DVec3, met_by: u32) -> u32 {
         let (shape, state) = (&self.shape, &self.state);
-        self.met_by.image_of(shape, state, images, position, met_by)
+        self.met_by.image_of(shape, state, position, met_by)
     }
 
     /// The images between which [`WallNow::image_of`] chooses for particles in a box, m.
@@ -192,8 +196,24 @@ impl WallNow {
         (self.met_by).images_of_box(shape, state, images, corners, met_by)
     }
 
+    /// Whether places of the surface may lie on its own images: what touches it is sorted out by [`WallNow::keep_own`] then.
+    #[inline]
+    #[must_use]
+    pub fn may_join(&self) -> bool {
+        self.met_by.may_join()
+    }
+
+    /// The image by which a particle goes on to meet the same copy of the wall as by `image`, when a list is built and puts it into the
+    /// domain `way` farther, whole periods, m.
+    #[must_use]
+    pub fn renamed(&self, images: &Images, image: u32, way: DVec3) -> u32 {
+        let [now, listed] = self.taken_off;
+        self.met_by.renamed(image, way, now - listed, images)
+    }
+
     /// The candidate list is built with the wall as it is now.
     pub fn note_listed(&mut self) {
+        self.taken_off[1] = self.taken_off[0];
         self.listed_pose = self.state.pose;
         self.reshaped_by = 0.0;
     }
@@ -243,7 +263,7 @@ impl WallNow {
         } else {
             wall.shape.clone()
         };
-        self.met_by = MetBy::new(&self.shape, images);
+        self.met_by = self.met_by.of_shape(&self.shape, images);
         self.reshaped_by = saved.reshaped_by;
         if saved.servos.len() != self.servos.len() {
             return Err(WallError::OtherServos);
@@ -252,7 +272,14 @@ impl WallNow {
         self.listed_pose = saved.listed_pose;
         self.state = wall.driven_state(time, dt, &self.servos);
         self.set_back(images);
+        // A wall that is set back is listed anew in the same step.
+        self.taken_off[1] = self.taken_off[0];
         self.note_images(images);
         Ok(())
     }
+}
+
+/// Whether the motion of a wall leaves the direction of each axis as it is.
+fn keeps_axes(wall: &Wall) -> [bool; 3] {
+    [0, 1, 2].map(|axis| wall.motion.keeps_axis(axis))
 }

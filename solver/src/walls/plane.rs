@@ -4,7 +4,7 @@ use super::error::{WallError, direction, finite_vector};
 use super::outline::Outline;
 use super::pose::Pose;
 use super::symmetry;
-use super::touch::{Touch, Touches};
+use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
 
 /// A half-space of wall. It pushes back however deep a centre has sunk in.
@@ -49,6 +49,7 @@ impl Plane {
             normal: self.normal,
             feature: 0,
             curvature: [0.0; 2],
+            turning: Turning::NONE,
         })
     }
 

@@ -79,6 +79,8 @@ pub(super) struct Near {
     /// Distance from the axis of the foot of the normal; infinite at corners, which have no
     /// curvature.
     pub(super) foot_radius: f64,
+    /// How the normal turns in the half-plane when the point moves along the surface, rad/m.
+    pub(super) turning: f64,
 }
 
 /// A polygon in the half-plane `r >= 0`, open or closed.
@@ -286,6 +288,7 @@ impl Profile {
             normal: if flipped { -piece.normal } else { piece.normal },
             feature: (if flipped { back + index } else { index }) as u32,
             foot_radius: piece.start.x + at.along * piece.direction.x,
+            turning: 0.0,
         }
     }
 
@@ -313,6 +316,7 @@ impl Profile {
             normal: offset * (sign / length),
             feature: (self.pieces.len() + index) as u32,
             foot_radius: f64::INFINITY,
+            turning: sign / length,
         })
     }
 

@@ -7,7 +7,7 @@ use super::pose::Pose;
 use super::profile::Profile;
 use super::side::Side;
 use super::symmetry;
-use super::touch::{Touch, Touches};
+use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +34,10 @@ impl Revolved {
         self.profile.widest()
     }
 
+    pub(super) fn axis(&self) -> &Axis {
+        &self.axis
+    }
+
     /// Of length 1, along the axis.
     pub(super) fn direction(&self) -> DVec3 {
         self.axis.direction
@@ -55,6 +59,17 @@ impl Revolved {
                 normal: outward * near.normal.x + self.axis.direction * near.normal.y,
                 feature: near.feature,
                 curvature: [0.0, curvature],
+                turning: Turning {
+                    along: self.axis.direction.cross(outward),
+                    rates: [
+                        if point.x > 0.0 {
+                            near.normal.x / point.x
+                        } else {
+                            0.0
+                        },
+                        near.turning,
+                    ],
+                },
             });
         });
     }

@@ -5,7 +5,7 @@ use super::outline::Outline;
 use super::pose::Pose;
 use super::side::Side;
 use super::symmetry;
-use super::touch::{Touch, Touches};
+use super::touch::{Touch, Touches, Turning};
 use glam::DVec3;
 
 /// A spherical shell. Features: 0 the inside (or the only side), 1 the outside of [`Side::Both`].
@@ -54,6 +54,10 @@ impl SphereShell {
             normal: outward * sign,
             feature,
             curvature: [sign / self.radius; 2],
+            turning: Turning {
+                along: outward.any_orthonormal_vector(),
+                rates: [if r > 0.0 { sign / r } else { 0.0 }; 2],
+            },
         });
     }
 

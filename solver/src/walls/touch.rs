@@ -20,6 +20,37 @@ pub struct Touch {
     /// inside). Zero at edges and tips, where an ideal shape has none: the scene does not say how
     /// far the real edge is rounded.
     pub curvature: [f64; 2],
+    /// How the normal turns when the centre moves along the surface.
+    pub turning: Turning,
+}
+
+/// How a wall's normal turns when a sphere's centre moves: the second derivatives of the distance from the wall.
+///
+/// At the distance s from a surface of the principal curvature k the normal turns by k/(1 + k s) for each metre; beside an edge or
+/// a tip by 1/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turning {
+    /// A principal direction in the tangent plane, of length 1; the other one is normal x `along`.
+    pub along: DVec3,
+    /// For each metre along it, and along the other one, rad/m.
+    pub rates: [f64; 2],
+}
+
+impl Turning {
+    /// On a flat face.
+    pub const NONE: Self = Self {
+        along: DVec3::X,
+        rates: [0.0; 2],
+    };
+
+    /// The change of the normal (1) for a change of the centre's place (m), or of both for each second.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, normal: DVec3, way: DVec3) -> DVec3 {
+        let across = normal.cross(self.along);
+        self.along * (self.rates[0] * way.dot(self.along))
+            + across * (self.rates[1] * way.dot(across))
+    }
 }
 
 impl Touch {
@@ -29,6 +60,7 @@ impl Touch {
         normal: DVec3::ZERO,
         feature: u32::MAX,
         curvature: [0.0; 2],
+        turning: Turning::NONE,
     };
 }
 
@@ -130,6 +162,7 @@ mod tests {
             normal: DVec3::X,
             feature,
             curvature: [0.0; 2],
+            turning: Turning::NONE,
         }
     }
 

@@ -7,7 +7,7 @@ use mercury_solver::contact::normal::hertz_damping;
 use mercury_solver::contact::rolling::FrictionSpring;
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, CoulombLimits, Hertz, Linear,
-    LinearFriction, Luding, Mindlin, PairLaw, SpringRotation,
+    LinearFriction, Luding, Mindlin, PairLaw, SlidingNormal, SpringRotation,
 };
 use mercury_solver::step::Engine;
 
@@ -78,7 +78,9 @@ fn linear_and_sliding() -> Vec<Case> {
                 spin * DVec3::Z,
             )
         });
-        let mut engine = start(plan(time_step, 6.0 / PI, law).with_particles(spheres.into()));
+        let mut plan = plan(time_step, 6.0 / PI, law);
+        plan.sliding_normal = SlidingNormal::Step;
+        let mut engine = start(plan.with_particles(spheres.into()));
         advance(&mut engine, (0.04 / time_step).round() as u64);
         engine
     };
@@ -162,6 +164,7 @@ fn mindlin_on_wall() -> Vec<Case> {
             adhesion: AnyAdhesion::None,
         };
         let mut plan = plan(time_step, 2500.0, law);
+        plan.sliding_normal = SlidingNormal::Step;
         plan.gravity = dvec3(0.0, 0.0, -9.81);
         plan.walls.push(plane(DVec3::ZERO, DVec3::Z));
         let ball = sphere(
@@ -262,7 +265,9 @@ fn all_kinds_of_friction() -> Vec<Case> {
             dvec3(-0.4, 0.0, 0.05),
             dvec3(-10.0, 2.0, 8.0),
         );
-        start(plan(1e-4, 2000.0, law).with_particles(vec![one, two]))
+        let mut plan = plan(1e-4, 2000.0, law);
+        plan.sliding_normal = SlidingNormal::Step;
+        start(plan.with_particles(vec![one, two]))
     };
     let run = move |rotation, lever| {
         let mut engine = begin(rotation, lever);

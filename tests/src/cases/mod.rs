@@ -19,6 +19,7 @@ mod normal;
 pub(crate) mod oblique;
 mod slope;
 mod squeezed;
+mod three_beads;
 
 pub(crate) use collision::lag;
 
@@ -136,5 +137,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(oblique::cases());
     cases.extend(first_impacts::cases());
     cases.extend(decay::cases());
+    cases.extend(three_beads::cases());
     cases
 }

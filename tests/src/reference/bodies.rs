@@ -68,10 +68,12 @@ impl Body {
         self.angular_momentum += self.torque * half;
     }
 
-    /// x += v dt, and the rotation of `time` seconds.
-    pub fn drift(&mut self, time: f64) {
+    /// x += v dt, and the rotation of `time` seconds. Returns ω of the middle: the mean of before and after, or that of the midpoint
+    /// rule.
+    pub fn drift(&mut self, time: f64) -> DVec3 {
+        let before = self.angular_velocity();
         if self.fixed {
-            return;
+            return before;
         }
         self.position += self.velocity * time;
         if self.angular_velocity_held == [None; 3] {
@@ -82,6 +84,7 @@ impl Body {
                 let angle = share * time * along / self.moments[axis];
                 self.rotation *= DMat3::from_axis_angle(DVec3::AXES[axis], angle);
             }
+            0.5 * (before + self.angular_velocity())
         } else {
             // Midpoint rule.
             let start = self.rotation;
@@ -90,8 +93,10 @@ impl Body {
                 None => start,
             };
             self.rotation = turned(self.angular_velocity(), 0.5 * time);
-            self.rotation = turned(self.angular_velocity(), time);
+            let middle = self.angular_velocity();
+            self.rotation = turned(middle, time);
             self.angular_momentum = self.inertia() * self.angular_velocity();
+            middle
         }
     }
 

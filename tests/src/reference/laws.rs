@@ -50,6 +50,17 @@ pub enum TangentialHistory {
     Incremental,
 }
 
+/// The time of the normal against which sliding, rolling and torsion are measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SlidingNormal {
+    /// The middle of the step, as of the velocities. Springs are turned from the last normal to the present one by the
+    /// rotation that the normal of the middle halves.
+    #[default]
+    HalfStep,
+    /// The end of the step.
+    Step,
+}
+
 /// The lever that turns relative rotation into a rolling or torsion displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RollingLever {
@@ -85,6 +96,8 @@ pub struct Conventions {
     pub clamp_tension: bool,
     /// What Coulomb's limit applies to.
     pub coulomb_limits: CoulombLimits,
+    /// The normal against which sliding is measured.
+    pub sliding_normal: SlidingNormal,
     /// True: springs grow by one step in the force evaluation before the first step.
     pub startup_increment: bool,
 }
@@ -104,8 +117,14 @@ pub struct Kinematics {
     pub relative_velocity: DVec3,
     /// ω_A − ω_B \[rad/s\].
     pub relative_spin: DVec3,
-    /// For two particles: velocity of centre A relative to centre B \[m/s\], and their distance \[m\].
-    pub pair: Option<(DVec3, f64)>,
+    /// The normal at the time of the velocities; the same as `normal` by [`SlidingNormal::Step`].
+    pub sliding_normal: DVec3,
+    /// Velocity of A relative to B at the contact point as it was at that time \[m/s\].
+    pub sliding_velocity: DVec3,
+    /// For two particles: distance of the centres at that time \[m\].
+    pub sliding_distance: f64,
+    /// For two particles: velocity of centre A relative to centre B \[m/s\].
+    pub pair: Option<DVec3>,
     /// m* = 1/(1/m_A + 1/m_B), with 1/m = 0 for walls and fixed particles \[kg\].
     pub effective_mass: f64,
     /// R* = 1/(1/R_A + 1/R_B), with 1/R = 0 for walls \[m\].
@@ -118,9 +137,17 @@ impl Kinematics {
         self.relative_velocity.dot(self.normal)
     }
 
-    /// u_t = u − u_n n \[m/s\].
+    /// u_t = u − u_n n \[m/s\], with the velocity and the normal against which sliding is measured, then laid into the present
+    /// tangent plane.
     pub fn tangential_velocity(&self) -> DVec3 {
-        self.relative_velocity - self.normal_velocity() * self.normal
+        let half = self.sliding_normal;
+        let sliding = self.sliding_velocity - self.sliding_velocity.dot(half) * half;
+        self.laid_into_plane(sliding)
+    }
+
+    /// A vector without its part along the normal.
+    pub fn laid_into_plane(&self, vector: DVec3) -> DVec3 {
+        vector - vector.dot(self.normal) * self.normal
     }
 
     /// Radius a = √(R* δ) of the Hertzian contact area \[m\].

@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 use glam::{DQuat, DVec3};
 
 use bodies::Body;
-use laws::{ContactLaw, Conventions, History, Kinematics, contact_force};
+use laws::{ContactLaw, Conventions, History, Kinematics, SlidingNormal, contact_force};
 use state::{Contact, ContactKey, Energies, Particle, PeriodicBox};
 use walls::{Shape, Wall};
 
@@ -137,10 +137,20 @@ impl Simulation {
         self.move_pebbles();
     }
 
+    /// How much earlier than the positions the velocities are that contacts see \[s\].
+    fn lag(&self) -> f64 {
+        if self.step > 0 {
+            0.5 * self.time_step
+        } else {
+            0.0
+        }
+    }
+
     /// x += v dt, wrapped into the periodic box; the orientation turns by the angle |ω| dt.
     fn drift(&mut self) {
+        let mut spins = Vec::new();
         for body in &mut self.bodies {
-            body.drift(self.time_step);
+            spins.push(body.drift(self.time_step));
             body.position = self.periodic_box.wrap(body.position);
         }
         for particle in self.particles.iter_mut().filter(|p| p.body.is_none()) {
@@ -149,18 +159,24 @@ impl Simulation {
             let turn = DQuat::from_scaled_axis(particle.angular_velocity * self.time_step);
             particle.orientation = (turn * particle.orientation).normalize();
         }
-        self.move_pebbles();
+        self.place_pebbles(&spins, 0.5 * self.time_step);
     }
 
     /// Pebbles are where their bodies have them, and move with them.
     fn move_pebbles(&mut self) {
-        for body in &self.bodies {
-            let spin = body.angular_velocity();
+        let spins: Vec<DVec3> = self.bodies.iter().map(Body::angular_velocity).collect();
+        self.place_pebbles(&spins, 0.0);
+    }
+
+    /// The same with the angular velocities that the bodies had `lag` (s) ago, when the pebbles were where these say.
+    fn place_pebbles(&mut self, spins: &[DVec3], lag: f64) {
+        for (body, &spin) in self.bodies.iter().zip(spins) {
             for (k, &(index, _)) in body.pebbles.iter().enumerate() {
                 let pebble = &mut self.particles[index];
                 let lever = body.lever(k);
                 pebble.position = self.periodic_box.wrap(body.position + lever);
                 if !body.fixed {
+                    let lever = lever - spin.cross(lever) * lag;
                     pebble.velocity = body.velocity + spin.cross(lever);
                     pebble.angular_velocity = spin;
                 }
@@ -334,16 +350,34 @@ impl Simulation {
         // The contact point lies halfway through the overlap.
         let arm_a = -(a.radius - 0.5 * overlap) * normal;
         let arm_b = (b.radius - 0.5 * overlap) * normal;
-        let velocity_a = a.velocity + a.angular_velocity.cross(arm_a);
-        let velocity_b = b.velocity + b.angular_velocity.cross(arm_b);
+        let at = |arm_a: DVec3, arm_b: DVec3| {
+            a.velocity + a.angular_velocity.cross(arm_a)
+                - (b.velocity + b.angular_velocity.cross(arm_b))
+        };
+        let relative_velocity = at(arm_a, arm_b);
+        let (mut sliding_normal, mut sliding_velocity) = (normal, relative_velocity);
+        let mut sliding_distance = distance;
+        if self.conventions.sliding_normal == SlidingNormal::HalfStep {
+            let earlier = branch - (a.velocity - b.velocity) * self.lag();
+            sliding_normal = earlier.try_normalize().unwrap_or(normal);
+            sliding_distance = earlier.length();
+            let overlap = a.radius + b.radius - sliding_distance;
+            sliding_velocity = at(
+                -(a.radius - 0.5 * overlap) * sliding_normal,
+                (b.radius - 0.5 * overlap) * sliding_normal,
+            );
+        }
         Some(Kinematics {
             normal,
             overlap,
             arm_a,
             arm_b,
-            relative_velocity: velocity_a - velocity_b,
+            relative_velocity,
             relative_spin: a.angular_velocity - b.angular_velocity,
-            pair: Some((a.velocity - b.velocity, distance)),
+            sliding_normal,
+            sliding_velocity,
+            sliding_distance,
+            pair: Some(a.velocity - b.velocity),
             effective_mass: 1.0 / (self.mobility(row_a, normal) + self.mobility(row_b, normal)),
             effective_radius: 1.0 / (1.0 / a.radius + 1.0 / b.radius),
         })
@@ -365,34 +399,41 @@ impl Simulation {
     /// The same for every place where a particle touches a wall. A wall has no end to its mass and
     /// no curvature in the contact laws. The wall stands where it is at t_k, like the particles;
     /// its motion is constant, so its velocity is that of the half step as well, at the place where
-    /// the particle, or the centre of its body, was then.
+    /// the particle was then.
     fn wall_kinematics(&self, particle: usize, wall: usize) -> Vec<(usize, Kinematics)> {
         let row = particle;
         let (a, wall) = (&self.particles[particle], &self.walls[wall]);
         if a.fixed {
             return Vec::new();
         }
-        let carrier = match a.body {
-            Some((body, _)) => self.bodies[body].velocity,
-            None => a.velocity,
-        };
-        let lag = if self.step > 0 {
-            0.5 * self.time_step
-        } else {
-            0.0
-        };
+        let lag = self.lag();
+        let earlier = a.position - a.velocity * lag;
         let touches = wall.contacts(a.position, a.radius, self.time());
         let kinematics = touches.into_iter().map(|touch| {
             let overlap = a.radius - touch.distance;
             let arm_a = -(a.radius - 0.5 * overlap) * touch.normal;
-            let velocity_a = a.velocity + a.angular_velocity.cross(arm_a);
-            let velocity_b = wall.motion.velocity_at(a.position + arm_a - carrier * lag);
+            let at = |arm: DVec3| {
+                a.velocity + a.angular_velocity.cross(arm) - wall.motion.velocity_at(earlier + arm)
+            };
+            let (mut sliding_normal, mut sliding_velocity) = (touch.normal, at(arm_a));
+            if self.conventions.sliding_normal == SlidingNormal::HalfStep {
+                // Seen from the wall the centre moves and the normal with it; and the wall itself turns.
+                let way = a.velocity - wall.motion.velocity_at(earlier);
+                let turn = touch.turning * way + wall.motion.angular_velocity().cross(touch.normal);
+                sliding_normal = (touch.normal - turn * lag).normalize();
+                let distance = touch.distance - way.dot(touch.normal) * lag;
+                let overlap = a.radius - distance;
+                sliding_velocity = at(-(a.radius - 0.5 * overlap) * sliding_normal);
+            }
             let kinematics = Kinematics {
                 normal: touch.normal,
                 overlap,
                 arm_a,
                 arm_b: DVec3::ZERO,
-                relative_velocity: velocity_a - velocity_b,
+                relative_velocity: at(arm_a),
+                sliding_normal,
+                sliding_velocity,
+                sliding_distance: f64::NAN,
                 relative_spin: a.angular_velocity - wall.motion.angular_velocity(),
                 pair: None,
                 effective_mass: 1.0 / self.mobility(row, touch.normal),

@@ -1,8 +1,8 @@
 //! Where a sphere touches triangles: by the definition, all of them against all of them.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::walls::WallContact;
+use super::walls::{WallContact, square};
 
 /// Normals at a smaller angle than this belong to one smooth region, which touches once \[degrees\].
 const SMOOTH: f64 = 12.0;
@@ -37,6 +37,12 @@ pub(super) fn contacts(triangles: &[[DVec3; 3]], centre: DVec3, radius: f64) -> 
                 feature,
                 normal: (centre - point) / distance,
                 distance,
+                turning: turning(
+                    triangles[feature],
+                    point,
+                    (centre - point) / distance,
+                    distance,
+                ),
             });
         }
     }
@@ -69,6 +75,36 @@ pub(super) fn contacts(triangles: &[[DVec3; 3]], centre: DVec3, radius: f64) -> 
         }
     }
     leaders
+}
+
+/// How the normal turns when the centre moves: not over the face, about a side where the point lies on one, about a corner in all
+/// directions.
+fn turning(corners: [DVec3; 3], point: DVec3, normal: DVec3, distance: f64) -> DMat3 {
+    let all = DMat3::IDENTITY - square(normal);
+    for k in 0..3 {
+        let (p, q) = (corners[k], corners[(k + 1) % 3]);
+        // p + (q - p) is q to round-off only.
+        let is_at = |corner: DVec3| point.distance(corner) <= 1e-14 * (p.length() + q.length());
+        if is_at(p) || is_at(q) {
+            return all * (1.0 / distance);
+        }
+        let along = (q - p).normalize();
+        if is_side_point(point, p, q) && normal.dot(face_normal(corners)).abs() < 1.0 - 1e-14 {
+            return (all - square(along)) * (1.0 / distance);
+        }
+    }
+    DMat3::ZERO
+}
+
+/// Whether a point lies between the ends of a side, to round-off.
+fn is_side_point(point: DVec3, p: DVec3, q: DVec3) -> bool {
+    let way = (q - p).normalize();
+    (point - p).cross(way).length() <= 1e-14 * (p.length() + q.length() + (q - p).length())
+}
+
+/// The unit normal of a triangle.
+fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a).normalize()
 }
 
 /// Which of the contacts that are left goes on as the one with `triangle`: the one whose triangle is now nearest to the point that

@@ -5,7 +5,7 @@
 //! the other way. A surface of revolution is looked at in the half plane (r, z) through the axis
 //! and the centre of the sphere, where it is a chain of straight segments.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use super::triangles;
 
@@ -108,6 +108,7 @@ impl Shape {
                     feature: 0,
                     normal: *normal,
                     distance,
+                    turning: DMat3::ZERO,
                 }]
             }
             Shape::Cylinder {
@@ -118,14 +119,14 @@ impl Shape {
             } => {
                 let from_origin = centre - *origin;
                 let outward = from_origin - from_origin.dot(*axis) * *axis;
-                vec![round_contact(outward, *radius, *side)]
+                vec![round_contact(outward, *radius, *side, square(*axis))]
             }
             Shape::Sphere {
                 origin,
                 radius,
                 side,
             } => {
-                vec![round_contact(centre - *origin, *radius, *side)]
+                vec![round_contact(centre - *origin, *radius, *side, DMat3::ZERO)]
             }
             Shape::Revolution {
                 origin,
@@ -144,10 +145,19 @@ impl Shape {
                     let from_foot = (r - foot_r) * radial + (z - foot_z) * *axis;
                     let distance = from_foot.length();
                     let normal = from_foot.try_normalize()?; // centre on the shell: no side to push to
+                    // Round the axis the normal keeps its angle with it; in the half plane it turns about a corner.
+                    let round = axis.cross(radial);
+                    let is_corner = feature % 2 == 1;
+                    let across = if is_corner {
+                        square(normal.cross(round)) * (1.0 / distance)
+                    } else {
+                        DMat3::ZERO
+                    };
                     Some(WallContact {
                         feature,
                         normal,
                         distance,
+                        turning: square(round) * (normal.dot(radial) / r) + across,
                     })
                 };
                 nearest.into_iter().filter_map(contact).collect()
@@ -178,22 +188,34 @@ pub struct WallContact {
     pub normal: DVec3,
     /// Distance of the centre from the wall \[m\]; negative when a centre is behind the surface.
     pub distance: f64,
+    /// How the normal changes when the centre moves, 1/m: the second derivatives of the distance.
+    pub turning: DMat3,
+}
+
+/// u uᵀ.
+pub(super) fn square(u: DVec3) -> DMat3 {
+    DMat3::from_cols(u * u.x, u * u.y, u * u.z)
 }
 
 /// The contact with a circle or sphere around the origin of `outward`.
-fn round_contact(outward: DVec3, radius: f64, side: Side) -> WallContact {
+///
+/// `straight`: the square of the direction in which it does not bend.
+fn round_contact(outward: DVec3, radius: f64, side: Side, straight: DMat3) -> WallContact {
     let from_centre = outward.length();
     let direction = outward.try_normalize().unwrap_or(DVec3::X);
+    let turning = (DMat3::IDENTITY - square(direction) - straight) * (1.0 / from_centre);
     match side {
         Side::Inside => WallContact {
             feature: 0,
             normal: -direction,
             distance: radius - from_centre,
+            turning: turning * -1.0,
         },
         Side::Outside => WallContact {
             feature: 0,
             normal: direction,
             distance: from_centre - radius,
+            turning,
         },
     }
 }
@@ -311,6 +333,8 @@ impl Wall {
                 let mut contacts = self.shape.contacts(carried_back, radius);
                 for contact in &mut contacts {
                     contact.normal = turn * contact.normal;
+                    let turn = DMat3::from_quat(turn);
+                    contact.turning = turn * contact.turning * turn.transpose();
                 }
                 contacts
             }

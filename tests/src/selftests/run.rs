@@ -6,7 +6,9 @@ use anyhow::Result;
 use glam::DVec3;
 use mercury_common::formats::ene::EnergyRow;
 use mercury_solver::contact::registry::AnyPairLaw;
-use mercury_solver::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw};
+use mercury_solver::contact::{
+    AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, PairLaw, SlidingNormal,
+};
 use mercury_solver::forces::Watch;
 use mercury_solver::plan::Draft;
 use mercury_solver::state::{FIXED, MaterialIndex, Particle, inverse_inertia_factor};
@@ -44,11 +46,13 @@ pub(super) fn observe(
 
 /// As [`observe`], for particles moved from outside: `prepare` is called before every step.
 pub(super) fn drive(
-    plan: Draft,
+    mut plan: Draft,
     saved: &[u64],
     mut prepare: impl FnMut(&mut Engine),
     mut visit: impl FnMut(&Engine) -> Result<()>,
 ) -> Result<Engine> {
+    // The rule of the source.
+    plan.sliding_normal = SlidingNormal::Step;
     let mut engine = Engine::new(Arc::new(plan.plan()?), 1)?;
     let watch = Watch {
         records: true,

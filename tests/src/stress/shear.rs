@@ -13,7 +13,7 @@ pub(super) fn dense(length: Length) -> Result<Found> {
                 "walls.top.motion=[{kind=\"translation\",velocity=[0.0,0.0,-0.96],until=0.02},{kind=\"translation\",velocity=[0.2,0.0,0.0],from=0.02}]".to_owned(),
             ],
             13_000,
-            4_000,
+            16_000,
         ),
         (Vec::new(), 100_000, 1_000_000),
     );
@@ -24,7 +24,7 @@ pub(super) fn dense(length: Length) -> Result<Found> {
     let start = Look::at(&stage);
     let (mut ratio, mut touching) = (0.0f64, 0u64);
     let mut moving = Vec::new();
-    let every = steps / length.pick(20, 1000);
+    let every = steps / length.pick(80, 1000);
     let mut made = 0;
     while made < steps {
         stage.go(every)?;

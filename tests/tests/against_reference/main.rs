@@ -18,6 +18,7 @@ use mercury_solver::contact::{
 use mercury_solver::plan::{Draft, NewParticle, PrescribedMotion};
 use mercury_solver::state::MaterialIndex;
 use mercury_solver::step::Engine;
+use mercury_solver::walls::{Touch, Touches};
 use mercury_tests::reference::Simulation;
 use mercury_tests::scenes::{advance, start};
 use mercury_tests::twins::{force_difference, position_difference, reference_of};
@@ -193,7 +194,7 @@ fn trajectories(part: usize, parts: usize) {
             most = most.max(compare(
                 uniform(law),
                 around,
-                (k + 1000 * turn) as u64,
+                (k + 2000 * turn) as u64,
                 1000,
             ));
         }
@@ -250,4 +251,39 @@ fn trajectories_of_mixed_laws() {
         };
         compare(laws, around, k as u64, 1000);
     }
+}
+
+/// How the normals of all walls turn when a centre moves: the derivatives of both, which the half step needs.
+#[test]
+fn normals_turn_alike() {
+    let mut random = Stream::new(11, "turning normals", 0);
+    let mut seen = 0;
+    for surroundings in surroundings() {
+        for wall in &surroundings.walls {
+            for _ in 0..2000 {
+                let mut vector =
+                    |size: f64| size * dvec3(random.uniform(), random.uniform(), random.uniform());
+                let (centre, way) = (vector(SIZE), vector(1.0));
+                let radius = 0.03;
+                let mut touches = Touches::new();
+                wall.fast.shape.touches(centre, radius, &mut touches);
+                for plain in wall.plain.shape.contacts(centre, radius) {
+                    let same = |touch: &&Touch| (touch.normal - plain.normal).length() < 1e-12;
+                    let Some(touch) = touches.iter().find(same) else {
+                        continue;
+                    };
+                    let [one, other] = [touch.turning.of(touch.normal, way), plain.turning * way];
+                    // Derivatives are 1/s beside an edge at distance s: 1e-12 of them for the round-off of places.
+                    let scale = 1.0 / plain.distance.abs().min(centre.length());
+                    assert!(
+                        (one - other).length() < 1e-10 * scale,
+                        "{}: {touch:?}, {plain:?}: {one} and {other}",
+                        surroundings.name
+                    );
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 1000, "{seen}");
 }

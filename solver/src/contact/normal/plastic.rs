@@ -247,6 +247,8 @@ mod tests {
             effective_mass: 0.5,
             normal_velocity: 0.0,
             tangential_velocity: Vector::ZERO,
+            sliding_normal: Vector::X,
+            sliding_distance: 1.0 - overlap,
             centre_velocity: Vector::ZERO,
             spin: Vector::ZERO,
         };

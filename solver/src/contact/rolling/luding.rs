@@ -159,7 +159,7 @@ impl RollingLaw for Luding {
         let way = L::splat(dt);
         let normal = contact.normal;
         if self.rolling.friction > 0.0 {
-            let velocity = normal.cross(contact.spin) * -lever;
+            let velocity = contact.in_plane(contact.sliding_normal.cross(contact.spin) * -lever);
             let spring = follow(self.rotation, before.rolling, contact, dt) + velocity * way;
             let stiffness = stiffness_of(&self.rolling);
             let (force, spring) = self
@@ -169,8 +169,12 @@ impl RollingLaw for Luding {
             couple += normal.cross(force) * lever;
         }
         if self.torsion.friction > 0.0 {
-            let velocity = normal * (lever * normal.dot(contact.spin));
-            let spring = normal * (before.torsion + velocity * way).dot(normal);
+            let half = contact.sliding_normal;
+            let speed = lever * half.dot(contact.spin);
+            let velocity = normal * speed;
+            // The half turn about the normal of the half step takes the last normal to the present one.
+            let twist = half * (before.torsion.dot(half) * 2.0) - before.torsion;
+            let spring = normal * (twist.dot(normal) + speed * dt);
             let stiffness = stiffness_of(&self.torsion);
             let (force, spring) = self
                 .torsion

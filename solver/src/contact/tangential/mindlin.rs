@@ -3,7 +3,7 @@
 use mercury_common::scene::{CoulombLimits, Key, LawKeys, Mixing, Part, Range};
 
 use super::super::history::TangentialSpring;
-use super::super::{Contact, project};
+use super::super::{Contact, turn};
 use super::coulomb::{STRONGEST_DASHPOT, Slider};
 use super::{AnyTangential, FRICTION, MindlinRescaled, STATIC_FRICTION, TangentialLaw};
 use crate::contact::mixing::{Friction, Pair};
@@ -94,7 +94,7 @@ impl TangentialLaw for Mindlin {
         let radius = contact.contact_radius();
         let stiffness = radius * (self.stiffness_factor * self.stiffness_per_radius);
         let dashpot = (contact.effective_mass * radius).sqrt() * self.dashpot;
-        let mut spring = project(history.0, contact) + contact.tangential_velocity * L::splat(dt);
+        let mut spring = turn(history.0, contact) + contact.tangential_velocity * L::splat(dt);
         let elastic = -(spring * stiffness);
         let damping = contact.tangential_velocity * dashpot;
         let slider = Slider::new(

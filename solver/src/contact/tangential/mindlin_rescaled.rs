@@ -1,6 +1,6 @@
 //! Mindlin's stiffness with a stored force that shrinks with the contact area.
 
-use super::super::{Contact, History, HistoryNumber, project};
+use super::super::{Contact, History, HistoryNumber, turn};
 use super::TangentialLaw;
 use super::coulomb::Slider;
 use crate::contact::StiffestTangential;
@@ -9,8 +9,8 @@ use crate::lanes::{Mask, Real, Vector};
 /// The stored force grows by -s k_t u_t dt, k_t = 8 G* a, and shrinks in proportion to the contact radius a while that
 /// shrinks, so that unloading cannot create energy (Thornton, Cummins & Cleary 2013, section 2.3; Elata & Berryman 1996).
 ///
-/// Order in a step: the stored force follows the contact's rotation, is rescaled if a < a_old, incremented, and cut at
-/// Coulomb's limit; damping as in [`super::Mindlin`].
+/// Order in a step: the stored force follows the contact's rotation, is rescaled if a < a_old, incremented with k_t at the smaller
+/// of a and the mean of a and a_old, which is of second order in the step, and cut at Coulomb's limit; damping as in [`super::Mindlin`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MindlinRescaled {
     /// The parameters are those of the plain law.
@@ -100,15 +100,20 @@ impl TangentialLaw for MindlinRescaled {
         let radius = contact.contact_radius();
         let stiffness = law.stiffness(contact) * law.stiffness_factor;
         let dashpot = (contact.effective_mass * law.stiffness(contact)).sqrt() * law.damping;
-        // The stored force has the dimension of a spring times its stiffness; `project` only needs a length
+        // The stored force has the dimension of a spring times its stiffness; `turn` only needs a length
         // to tell a direction from round-off.
-        let mut elastic = project(before.force / stiffness, contact) * stiffness;
+        let mut elastic = turn(before.force / stiffness, contact) * stiffness;
         let shrinks = radius.below(before.contact_radius);
         if shrinks.any() {
             let smaller = elastic * (radius / before.contact_radius);
             elastic = Vector::select(shrinks, smaller, elastic);
         }
-        elastic -= contact.tangential_velocity * (stiffness * dt);
+        // What is added in the middle of the step meets the stiffness of that time, and shrinks for the other half of the step. A new
+        // contact has no radius before.
+        let grows = L::ZERO.below(before.contact_radius) & !shrinks;
+        let mean = stiffness * ((before.contact_radius / radius + 1.0) * 0.5);
+        let middle = L::select(grows, mean, stiffness);
+        elastic -= contact.tangential_velocity * (middle * dt);
         let damping = contact.tangential_velocity * dashpot;
         let slider = Slider::new(law.limits, normal_force, law.friction, law.static_friction);
         let limited = slider.limit(elastic, damping);

@@ -87,6 +87,10 @@ pub(super) struct Numbers {
     pub(super) mass: Column,
     /// v_A - v_B, m/s.
     velocity: [Column; 3],
+    /// The normal against which sliding is taken.
+    sliding_normal: [Column; 3],
+    /// Distance of the centres at that time, m.
+    sliding_distance: Column,
     /// On A, N.
     pub(super) force: [Quad; ROOM],
     /// On A and on B, N m.
@@ -111,6 +115,8 @@ impl Numbers {
             radius: Column::ZERO,
             mass: Column::ZERO,
             velocity: [Column::ZERO; 3],
+            sliding_normal: [Column::ZERO; 3],
+            sliding_distance: Column::ZERO,
             force: [Quad::default(); ROOM],
             torques: [[Quad::default(); ROOM]; 2],
         }
@@ -235,8 +241,10 @@ impl<'a> Found<'a> {
     /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else: all of them at once
     /// and ahead of the long chains of each contact. Says whether one of them may overlap by more than `limit` of the smaller radius, which is
     /// at least R*.
+    ///
+    /// `lag` (s): how long before the positions the normal is that sliding is taken against; `None` where nothing slides or turns.
     #[inline(always)]
-    pub(super) fn prepare<L: Real>(&mut self, end: usize, limit: f64) -> bool {
+    pub(super) fn prepare<L: Real>(&mut self, end: usize, limit: f64, lag: Option<f64>) -> bool {
         let is_sorted = self.numbers.is_sorted;
         let mut is_deep = 0;
         let mut base = 0;
@@ -265,6 +273,16 @@ impl<'a> Found<'a> {
             }
             let (radius, overlap) = (radii / reach, reach - distance);
             is_deep |= (radius * limit).below(overlap).bits();
+            if let Some(lag) = lag {
+                let earlier = offset - Vector::new(x, y, z) * L::splat(lag);
+                let distance = earlier.length_squared().sqrt();
+                // Concentric ones have no normal then: nothing turns.
+                let earlier = earlier * (L::ONE / distance.max(L::splat(f64::MIN_POSITIVE)));
+                self.numbers.sliding_normal[0].put(base, earlier.x);
+                self.numbers.sliding_normal[1].put(base, earlier.y);
+                self.numbers.sliding_normal[2].put(base, earlier.z);
+                self.numbers.sliding_distance.put(base, distance);
+            }
             self.numbers.velocity[0].put(base, x);
             self.numbers.velocity[1].put(base, y);
             self.numbers.velocity[2].put(base, z);
@@ -304,13 +322,20 @@ impl<'a> Found<'a> {
         let centre_velocity: Vector<L> = columns(&self.numbers.velocity, base);
         let normal_velocity = centre_velocity.dot(normal);
         let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);
+        let (mut sliding_normal, mut sliding_distance) = (normal, distance);
         if T::ACTIVE || R::ACTIVE {
             let spin_a: Vector<L> = L::vectors(|k| &a(k).quads()[2]);
             let spin_b: Vector<L> = L::vectors(|k| &b(k).quads()[2]);
+            sliding_normal = columns(&self.numbers.sliding_normal, base);
+            sliding_distance = self.numbers.sliding_distance.at(base);
             if T::ACTIVE {
-                let turning = spin_a * levers[0] + spin_b * levers[1];
-                tangential_velocity =
-                    centre_velocity - normal * normal_velocity - turning.cross(normal);
+                // Levers of that time, too: half of what the centres have come closer since.
+                let closer = (sliding_distance - distance) * 0.5;
+                let turning = spin_a * (levers[0] + closer) + spin_b * (levers[1] + closer);
+                let along = centre_velocity.dot(sliding_normal);
+                let sliding =
+                    centre_velocity - sliding_normal * along - turning.cross(sliding_normal);
+                tangential_velocity = sliding - normal * sliding.dot(normal);
             }
             if R::ACTIVE {
                 spin = spin_a - spin_b;
@@ -324,6 +349,8 @@ impl<'a> Found<'a> {
             effective_mass: self.numbers.mass.at(base),
             normal_velocity,
             tangential_velocity,
+            sliding_normal,
+            sliding_distance,
             centre_velocity,
             spin,
         };

@@ -65,6 +65,7 @@ where
         }
         let mut found = Found::new(nobody, numbers);
         let first_row = block.rows.start;
+        let lag = (T::ACTIVE || R::ACTIVE).then(|| pass.context.sliding_lag());
         for stretch in &block.stretches {
             let mut rest = &mut block.slots[stretch.clone()];
             while !rest.is_empty() {
@@ -72,7 +73,7 @@ where
                 rest = later;
                 let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
                 let end = found.put_in_turn(count, pass.materials, L::LANES);
-                if found.prepare::<L>(end, pass.context.overlap_limit) {
+                if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
                     let contacts = found.numbers.places[..count].iter().map(|&at| {
                         let at = usize::from(at);
                         (found.numbers.slot[at], found.numbers.overlap.0[at])

@@ -22,8 +22,6 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
-    /// The bodies, in scenes that have some.
-    pub(super) movers: Option<&'a Bodies>,
     /// Flag of those whose contacts with walls are not evaluated.
     pub(super) skipped: u32,
     pub(super) context: &'a StepContext<'a>,
@@ -45,7 +43,6 @@ impl<'a, N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'a,
             asks_ahead: ids.len() > BEYOND_CACHE,
             ids,
             bodies: bodies.filter(|_| context.contact_point_mass),
-            movers: bodies,
             skipped: ASLEEP,
             context,
         }

@@ -6,7 +6,7 @@
 //! begins behind acts from behind, for as long as it lasts.
 
 use super::slots::{BEHIND, THROUGH};
-use crate::walls::Touch;
+use crate::walls::{Touch, Turning};
 
 /// Either bit.
 pub(super) const THROUGH_OR_BEHIND: u32 = THROUGH | BEHIND;
@@ -32,6 +32,10 @@ pub(super) fn from_behind(touch: &Touch) -> Touch {
         distance: -touch.distance,
         normal: -touch.normal,
         curvature: touch.curvature.map(|curvature| -curvature),
+        turning: Turning {
+            rates: touch.turning.rates.map(|rate| -rate),
+            ..touch.turning
+        },
         ..*touch
     }
 }

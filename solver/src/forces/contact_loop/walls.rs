@@ -1,5 +1,7 @@
 //! Contacts with walls.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use super::block::Block;
@@ -25,7 +27,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let context = self.context;
         let mut memory = (Touches::default(), Scratch::default());
         let mut first = 0;
-        for (index, near) in block.near_walls.iter_mut().enumerate() {
+        for index in 0..block.near_walls.len() {
+            let near = &block.near_walls[index];
             let wall = &context.walls[near.wall.index()];
             let state = &wall.state;
             let row = near.row as usize - block.rows.start;
@@ -34,6 +37,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 first += near.features as usize;
                 continue;
             }
+            if wall.may_join() {
+                let near_walls = &mut block.near_walls;
+                let of_wall = images_of_wall(near_walls, index);
+                let of_wall = &mut near_walls[of_wall];
+                self.hand_over(a, wall, of_wall, first, &mut block.wall_slots);
+            }
+            let near = &mut block.near_walls[index];
             let centre = a.position + context.images.any_shift(near.image);
             let side = WallSide {
                 near: *near,
@@ -108,6 +118,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 shape => shape.touches(place, reach, touches),
             }
         }
+        if side.wall.may_join() {
+            let mut others = Touches::default();
+            let by = (near.image, reach);
+            (side.wall).keep_own(self.context.images, a.position, by, touches, &mut others);
+        }
         if A::ACTIVE {
             // A centre deeper than its radius is on the other side, however far adhesion reaches.
             let all = std::mem::take(touches);
@@ -165,21 +180,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         sides::side(before, [touch.distance, last])
     }
 
-    /// The velocity that carries a particle along, m/s: of a pebble that of its body, about which it turns.
-    #[inline(always)]
-    fn carrier_velocity(&self, a: &Particle, row: usize) -> DVec3 {
-        match self.movers {
-            None => a.velocity,
-            Some(bodies) => match bodies.body_of_row(row) {
-                Some(body) => bodies.all[body.index()].velocity,
-                None => a.velocity,
-            },
-        }
-    }
-
     /// From how far (m) the centre of a particle may feel a wall: its radius, and the range of adhesion.
     #[inline(always)]
-    fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
+    pub(super) fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
         if A::ACTIVE {
             let pair = a.material.index() * self.materials + wall.material.index();
             a.radius + self.laws[pair].adhesion.range()
@@ -214,16 +217,45 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         };
         let lever = a.radius - 0.5 * overlap;
         let arm = normal * -lever;
-        let mut velocity = a.velocity + a.angular_velocity.cross(arm);
+        // Where the centre was at the time of these velocities: on a wall that turns they differ from place to place.
+        let earlier = side.centre - a.velocity * context.velocity_lag;
+        let velocity_at = |arm: DVec3| {
+            let velocity = a.velocity + a.angular_velocity.cross(arm);
+            if state.moves {
+                velocity - state.velocity.at(earlier + arm)
+            } else {
+                velocity
+            }
+        };
+        let velocity = velocity_at(arm);
         let mut spin = a.angular_velocity;
         if state.moves {
-            // Where the point was at the time of these velocities: on a wall that turns they differ from place to place.
-            let row = side.near.row as usize;
-            let way = self.carrier_velocity(a, row) * context.velocity_lag;
-            velocity -= state.velocity.at(side.centre + arm - way);
             spin -= state.velocity.angular_velocity;
         }
         let normal_velocity = velocity.dot(normal);
+        let (mut sliding_normal, mut sliding) = (normal, velocity - normal * normal_velocity);
+        let mut sliding_distance = touch.distance;
+        let lag = context.sliding_lag();
+        if lag > 0.0 && (T::ACTIVE || R::ACTIVE) {
+            // Normal and lever of that time.
+            let mut way = a.velocity;
+            let mut turn = DVec3::ZERO;
+            if state.moves {
+                way -= state.velocity.at(earlier);
+                turn = state.velocity.angular_velocity.cross(normal);
+            }
+            if touch.turning.rates != [0.0; 2] {
+                let way = state.turn_into_wall(way);
+                turn += state.out_of_wall(touch.turning.of(touch.normal, way));
+            }
+            if turn != DVec3::ZERO {
+                sliding_normal = (normal - turn * lag).normalize();
+            }
+            sliding_distance -= way.dot(normal) * lag;
+            let at_foot = velocity_at(sliding_normal * (-0.5 * (a.radius + sliding_distance)));
+            sliding = at_foot - sliding_normal * at_foot.dot(sliding_normal);
+            sliding -= normal * sliding.dot(normal);
+        }
         let contact = Contact {
             normal: normal.into(),
             distance: touch.distance,
@@ -235,7 +267,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             },
             effective_mass,
             normal_velocity,
-            tangential_velocity: (velocity - normal * normal_velocity).into(),
+            tangential_velocity: sliding.into(),
+            sliding_normal: sliding_normal.into(),
+            sliding_distance,
             centre_velocity: Vector::ZERO,
             spin: spin.into(),
         };
@@ -319,6 +353,17 @@ pub(super) struct WallSide<'a> {
     pub(super) state: &'a WallState,
     /// Centre of the particle's image that is near, m.
     pub(super) centre: DVec3,
+}
+
+/// The entries of the same particle and wall, from the first of them; none for the others.
+fn images_of_wall(near_walls: &[NearWall], index: usize) -> Range<usize> {
+    let key = |near: &NearWall| (near.row, near.wall);
+    let own = key(&near_walls[index]);
+    if index > 0 && key(&near_walls[index - 1]) == own {
+        return index..index;
+    }
+    let others = near_walls[index..].iter();
+    index..index + others.take_while(|near| key(near) == own).count()
 }
 
 /// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the

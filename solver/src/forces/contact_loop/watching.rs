@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::pass::{ContactSite, Pass};
 use crate::contact::{
-    Action, AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    Action, AdhesionLaw, Contact, Histories, History, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{ContactRecord, Exchange, Observation, Partner};
+use crate::forces::{ContactRecord, Exchange, Observation, Partner, SpringEnergy};
 use crate::neighbours::opposite;
 use crate::state::Particle;
 
@@ -70,7 +70,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut lossy = action.normal.viscous + action.adhesion.viscous;
         if site.touches && !law.normal.is_elastic() {
             lossy += action.normal.elastic;
-            observation.plastic_energy += law.normal.energy(contact, &after.0);
+        }
+        let stored = springs(law, contact, after);
+        observation.stored.add(&stored, 1.0);
+        let mut next_stored = stored;
+        if dt > 0.0 {
+            let last = springs(law, &contact.one_step_before(dt), before);
+            next_stored.add(&stored, 0.5);
+            next_stored.add(&last, -0.5);
         }
         observation.exchanges.push(Exchange {
             row: site.row as u32,
@@ -85,18 +92,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             lossy: normal * lossy,
             tangential: action.tangential.into(),
             couple: action.couple.into(),
+            next_stored,
         });
         if A::ACTIVE && dt > 0.0 {
             let last = contact.one_step_before(dt);
             observation.dissipated_by_bonds +=
                 law.adhesion_loss(contact, &last, action, before, after);
-        }
-        if site.touches {
-            let stiffness = law.tangential.stiffness(contact);
-            observation.tangential_energy += law.tangential.energy(contact, &after.1);
-            if R::ACTIVE {
-                observation.rolling_energy += law.rolling.energy(stiffness, &after.2);
-            }
         }
     }
 
@@ -144,4 +145,30 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         record.history = self.memory.show(site.pair, &memory);
         record
     }
+}
+
+/// What the springs of a contact store.
+fn springs<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
+    law: &PairLaw<N, T, R, A>,
+    contact: &Contact,
+    memory: &Histories<N, T, R, A>,
+) -> SpringEnergy {
+    let mut stored = SpringEnergy::default();
+    if A::ACTIVE && -contact.overlap < law.adhesion.range() {
+        stored.normal += law.adhesion.energy(contact, &memory.3);
+    }
+    if contact.overlap > 0.0 {
+        let normal = law.normal.energy(contact, &memory.0);
+        if law.normal.is_elastic() {
+            stored.normal += normal;
+        } else {
+            stored.plastic += normal;
+        }
+        stored.tangential += law.tangential.energy(contact, &memory.1);
+        if R::ACTIVE {
+            let stiffness = law.tangential.stiffness(contact);
+            stored.rolling += law.rolling.energy(stiffness, &memory.2);
+        }
+    }
+    stored
 }

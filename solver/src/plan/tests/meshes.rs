@@ -169,3 +169,34 @@ fn meshes_are_not_met_in_closed_form() {
         assert_eq!(pass.map(|pass| pass.reason.as_str()), Some(expected));
     }
 }
+
+/// A pipe along a periodic axis and its images are one surface without ends, unless it is shorter than the period or turns away.
+#[test]
+fn a_cylinder_of_a_period_goes_on_and_says_so() {
+    let head = HEAD.replace("max = [1, 1, 1]\n", "max = [1, 1, 1]\nperiodic = [\"y\"]\n");
+    let endless = |axis: &str, along: &str, motion: &str| {
+        let pipe = format!(
+            "[[walls]]\nname = \"pipe\"\nshape = \"cylinder\"\nmaterial = \"ball\"\norigin = [0, -1, 0]\nradius = 0.9\n\
+             side = \"inside\"\naxis = {axis}\nalong = {along}\n{motion}"
+        );
+        let text = format!("{head}{BALL}{pipe}{}", two("ball", 0.1));
+        let plan = planned_with(&text, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let said =
+            "walls.pipe: the cylinder spans the periodic axis y and goes on for ever along it";
+        let is_said = plan.notes().remarks().iter().any(|note| note == said);
+        let (low, high) = plan.physics().walls()[0].shape.bounds();
+        assert_eq!(is_said, !(high - low).is_finite(), "{axis} {along}");
+        is_said
+    };
+    assert!(endless("[0, 1, 0]", "[0, 2]", ""));
+    assert!(endless("[0, -3, 0]", "[-2.5, 0.1]", ""));
+    assert!(!endless("[0, 1, 0]", "[0, 1.99]", ""));
+    assert!(!endless("[0.1, 1, 0]", "[0, 2]", ""));
+    let turn = |axis: &str| {
+        format!(
+            "motion = [{{ kind = \"rotation\", axis = {axis}, origin = [0, 0, 0], angular_velocity = 1.0 }}]\n"
+        )
+    };
+    assert!(endless("[0, 1, 0]", "[0, 2]", &turn("[0, 1, 0]")));
+    assert!(!endless("[0, 1, 0]", "[0, 2]", &turn("[1, 0, 0]")));
+}

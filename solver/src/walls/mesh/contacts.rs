@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::touch::{Touch, Touches};
+use super::super::touch::{Touch, Touches, Turning};
 use super::facet::{Facet, Nearest, Part};
 use super::near::Near;
 use super::patches::NO_GROUP;
@@ -159,6 +159,28 @@ impl Mesh {
         minimum
     }
 
+    /// How the normal of a minimum turns when the centre moves.
+    fn turning(&self, minimum: &Minimum) -> Turning {
+        let (faces, edges) = (self.facets.len(), self.topology.edge_count());
+        let feature = minimum.feature as usize;
+        if feature < faces || minimum.distance == 0.0 {
+            return Turning::NONE;
+        }
+        let rate = 1.0 / minimum.distance;
+        if feature < faces + edges {
+            let [start, end] =
+                (self.topology.ends((feature - faces) as u32)).map(|k| self.vertices[k as usize]);
+            return Turning {
+                along: (end - start).normalize(),
+                rates: [0.0, rate],
+            };
+        }
+        Turning {
+            along: minimum.normal.any_orthonormal_vector(),
+            rates: [rate; 2],
+        }
+    }
+
     /// Faces come first, then edges, then corners.
     fn feature(&self, facet: u32, part: Part) -> u32 {
         let faces = self.facets.len() as u32;
@@ -279,6 +301,7 @@ impl Mesh {
                 normal: minimum.normal,
                 feature: self.continuation.known_as(minimum.feature),
                 curvature: [0.0; 2],
+                turning: self.turning(minimum),
             });
         }
     }

@@ -32,7 +32,6 @@ use near::{Near, Pack};
 use patches::{Best, find_patches};
 use periodic::Continuation;
 pub use periodic::Period;
-pub(super) use periodic::SEAM;
 use topology::Topology;
 use tree::Tree;
 

@@ -15,7 +15,7 @@ use super::Mesh;
 
 /// How far the extent of a mesh may be from the period that it spans, in periods; corners at the two faces that agree to within
 /// this are joined.
-pub(in super::super) const SEAM: f64 = 1e-6;
+const SEAM: f64 = 1e-6;
 
 /// How far the corners of such a mesh may move along an axis of which it spans a period, over the reach for which it is continued:
 /// then what lies within a particle's radius and the skin of a face is still there at the other one.

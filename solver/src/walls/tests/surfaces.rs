@@ -86,6 +86,35 @@ proptest! {
         }
     }
 
+    /// The normal at a place h away is the normal here and its turning times h, to second order in h over the distance from an edge,
+    /// tip or axis, r: h^2/r^2.
+    #[test]
+    fn the_normal_turns_as_the_touch_says(
+        kind in kind(),
+        side in side(),
+        place in pose(3.0, 1.0),
+        offset in vector(1.5),
+        across in vector(1.0),
+    ) {
+        let shape = kind.build(&place, side).unwrap();
+        let centre = place.to_global(offset);
+        let h = 1e-6;
+        for touch in touches(&shape, centre, 0.5) {
+            let radius = touch.distance.abs().min(offset.truncate().length()).min(offset.length());
+            if radius < 1e-2 {
+                continue;
+            }
+            let moved = touches(&shape, centre + across * h, 0.6);
+            let Some(moved) = moved.iter().find(|m| m.feature == touch.feature) else {
+                continue;
+            };
+            let expected = touch.turning.of(touch.normal, across * h);
+            let change = moved.normal - touch.normal;
+            let tolerance = 3.0 * (h / radius) * (h / radius) * across.length_squared() + 1e-14;
+            prop_assert!((change - expected).length() < tolerance, "{change} instead of {expected}");
+        }
+    }
+
     #[test]
     fn touches_do_not_depend_on_the_frame(
         kind in kind(),

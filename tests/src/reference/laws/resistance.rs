@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::tangential::{Slider, grown_spring};
+use super::tangential::{Slider, grown_spring, half_turn};
 use super::{Kinematics, TangentialHistory};
 
 /// Parameters of rolling or torsion resistance.
@@ -53,7 +53,8 @@ impl Resistance {
         if self.friction == 0.0 {
             return (DVec3::ZERO, 0.0);
         }
-        let velocity = -lever * kinematics.normal.cross(kinematics.relative_spin);
+        let velocity = -lever * kinematics.sliding_normal.cross(kinematics.relative_spin);
+        let velocity = kinematics.laid_into_plane(velocity);
         let grown = grown_spring(*spring, velocity, kinematics, follows, spring_time);
         let (force, energy) = self.respond(grown, velocity, sliding_stiffness, pressure, spring);
         (lever * kinematics.normal.cross(force), energy)
@@ -73,8 +74,9 @@ impl Resistance {
             return (DVec3::ZERO, 0.0);
         }
         let normal = kinematics.normal;
-        let velocity = lever * normal.dot(kinematics.relative_spin) * normal;
-        let grown = (*spring + velocity * spring_time).dot(normal) * normal;
+        let half = kinematics.sliding_normal;
+        let velocity = lever * half.dot(kinematics.relative_spin) * normal;
+        let grown = (half_turn(*spring, half) + velocity * spring_time).dot(normal) * normal;
         let (force, energy) = self.respond(grown, velocity, sliding_stiffness, pressure, spring);
         (lever * force, energy)
     }

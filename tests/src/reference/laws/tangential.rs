@@ -136,8 +136,16 @@ impl Tangential {
                         grown_spring(history.sliding, velocity, kinematics, follows, spring_time)
                     }
                     LoadHistory::Rescale => {
+                        let before = history.contact_radius;
                         let stored = rescaled_force(history, kinematics);
-                        -stored / stiffness + velocity * spring_time
+                        // The stiffness in the middle of the step, and the shrinking of its second half.
+                        let now = kinematics.contact_radius();
+                        let middle = if before > 0.0 {
+                            stiffness * now.min(0.5 * (before + now)) / now
+                        } else {
+                            stiffness
+                        };
+                        (middle * velocity * spring_time - stored) / stiffness
                     }
                 };
                 let (force, spring) = match limits {
@@ -163,7 +171,7 @@ impl Tangential {
 
 /// The stored force, turned into the tangent plane and reduced if the contact area has shrunk.
 fn rescaled_force(history: &mut History, kinematics: &Kinematics) -> DVec3 {
-    let mut stored = projected(history.sliding, kinematics.normal, 0.0);
+    let mut stored = turned(history.sliding, kinematics);
     let contact_radius = kinematics.contact_radius();
     if contact_radius < history.contact_radius {
         stored *= contact_radius / history.contact_radius;
@@ -251,28 +259,39 @@ pub(super) fn grown_spring(
     spring_time: f64,
 ) -> DVec3 {
     match (follows, kinematics.pair) {
-        (TangentialHistory::Project, _) => {
-            let negligible = 1e-12 * kinematics.effective_radius;
-            projected(spring, kinematics.normal, negligible) + velocity * spring_time
-        }
-        (TangentialHistory::Incremental, Some((centre_velocity, distance))) => {
-            let turning = spring.dot(centre_velocity) / distance * kinematics.normal;
+        (TangentialHistory::Project, _) => turned(spring, kinematics) + velocity * spring_time,
+        (TangentialHistory::Incremental, Some(centre_velocity)) => {
+            let turning = spring.dot(centre_velocity) / kinematics.sliding_distance
+                * kinematics.sliding_normal;
             spring + (velocity - turning) * spring_time
         }
         (TangentialHistory::Incremental, None) => spring + velocity * spring_time,
     }
 }
 
-/// A vector projected on the plane normal to `normal`, with its old length. Vectors up to the
-/// length `negligible` are left alone; one along the normal has no direction in the plane: zero.
-fn projected(vector: DVec3, normal: DVec3, negligible: f64) -> DVec3 {
-    let length = vector.length();
-    if length <= negligible {
-        return vector;
+/// A vector of the old tangent plane in the new one.
+fn turned(vector: DVec3, kinematics: &Kinematics) -> DVec3 {
+    // The half turn about the normal of the middle takes the old normal to the new one. It takes the vector to the opposite of
+    // what the short rotation does. By the rule of the step that normal is the new one, and this is a projection.
+    let turned = -half_turn(vector, kinematics.sliding_normal);
+    let along = turned.dot(kinematics.normal).abs();
+    if along > 1e-8 * turned.length() {
+        return projected(turned, kinematics.normal);
     }
+    kinematics.laid_into_plane(turned)
+}
+
+/// A vector after half a turn about an axis of length 1.
+pub(super) fn half_turn(vector: DVec3, axis: DVec3) -> DVec3 {
+    2.0 * vector.dot(axis) * axis - vector
+}
+
+/// A vector projected on the plane normal to `normal`, with its old length; one along the normal has no direction in the plane.
+fn projected(vector: DVec3, normal: DVec3) -> DVec3 {
+    let length = vector.length();
     let in_plane = vector - vector.dot(normal) * normal;
     if in_plane.length() <= 1e-12 * length {
-        return DVec3::ZERO;
+        return in_plane;
     }
     in_plane * (length / in_plane.length())
 }

@@ -149,7 +149,10 @@ fn quasi_static(normal: Normal, overlaps: &[f64]) -> Vec<f64> {
             arm_b: DVec3::ZERO,
             relative_velocity: DVec3::ZERO,
             relative_spin: DVec3::ZERO,
-            pair: Some((DVec3::ZERO, 1.0 - overlap)),
+            sliding_normal: DVec3::X,
+            sliding_velocity: DVec3::ZERO,
+            sliding_distance: 1.0,
+            pair: Some(DVec3::ZERO),
             effective_mass: 0.5,
             effective_radius: 0.25,
         };

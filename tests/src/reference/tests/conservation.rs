@@ -103,6 +103,7 @@ fn linear_and_angular_momentum() {
             rolling_lever: RollingLever::EffectiveDiameter,
             clamp_tension: true,
             coulomb_limits: CoulombLimits::Total,
+            sliding_normal: SlidingNormal::Step,
             startup_increment: true,
         },
     ];
@@ -169,7 +170,10 @@ fn stored_energy_is_the_integral_of_the_force() {
         arm_b: DVec3::ZERO,
         relative_velocity: DVec3::ZERO,
         relative_spin: DVec3::ZERO,
-        pair: Some((DVec3::ZERO, 1.0)),
+        sliding_normal: DVec3::X,
+        sliding_velocity: DVec3::ZERO,
+        sliding_distance: 1.0,
+        pair: Some(DVec3::ZERO),
         effective_mass: 0.5,
         effective_radius: 0.25,
     };

@@ -32,6 +32,7 @@ fn linear_and_sliding(history: TangentialHistory) -> Simulation {
         torsion: None,
     };
     let mut simulation = Simulation::new(4e-4, law);
+    simulation.conventions.sliding_normal = SlidingNormal::Step;
     simulation.conventions.tangential_history = history;
     simulation.conventions.coulomb_limits = CoulombLimits::Total;
     for (side, spin) in [(-1.0, 5.0), (1.0, -2.0)] {
@@ -98,6 +99,7 @@ fn t9_hertz_mindlin_sphere_on_wall() {
         torsion: None,
     };
     let mut simulation = Simulation::new(1e-5, law);
+    simulation.conventions.sliding_normal = SlidingNormal::Step;
     simulation.conventions.coulomb_limits = CoulombLimits::Elastic;
     simulation.gravity = dvec3(0.0, 0.0, -9.81);
     let floor = Shape::Plane {
@@ -151,6 +153,7 @@ fn check_t10(conventions: Conventions, expected: [(DVec3, DVec3); 2]) {
     let mut simulation = Simulation::new(1e-4, law);
     simulation.conventions = Conventions {
         coulomb_limits: CoulombLimits::Total,
+        sliding_normal: SlidingNormal::Step,
         ..conventions
     };
     simulation

@@ -1,0 +1,69 @@
+//! Walls whose images are one surface: a disc wider than a period overlaps its own images, a profile as long as a period goes on in the
+//! next one.
+//!
+//! A particle feels a place once that lies on several images. A rim of one image that lies on the surface of another one is no rim of
+//! what both are together.
+
+use glam::DVec3;
+
+use super::{Touches, WallNow};
+use crate::neighbours::Images;
+
+/// Places that are no farther apart than this part of the reach of a particle are one: far above round-off, far below any overlap.
+const SAME: f64 = 1e-9;
+/// The same for feet of one particle on two images, which round-off moves along the surface.
+const SAME_FOOT: f64 = 1e-6;
+
+impl WallNow {
+    /// Takes those of the `touches` of a particle at `position` (m) within `reach` (m) by one image out that belong to another image: they
+    /// lie on its surface, and there it is touched elsewhere, or in the same place and has the lower code. `scratch`: any memory.
+    pub fn keep_own(
+        &self,
+        images: &Images,
+        position: DVec3,
+        (image, reach): (u32, f64),
+        touches: &mut Touches,
+        scratch: &mut Touches,
+    ) {
+        let state = &self.state;
+        let centre = state.into_wall(position + images.any_shift(image));
+        let all = std::mem::take(touches);
+        for touch in &all {
+            let foot = centre - touch.normal * touch.distance;
+            let belongs_to = |other: u32| {
+                let way = images.any_shift(other) - images.any_shift(image);
+                let way = state.turn_into_wall(way);
+                self.shape().touches(foot + way, SAME * reach, scratch);
+                if scratch.is_empty() {
+                    return false;
+                }
+                self.shape().touches(centre + way, reach, scratch);
+                let is_foot = scratch.iter().any(|its| {
+                    let its_foot = centre - its.normal * its.distance;
+                    its_foot.distance(foot) <= SAME_FOOT * reach
+                });
+                !is_foot || other < image
+            };
+            let mut others = (self.met_by().iter())
+                .map(|&code| self.image_of(position, code))
+                .filter(|&other| other != image);
+            if !others.any(belongs_to) {
+                touches.push(*touch);
+            }
+        }
+    }
+
+    /// Whether a place (m) is within `reach` (m) of the surface by an image.
+    #[must_use]
+    pub fn is_near_by(
+        &self,
+        images: &Images,
+        place: DVec3,
+        (image, reach): (u32, f64),
+        scratch: &mut Touches,
+    ) -> bool {
+        let place = (self.state).into_wall(place + images.any_shift(image));
+        self.shape().touches(place, reach, scratch);
+        !scratch.is_empty()
+    }
+}
