@@ -62,14 +62,38 @@ pub use values::{duration, positive};
 ///
 /// Wrong usage ends with [`Exit::Input`], `--help` and `--version` with [`Exit::Done`], all else as `execute` says.
 pub fn main<A: Parser>(execute: impl FnOnce(A) -> Outcome) -> ExitCode {
+    main_told(execute, |_| {})
+}
+
+/// As [`main`]; what went wrong is handed to `tell` before it is said, wrong usage included.
+pub fn main_told<A: Parser>(
+    execute: impl FnOnce(A) -> Outcome,
+    tell: impl FnOnce(&Failure),
+) -> ExitCode {
     match A::try_parse() {
-        Ok(arguments) => failure::ended(execute(arguments), &mut std::io::stderr()),
+        Ok(arguments) => {
+            let outcome = execute(arguments);
+            if let Err(failure) = &outcome {
+                tell(failure);
+            }
+            failure::ended(outcome, &mut std::io::stderr())
+        }
         Err(error) => {
+            if error.use_stderr() {
+                tell(&Failure::input(wrong_usage(&error.to_string())));
+            }
             // Whoever closed the stream does not want to know; the exit code tells.
             let _ = error.print();
             u8::try_from(error.exit_code()).map_or(Exit::Input.into(), ExitCode::from)
         }
     }
+}
+
+/// What the parser of the command line says, without the usage that it adds, and its tip as all other advice.
+fn wrong_usage(text: &str) -> String {
+    let text = text.strip_prefix("error: ").unwrap_or(text);
+    let what = text.split("\n\nUsage:").next().unwrap_or_default();
+    what.trim_end().replacen("\n\n  tip: ", "\nhelp: ", 1)
 }
 
 /// Prints a text on standard output, with one line break at its end. A reader that has gone away (`| head`) is no failure.

@@ -14,6 +14,7 @@ pub mod frames;
 pub mod machine;
 pub mod normal;
 pub mod paraview;
+pub mod problem;
 pub mod random;
 pub mod readable;
 #[doc(hidden)]
@@ -25,3 +26,4 @@ pub mod surfaces;
 pub mod turns;
 pub mod units;
 pub mod whole_file;
+pub mod within;

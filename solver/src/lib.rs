@@ -1,6 +1,6 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
-//! The rooms, each of which may use those below it: [`run`], [`output`], [`step`], [`plan`], [`boundaries`],
+//! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`step`], [`plan`], [`boundaries`],
 //! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
@@ -15,6 +15,7 @@ mod memory;
 pub mod neighbours;
 pub mod output;
 pub mod plan;
+pub mod results;
 pub mod run;
 pub mod stage;
 pub mod starters;

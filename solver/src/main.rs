@@ -8,17 +8,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use command::run::{How, Requests, plan_as_toml, run_plan};
-use command::waiting::Waiting;
+use command::input::lies_within;
+use command::problems;
+use command::run::How;
 use mercury_common::cli::{self, Failure, Outcome, say};
-use mercury_common::machine::{self, MachineMemory};
-use mercury_common::readable::{self, rounded};
-use mercury_common::scene::{Scene, SceneErrors};
+use mercury_common::within::Within;
 use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::Earlier;
-use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Disk, Memory, Plan, read_scene, refusal, report};
-use mercury_solver::run::{Progress, check_fit, checkpoint, plan_within};
+use mercury_solver::results::NamedResult;
+use mercury_solver::run::checkpoint;
 
 /// More threads than any machine has: a slip of the keyboard.
 const MOST_THREADS: i64 = 1024;
@@ -32,10 +30,11 @@ Examples:
   mercury-solve drum.toml --set time.end=0.1 --set materials.bead.tangential.friction=0.3 --output short
   mercury-solve drum.toml --force --threads 4     replace an earlier run
   mercury-solve drum.toml --quiet --json          the summary as JSON, for scripts
+  mercury-solve drum.toml --result \"torque=mean(walls.drum.ty, 1..2)\"   a number of the run in its summary
   mercury-solve drum.toml --time-limit 55m        stop before a queue's limit, with a checkpoint
   mercury-solve drum.toml --resume                go on from there: the same bytes as without a stop
   mercury-solve drum.toml --resume --set time.end=4   longer than it was
-  mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint
+  mercury-solve --inspect drum/drum.0.restart     what is in a checkpoint; --json for scripts
   mercury-solve repose.toml --sweep materials.grain.rolling.friction=0,0.1,0.2 --result \"height=max(particles.z)\"
                                                   a study: a run for each value, a table and a plot in repose-study/
   mercury-solve study.toml                        a study from a file; the same again goes on where it was stopped
@@ -113,13 +112,18 @@ struct Arguments {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 
-    /// A study: run the scene once for each value; several keys make a grid
-    #[arg(long, value_name = "KEY=A,B,C", help_heading = "Studies", conflicts_with_all = ["json", "inspect"])]
-    sweep: Vec<String>,
-
-    /// A number for the study's table, for example torque=mean(walls.drum.ty, 1..2)
-    #[arg(long, value_name = "NAME=WHAT", help_heading = "Studies")]
+    /// A number of the run for its summary, or for the study's table: torque=mean(walls.drum.ty, 1..2); may be repeated
+    #[arg(long, value_name = "NAME=WHAT")]
     result: Vec<String>,
+
+    /// A study: run the scene once for each value; several keys make a grid
+    #[arg(
+        long,
+        value_name = "KEY=A,B,C",
+        help_heading = "Studies",
+        conflicts_with = "inspect"
+    )]
+    sweep: Vec<String>,
 
     /// Draw a column of the study's table over its first key [default: what --result names]
     #[arg(long, value_name = "COLUMN", help_heading = "Studies")]
@@ -129,11 +133,19 @@ struct Arguments {
     #[arg(long, value_name = "N", help_heading = "Studies", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     jobs: Option<u16>,
 
+    /// Read and write no file outside of this folder, links followed: for scenes of others
+    #[arg(long, value_name = "DIR")]
+    within: Option<PathBuf>,
+
+    /// Tell programs what the run does: a line of JSON each second, and for each phase, frame and checkpoint
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "inspect", "sweep"])]
+    progress: Option<PathBuf>,
+
     /// No progress and no report, only errors
     #[arg(long)]
     quiet: bool,
 
-    /// Print the summary (with --check: the plan) as one JSON object on standard output
+    /// Print the summary (with --check: the plan; where something is wrong: the problems) as one JSON object on standard output
     #[arg(long)]
     json: bool,
 
@@ -170,9 +182,38 @@ fn checkpoint_every(text: &str) -> Result<Every, String> {
 }
 
 impl Arguments {
+    /// The numbers that are wanted by name, each once.
+    fn results(&self) -> Result<Vec<NamedResult>, Failure> {
+        let mut results: Vec<NamedResult> = Vec::new();
+        for text in &self.result {
+            let wrong = |problem| Failure::input(format!("--result {text}: {problem}"));
+            let result = NamedResult::parse(text).map_err(wrong)?;
+            if results.iter().any(|known| known.name == result.name) {
+                return Err(wrong("this name was given before".to_owned()));
+            }
+            results.push(result);
+        }
+        Ok(results)
+    }
+
+    /// The folder outside of which nothing is read or written.
+    fn within(&self) -> Result<Option<Arc<Within>>, Failure> {
+        let Some(folder) = &self.within else {
+            return Ok(None);
+        };
+        let within = Within::new(folder).map_err(|error| {
+            Failure::input(format!("--within {}: {error}", folder.display()))
+                .with_help("name a folder that is there")
+        })?;
+        Ok(Some(Arc::new(within)))
+    }
+
     fn how(&self) -> How {
         How {
             folder: self.output.clone(),
+            within: None,
+            progress: None,
+            results: Vec::new(),
             earlier: match (self.force, self.resume) {
                 (true, _) => Earlier::Replace,
                 (_, true) => Earlier::Continue,
@@ -189,7 +230,7 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    cli::main(|arguments: Arguments| execute(&arguments))
+    cli::main_told(|arguments: Arguments| execute(&arguments), problems::tell)
 }
 
 fn execute(arguments: &Arguments) -> Outcome {
@@ -200,146 +241,16 @@ fn execute(arguments: &Arguments) -> Outcome {
     if let Some(shell) = arguments.completions {
         return cli::say_completions::<Arguments>(shell);
     }
+    let within = arguments.within()?;
     if let Some(file) = &arguments.inspect {
+        lies_within(within.as_ref(), file)?;
         let checkpoint = checkpoint::read(file).map_err(Failure::input)?;
-        return say(&checkpoint.to_string());
+        return match arguments.json {
+            true => problems::say_object(&checkpoint.as_json()),
+            false => say(&checkpoint.to_string()),
+        };
     }
-    // From the first instant of a run on, so that no request comes too early; what only looks may be ended at any time.
-    let requests = match arguments.check {
-        true => None,
-        false => Some(Requests::listen()?),
-    };
     // The argument is required without --completions and --inspect.
     let path = arguments.scene.as_deref().unwrap_or(Path::new(""));
-    let stage = requests.as_ref().map_or_else(Arc::default, Requests::stage);
-    let stop = requests.as_ref().map(|requests| &requests.stop);
-    let quiet = arguments.quiet || (arguments.check && arguments.json);
-    let waiting = Waiting::begin(&stage, stop, quiet)?;
-    if let Some(study) = command::study::asked_for(path, arguments)? {
-        return command::study::execute(&study, arguments, requests, &stage, waiting);
-    }
-    let refused = |errors: SceneErrors| Failure::input(refusal(&errors));
-    let scene = read_scene(path, &arguments.set).map_err(refused)?;
-    let machine = machine::memory();
-    let limit = machine.filter(|_| !arguments.force_memory);
-    let (plan, memory) = plan_within(&scene, limit).map_err(refused)?;
-    if arguments.check {
-        drop(waiting);
-        return checked(arguments, &scene, plan, &memory, machine);
-    }
-    if let Some(limit) = limit {
-        let fit = check_fit(&scene, &plan, &memory, limit);
-        fit.map_err(|error| refused(SceneErrors(vec![error])))?;
-    }
-    let Some(requests) = requests else {
-        return Ok(());
-    };
-    let mut line = cli::Progress::in_logs_too(arguments.quiet);
-    let mut tell = |progress: &Progress<'_>| {
-        line.share_left(progress.share(), progress.left, || told(progress));
-    };
-    let how = arguments.how();
-    let result = run_plan(
-        &how,
-        plan,
-        &memory,
-        &scene.statement,
-        requests,
-        &stage,
-        &mut tell,
-    );
-    line.clear();
-    drop(waiting);
-    let Some(report) = result? else {
-        return Ok(());
-    };
-    if arguments.json {
-        let json = serde_json::to_string_pretty(&report.summary).map_err(Failure::run)?;
-        say(&json)?;
-    } else if !arguments.quiet {
-        say(&report.to_string())?;
-    }
-    match report.summary.status {
-        Status::Finished => Ok(()),
-        Status::Stopped => Err(Failure::new(
-            cli::Exit::Resumable,
-            format!(
-                "stopped at t = {} s, with a checkpoint\nhelp: --resume goes on from there",
-                rounded(report.summary.time, 12)
-            ),
-        )),
-    }
-}
-
-/// Says what a scene means, whether its run fits into the machine, and how long it will take if that was asked for.
-fn checked(
-    arguments: &Arguments,
-    scene: &Scene,
-    plan: Plan,
-    memory: &Memory,
-    machine: Option<MachineMemory>,
-) -> Outcome {
-    let fits = match machine.filter(|_| !arguments.force_memory) {
-        Some(limit) => check_fit(scene, &plan, memory, limit)
-            .map_err(|error| Failure::input(refusal(&SceneErrors(vec![error])))),
-        None => Ok(()),
-    };
-    let Some(limit) = arguments.trial.filter(|_| fits.is_ok()) else {
-        say(&match arguments.json {
-            true => as_json(plan_as_table(&plan, memory)?)?,
-            false => report(&plan, memory, machine),
-        })?;
-        return fits;
-    };
-    // As text the plan comes first: whoever waits for the trial has something to read.
-    let table = arguments.json.then(|| plan_as_table(&plan, memory));
-    if !arguments.json {
-        say(&report(&plan, memory, machine))?;
-    }
-    let bytes = Disk::of(&plan).bytes;
-    let quiet = arguments.quiet || arguments.json;
-    let trial = command::trial::execute(plan, &arguments.how(), limit, quiet)?;
-    match table {
-        Some(table) => {
-            let mut table = table?;
-            let of_trial = toml::Value::try_from(&trial).map_err(Failure::run)?;
-            table.insert("trial".to_owned(), of_trial);
-            say(&as_json(table)?)?;
-        }
-        None => say(&format!(
-            "\n{trial}  {:<24}about {}",
-            "on the disk",
-            readable::bytes(bytes)
-        ))?,
-    }
-    match trial.is_cut_short {
-        true => Err(command::trial::ended("before its time")),
-        false => Ok(()),
-    }
-}
-
-/// The content of `plan.toml`.
-fn plan_as_table(plan: &Plan, memory: &Memory) -> Result<toml::Table, Failure> {
-    toml::from_str(&plan_as_toml(plan, memory)?)
-        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
-}
-
-fn as_json(table: toml::Table) -> Result<String, Failure> {
-    serde_json::to_string_pretty(&table)
-        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
-}
-
-/// What the progress line says of a run.
-fn told(progress: &Progress<'_>) -> String {
-    let asleep = match progress.engine.sleepers() {
-        Some((asleep, _)) => format!(" ({asleep} asleep)"),
-        None => String::new(),
-    };
-    format!(
-        "t = {:.4e} s  {} particles{asleep}  {:.2e} particle-steps/s  Ekin {:.2e} J",
-        progress.engine.time(),
-        progress.engine.particles.grains(),
-        progress.particle_steps as f64 / progress.seconds.max(1e-9),
-        progress.kinetic_energy(),
-    )
+    command::scene::execute(arguments, path, within)
 }

@@ -4,6 +4,7 @@
 //! once: the work is given up where nothing is lost by it (`Stage::may_give_up`), which the run says.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What is being done.
@@ -22,6 +23,44 @@ pub enum Task {
     Finishing,
 }
 
+/// A file of a run, by its name in the run's folder, and how many bytes of it count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OutputFile {
+    /// The name, that of a folder in front of it.
+    pub name: String,
+    /// Bytes, up to the end of the last whole frame.
+    pub bytes: u64,
+}
+
+/// What a run tells of while it goes on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// Something else is done from now on.
+    Task(Task),
+    /// A state is written.
+    Written {
+        /// Steps made.
+        step: u64,
+        /// s
+        time: f64,
+        /// The files that have grown or were made.
+        outputs: Vec<OutputFile>,
+    },
+    /// A checkpoint is whole and has its name.
+    Checkpoint {
+        /// Steps made.
+        step: u64,
+        /// s
+        time: f64,
+        /// The checkpoint itself.
+        file: OutputFile,
+        /// All files that grow, with the bytes that it counts on.
+        outputs: Vec<OutputFile>,
+    },
+    /// Nothing more will be told.
+    Over,
+}
+
 /// What a run is busy with. Shared by the run and those who watch it; changes no result.
 #[derive(Debug, Default)]
 pub struct Stage {
@@ -30,6 +69,7 @@ pub struct Stage {
     expected: AtomicU64,
     stop: Arc<AtomicBool>,
     may_give_up: AtomicBool,
+    events: Option<Sender<Event>>,
 }
 
 impl Stage {
@@ -39,6 +79,28 @@ impl Stage {
         Self {
             stop,
             ..Self::default()
+        }
+    }
+
+    /// The same, of a run that tells what happens.
+    #[must_use]
+    pub fn telling(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
+        Self {
+            events: Some(events),
+            ..Self::new(stop)
+        }
+    }
+
+    /// Whether anybody listens.
+    pub(crate) fn is_heard(&self) -> bool {
+        self.events.is_some()
+    }
+
+    /// Tells what happens.
+    pub(crate) fn tell(&self, event: Event) {
+        if let Some(events) = &self.events {
+            // Whoever listened may have gone.
+            let _ = events.send(event);
         }
     }
 
@@ -55,6 +117,7 @@ impl Stage {
     /// Something else is done from now on.
     pub fn begin(&self, task: Task) {
         *self.lock() = task;
+        self.tell(Event::Task(task));
     }
 
     /// Does `act` if nothing of the run is written yet, and keeps it from being written meanwhile.

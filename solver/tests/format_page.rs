@@ -22,7 +22,7 @@ fn all_keys() -> String {
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.
-const ALTERNATIVES: [&str; 46] = [
+const ALTERNATIVES: [&str; 47] = [
     "materials.a.normal={ law = \"hertz\", effective_modulus = 1e7, damping = 0.1 }\nmaterials.a.tangential={ law = \"mindlin\", friction = 0.5, effective_shear_modulus = 1e6 }",
     "materials.b.normal={ law = \"linear\", collision_time = 1e-3, mass = 1e-3, restitution = 0.5 }",
     "materials.b.tangential={ law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }",
@@ -63,6 +63,7 @@ const ALTERNATIVES: [&str; 46] = [
     "domain.dimensions=3",
     "contact.tangential_history=incremental",
     "contact.coulomb_limits=elastic",
+    "contact.sliding_normal=step",
     "contact.wall_curvature=true",
     "contact.startup_increment=true",
     "contact.rolling_lever=2R*",

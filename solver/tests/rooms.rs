@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the top to the bottom: each room may use those below it, never those above (`ARCHITECTURE.md`).
-const ROOMS: [&str; 18] = [
+const ROOMS: [&str; 19] = [
     "main",
     "command",
     "starters",
     "study",
     "run",
+    "results",
     "output",
     "step",
     "plan",

@@ -262,8 +262,8 @@ fn slips_are_told_before_anything_runs() {
     assert!(errors.contains("did you mean `plate`?"), "{errors}");
     let errors = refused(&["--sweep", "seed=1,2", "--result", "f=mean(wall.plate.fz)"]);
     assert!(errors.contains("did you mean `walls`?"), "{errors}");
-    let errors = refused(&["--result", "f=mean(walls.plate.fz)"]);
-    assert!(errors.contains("--result is for studies"), "{errors}");
+    let errors = refused(&["--plot", "f"]);
+    assert!(errors.contains("--plot is for studies"), "{errors}");
     let (code, said, _) = solve(
         folder.path(),
         &["ball.toml", "--sweep", "seed=1,2", "--check"],

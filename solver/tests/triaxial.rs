@@ -113,7 +113,7 @@ fn three_axes_are_pressed_at_once() {
     for side in [x, y] {
         assert!((side.0 / PRESSURE - 1.0).abs() < 0.05, "{side:?}");
     }
-    assert!(z.0 > 1.2 * PRESSURE, "{z:?}");
+    assert!(z.0 > 1.1 * PRESSURE, "{z:?}");
     for (plate, _, mean) in [x, y, z] {
         // It is not at rest now: the loads across differ by what accelerates, a few inertial numbers of 1e-3.
         assert!((mean / plate - 1.0).abs() < 0.03, "{mean} and {plate}");

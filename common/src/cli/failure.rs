@@ -4,6 +4,8 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
+use crate::problem::Problem;
+
 /// How a program ends: the number that scripts see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
@@ -37,6 +39,10 @@ pub struct Failure {
     pub exit: Exit,
     /// What it says on standard error; nothing if empty.
     pub message: String,
+    /// The same for programs, one by one, where more is known than the text says.
+    problems: Vec<Problem>,
+    /// Standard output holds already what was asked for.
+    is_answered: bool,
 }
 
 impl Failure {
@@ -52,8 +58,36 @@ impl Failure {
 
     /// Any other end.
     pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
-        let message = message.to_string();
-        Self { exit, message }
+        Self {
+            exit,
+            message: message.to_string(),
+            problems: Vec::new(),
+            is_answered: false,
+        }
+    }
+
+    /// Says what the message says for programs, too.
+    #[must_use]
+    pub fn with_problems(mut self, problems: Vec<Problem>) -> Self {
+        self.problems = problems;
+        self
+    }
+
+    /// Standard output holds already what was asked for: nothing more is to be said there.
+    #[must_use]
+    pub fn answered(mut self) -> Self {
+        self.is_answered = true;
+        self
+    }
+
+    /// What is wrong, for programs; nothing where standard output holds already what was asked for.
+    #[must_use]
+    pub fn problems(&self) -> Option<Vec<Problem>> {
+        match (self.is_answered, self.problems.is_empty()) {
+            (true, _) => None,
+            (false, true) => Some(vec![Problem::of_text(&self.message)]),
+            (false, false) => Some(self.problems.clone()),
+        }
     }
 
     /// Adds what to do about it, in a line of its own as the readers of files do.

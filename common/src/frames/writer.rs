@@ -147,6 +147,11 @@ impl FrameWriter {
         &self.path
     }
 
+    /// Bytes up to the end of the last frame, without the marker behind it: later frames change none of them.
+    pub fn bytes(&self) -> u64 {
+        self.marker
+    }
+
     /// The number of frames in the file.
     pub fn len(&self) -> usize {
         self.frames

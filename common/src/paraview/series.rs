@@ -60,7 +60,9 @@ impl Series {
         Ok(series)
     }
 
-    fn file_name(&self, number: usize) -> String {
+    /// The name of the frame with this number.
+    #[must_use]
+    pub fn file_name(&self, number: usize) -> String {
         format!("{}.{number:04}.vtu", self.stem)
     }
 

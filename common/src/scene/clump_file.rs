@@ -27,12 +27,13 @@ pub fn read_clump(path: impl AsRef<Path>) -> Result<ClumpFile, SceneErrors> {
 /// # Errors
 /// As [`read_clump`].
 pub fn parse_clump(path: &Path, text: &str) -> Result<ClumpFile, SceneErrors> {
-    let source = Source::file(path.display().to_string(), text);
+    let files = Files::Unchecked;
+    let source = Source::file(path.display().to_string(), text, &files);
     let document = tree::parse_document(&source, text)?;
     let context = Context {
         errors: RefCell::default(),
         directory: PathBuf::new(),
-        files: Files::Unchecked,
+        files,
         materials: Vec::new(),
         clumps: Vec::new(),
         laws: None,

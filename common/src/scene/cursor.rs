@@ -7,6 +7,7 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::error::SceneError;
 use super::examples::example;
@@ -15,16 +16,20 @@ use super::key_path;
 use super::laws::LawKeys;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
+use super::statement::NamedFile;
 use super::tree::{Entry, Table, Value};
+use crate::within::Within;
 
 /// Up to this many allowed keys are listed when one is not known.
 const SHORT_LIST: usize = 12;
 
-/// Whether the files that a scene names must exist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Which files a scene may name.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Files {
     /// A file that is missing is an error.
     MustExist,
+    /// Likewise, and so is one outside of a folder, which is not looked at.
+    Within(Arc<Within>),
     /// Files are not looked for, as in an editor or where only the text is at hand.
     Unchecked,
 }
@@ -39,7 +44,7 @@ pub(super) struct Context {
     /// The contact laws that are known; `None`: whoever reads knows nothing of laws.
     pub(super) laws: Option<Vec<&'static LawKeys>>,
     /// The files that were named so far.
-    pub(super) named: RefCell<Vec<PathBuf>>,
+    pub(super) named: RefCell<Vec<NamedFile>>,
 }
 
 /// What an entry of a list is called that has no name, where it needs one: `wall-3` for `walls[2]`.

@@ -9,8 +9,10 @@ use super::cursor::{Context, Fields, Files};
 use super::key_path;
 use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
+use super::statement::NamedFile;
 use super::tree::{Node, Value};
 use super::{ClumpIndex, MaterialIndex};
+use crate::within::plain;
 
 /// A value of the document with its key path.
 #[derive(Clone)]
@@ -305,8 +307,13 @@ impl<'a> Item<'a> {
 
     /// Notes that the scene names this file.
     fn noted(&self, file: Option<Located<PathBuf>>) -> Option<Located<PathBuf>> {
-        let path = file.iter().map(|file| file.value.clone());
-        self.context.named.borrow_mut().extend(path);
+        if let (Some(file), Value::String(name)) = (&file, &self.node.value) {
+            self.context.named.borrow_mut().push(NamedFile {
+                key: self.place.key().to_owned(),
+                name: name.clone(),
+                path: file.value.clone(),
+            });
+        }
         file
     }
 
@@ -324,12 +331,18 @@ impl<'a> Item<'a> {
     ) -> Option<Located<PathBuf>> {
         let name = self.name()?;
         let path = self.context.directory.join(&name.value);
-        if self.context.files == Files::MustExist && !is_right(&path) {
-            let full = resolved(&path);
+        if let Files::Within(within) = &self.context.files
+            && let Err(outside) = within.check(&path)
+        {
+            self.report(format!("{:?} {outside}", name.value));
+            return None;
+        }
+        if self.context.files != Files::Unchecked && !is_right(&path) {
+            let shown = self.shown(&path);
             if path.exists() {
-                self.report(format!("{otherwise}: {}", full.display()));
+                self.report(format!("{otherwise}: {shown}"));
             } else {
-                let message = format!("the {what} does not exist: {}", full.display());
+                let message = format!("the {what} does not exist: {shown}");
                 let error = self.place.error(message);
                 self.context.report(match help {
                     Some(help) => error.with_help(help),
@@ -340,22 +353,16 @@ impl<'a> Item<'a> {
         }
         Some(name.map(|_| path))
     }
-}
 
-/// The path from the root, without `.` and `..`, for messages only: a symbolic link before a `..`
-/// would be followed otherwise when the file is opened.
-fn resolved(path: &Path) -> PathBuf {
-    use std::path::Component;
-    let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    let mut clean = PathBuf::new();
-    for part in full.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                clean.pop();
+    /// A path for messages only: from the root, as a symbolic link before a `..` would be followed when the file is opened. Who is confined
+    /// to a folder learns nothing of the folders above it.
+    fn shown(&self, path: &Path) -> String {
+        let shown = match self.context.files {
+            Files::Within(_) => path.to_owned(),
+            Files::MustExist | Files::Unchecked => {
+                plain(&std::path::absolute(path).unwrap_or_else(|_| path.to_owned()))
             }
-            other => clean.push(other),
-        }
+        };
+        shown.display().to_string()
     }
-    clean
 }

@@ -65,10 +65,10 @@ pub use particles::{
     Clump, ClumpPlace, Lattice, Orientation, ParticleSource, ParticleValues, Particles, Prescribed,
     Start,
 };
-pub use psd::{MixturePart, Psd, SizeLaw, Weighting, parse_psd, read_psd};
+pub use psd::{MixturePart, Psd, SizeLaw, Weighting, parse_psd, read_psd, read_psd_with};
 pub use region::Region;
 pub use settings::{
-    ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever,
+    ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, SlidingNormal,
     TangentialHistory, Time, TimeStep,
 };
 pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
@@ -76,7 +76,7 @@ pub use sleeping::Sleeping;
 pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{Spray, SprayPattern};
-pub use statement::{Statement, differences};
+pub use statement::{NamedFile, Statement, differences};
 pub use walls::{Wall, Wear, WearBasis};
 
 use cursor::{Context, Fields};
@@ -175,11 +175,19 @@ pub fn read_scene_with(
     parse_scene_with(laws, path, &text, overrides, Files::MustExist)
 }
 
+/// The text of a scene's file.
+///
+/// # Errors
+/// If it cannot be read, or is no UTF-8.
+pub fn read_scene_text(path: &Path) -> Result<String, SceneErrors> {
+    read_text(path, "scene")
+}
+
 /// The text of a file; `what` names its kind in messages.
 fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
     let name = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|error| SceneError {
-        place: Place::new(&Source::file(name.clone(), ""), 0..0, ""),
+        place: Place::new(&Source::file(name.clone(), "", &Files::MustExist), 0..0, ""),
         message: format!("the {what} cannot be read: {error}"),
         help: (error.kind() == ErrorKind::NotFound)
             .then(|| near_file(path))
@@ -189,7 +197,8 @@ fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        Place::new(&Source::file(name.clone(), text), valid..valid + 1, "")
+        let source = Source::file(name.clone(), text, &Files::MustExist);
+        Place::new(&source, valid..valid + 1, "")
             .error("this is not UTF-8 text")
             .with_help("save the file as UTF-8")
             .into()
@@ -251,7 +260,7 @@ fn parse(
     overrides: &[String],
     files: Files,
 ) -> Result<Scene, SceneErrors> {
-    let source = Source::file(path.display().to_string(), text);
+    let source = Source::file(path.display().to_string(), text, &files);
     let mut document = tree::parse_document(&source, text)?;
     if is_clump_file(&document) {
         let place = Place::new(&source, 0..0, "");
@@ -262,7 +271,7 @@ fn parse(
     }
     let mut wrong_overrides = Vec::new();
     for argument in overrides {
-        if let Err(error) = overrides::apply(&mut document, argument) {
+        if let Err(error) = overrides::apply(&mut document, argument, &files) {
             wrong_overrides.push(error);
         }
     }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::cursor::Files;
 use super::error::SceneError;
 use super::key_path::{self, Step};
 use super::source::{Place, Source};
@@ -19,8 +20,8 @@ const MOST_LEVELS: usize = 32;
 ///
 /// # Errors
 /// When the path leads nowhere, or the value is a list, table or string that does not parse.
-pub(super) fn apply(document: &mut Node, argument: &str) -> Result<(), SceneError> {
-    let source = Source::argument(argument);
+pub(super) fn apply(document: &mut Node, argument: &str, files: &Files) -> Result<(), SceneError> {
+    let source = Source::argument(argument, files);
     let whole = Place::new(&source, 0..argument.len(), "");
     let (steps, equals) = key_path::parse(argument).map_err(|problem| {
         whole

@@ -167,8 +167,16 @@ const WEIGHTINGS: [(&str, Weighting); 4] = [
 /// # Errors
 /// All mistakes of the file at once.
 pub fn read_psd(path: &Path) -> Result<Located<Psd>, SceneErrors> {
+    read_psd_with(path, Files::MustExist)
+}
+
+/// Reads a law from a file as [`read_psd`] does, and says which files it may name.
+///
+/// # Errors
+/// As [`read_psd`].
+pub fn read_psd_with(path: &Path, files: Files) -> Result<Located<Psd>, SceneErrors> {
     let text = super::read_text(path, "size distribution")?;
-    parse_psd(&path.display().to_string(), &text, path.parent())
+    parse(&path.display().to_string(), &text, path.parent(), files)
 }
 
 /// Reads a law from its text, called `name` in messages. Files that it names are looked for in `folder`.
@@ -180,14 +188,23 @@ pub fn parse_psd(
     text: &str,
     folder: Option<&Path>,
 ) -> Result<Located<Psd>, SceneErrors> {
-    let source = Source::file(name, text);
+    parse(name, text, folder, Files::MustExist)
+}
+
+fn parse(
+    name: &str,
+    text: &str,
+    folder: Option<&Path>,
+    files: Files,
+) -> Result<Located<Psd>, SceneErrors> {
+    let source = Source::file(name, text, &files);
     let mut document = tree::parse_document(&source, text)?;
     let mut wrong_units = Vec::new();
     quantities::settle(&mut document, None, &mut wrong_units);
     let context = Context {
         errors: RefCell::new(Vec::new()),
         directory: folder.unwrap_or(Path::new("")).to_owned(),
-        files: Files::MustExist,
+        files,
         materials: Vec::new(),
         clumps: Vec::new(),
         laws: None,

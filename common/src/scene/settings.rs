@@ -114,6 +114,8 @@ pub struct Conventions {
     pub clamp_tension: bool,
     /// How friction is kept within Coulomb's limit; default bounded.
     pub coulomb_limits: CoulombLimits,
+    /// Against which normal the sliding velocity is taken; default half-step.
+    pub sliding_normal: SlidingNormal,
     /// Whether R* includes the curvature of walls; default false.
     pub wall_curvature: bool,
     /// Overlap at the start, in smaller radii, that is an error; default 0.5.
@@ -164,6 +166,18 @@ pub enum CoulombLimits {
     Elastic,
     /// The sum of elastic part and damping is cut at mu |F_n|, and the spring set back by what is left of it.
     Total,
+}
+
+/// Against which normal velocities of sliding, rolling and torsion are taken.
+///
+/// Velocity Verlet evaluates forces with the positions of a step's end and the velocities of its middle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum SlidingNormal {
+    /// The normal at the middle of the step, the time of the velocities (Vyas et al. 2025).
+    #[default]
+    HalfStep,
+    /// The normal at the end of the step, as in LIGGGHTS and MercuryDPM: of first order in the step.
+    Step,
 }
 
 pub(super) fn read_time(fields: &Fields<'_>) -> Option<Time> {
@@ -306,6 +320,18 @@ pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
                         ("bounded", CoulombLimits::Bounded),
                         ("elastic", CoulombLimits::Elastic),
                         ("total", CoulombLimits::Total),
+                    ],
+                )
+            })
+            .unwrap_or_default(),
+        sliding_normal: fields
+            .get("sliding_normal")
+            .and_then(|item| {
+                item.word(
+                    "sliding normal",
+                    &[
+                        ("half-step", SlidingNormal::HalfStep),
+                        ("step", SlidingNormal::Step),
                     ],
                 )
             })

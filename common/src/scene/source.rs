@@ -2,9 +2,12 @@
 
 use std::fmt;
 use std::ops::{Deref, Range};
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use super::cursor::Files;
 use super::error::SceneError;
+use crate::problem::Spot;
 use crate::readable::shortened;
 
 /// Characters of a line of the source that a message shows.
@@ -16,6 +19,8 @@ pub struct Source {
     name: String,
     text: String,
     kind: SourceKind,
+    /// Which files it may name.
+    files: Files,
     /// Where its lines end, once somebody has asked.
     ends: OnceLock<Vec<usize>>,
 }
@@ -27,22 +32,28 @@ enum SourceKind {
 }
 
 impl Source {
-    /// The text of a scene file, under the name that messages call it by.
-    pub(super) fn file(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
+    /// The text of a scene file, under the name that messages call it by, and which files it may name.
+    pub(super) fn file(
+        name: impl Into<String>,
+        text: impl Into<String>,
+        files: &Files,
+    ) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
             text: text.into(),
             kind: SourceKind::File,
+            files: files.clone(),
             ends: OnceLock::new(),
         })
     }
 
     /// One `KEY=VALUE` of the command line.
-    pub(super) fn argument(text: impl Into<String>) -> Arc<Self> {
+    pub(super) fn argument(text: impl Into<String>, files: &Files) -> Arc<Self> {
         Arc::new(Self {
             name: "--set".to_owned(),
             text: text.into(),
             kind: SourceKind::Argument,
+            files: files.clone(),
             ends: OnceLock::new(),
         })
     }
@@ -153,12 +164,48 @@ impl Place {
     /// Column of the first character, counted in characters from 1.
     #[must_use]
     pub fn column(&self) -> usize {
-        let line = self.source.line_around(self.start);
-        1 + self
-            .source
-            .text
-            .get(line.start..self.start)
-            .map_or(0, |s| s.chars().count())
+        self.column_of(self.start)
+    }
+
+    fn column_of(&self, at: usize) -> usize {
+        let line = self.source.line_around(at);
+        let before = self.source.text.get(line.start..at);
+        1 + before.map_or(0, |text| text.chars().count())
+    }
+
+    /// Where it begins, and where it ends, behind its last character; nothing for the whole file and for what is missing in it.
+    #[must_use]
+    pub fn spots(&self) -> Option<(Spot, Spot)> {
+        let spot = |at: usize| Spot {
+            line: self.source.line_of(at),
+            column: self.column_of(at),
+        };
+        (self.end > 0).then(|| (spot(self.start), spot(self.end)))
+    }
+
+    /// The `KEY=VALUE` of the command line that it is in, if it is in one.
+    #[must_use]
+    pub fn argument(&self) -> Option<&str> {
+        self.is_argument().then_some(self.source.text.as_str())
+    }
+
+    /// Which files may be named here.
+    #[must_use]
+    pub fn files(&self) -> &Files {
+        &self.source.files
+    }
+
+    /// Whether a file that is named here, or by a file that is named here, may be read.
+    ///
+    /// # Errors
+    /// That it lies outside of the folder to which the scene is confined; with the name as it is given, and no word on what is there.
+    pub fn may_read(&self, name: &Path) -> Result<(), SceneError> {
+        match &self.source.files {
+            Files::Within(within) => within
+                .check(name)
+                .map_err(|outside| self.error(format!("{}: {outside}", name.display()))),
+            Files::MustExist | Files::Unchecked => Ok(()),
+        }
     }
 
     /// An error at this place.
@@ -189,12 +236,16 @@ impl Place {
         (self.is_argument(), self.start)
     }
 
-    /// `file:line:column` or `--set KEY=VALUE`.
+    /// `file:line:column`, `file` or `--set KEY=VALUE`.
     pub(super) fn write_head(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.source.kind {
             SourceKind::Argument => {
                 let text = shortened(&self.source.text, WIDTH);
                 write!(f, "--set {}", printable(&text))
+            }
+            // Of the whole file no line can be told.
+            SourceKind::File if self.end == 0 && self.key.is_empty() => {
+                f.write_str(&self.source.name)
             }
             SourceKind::File => {
                 write!(f, "{}:{}:{}", self.source.name, self.line(), self.column())
@@ -203,13 +254,14 @@ impl Place {
     }
 
     /// The source line with carets under the span; nothing for the command line, which the head
-    /// shows already, and nothing for an empty line.
+    /// shows already, for the whole file, and for an empty line.
     pub(super) fn write_excerpt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = self.source.line_around(self.start);
         let Some(text) = self.source.text.get(line.clone()) else {
             return Ok(());
         };
-        if self.is_argument() || text.trim().is_empty() {
+        let is_whole = self.end == 0 && self.key.is_empty();
+        if self.is_argument() || is_whole || text.trim().is_empty() {
             return Ok(());
         }
         let before = self

@@ -15,14 +15,31 @@ pub struct Statement {
     /// The values by their keys, lists by the numbers of their items: `walls[1].point[2]`.
     values: BTreeMap<String, String>,
     /// The files, in the order in which they are named.
-    files: Vec<PathBuf>,
+    files: Vec<NamedFile>,
+}
+
+/// A file that a scene names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NamedFile {
+    /// The path of the key, as `--set` takes it.
+    pub key: String,
+    /// The name as it was typed.
+    pub name: String,
+    /// Where it is.
+    pub path: PathBuf,
 }
 
 impl Statement {
-    pub(super) fn new(document: &Node, files: Vec<PathBuf>) -> Self {
+    pub(super) fn new(document: &Node, files: Vec<NamedFile>) -> Self {
         let mut values = BTreeMap::new();
         collect(document, "", &mut values);
         Self { values, files }
+    }
+
+    /// The files that the scene names, in the order in which they are read.
+    #[must_use]
+    pub fn files(&self) -> &[NamedFile] {
+        &self.files
     }
 
     /// The values by their keys; of each file that the scene names, its length and a checksum in addition, so that a changed
@@ -32,7 +49,7 @@ impl Statement {
     /// The file that cannot be read, and why.
     pub fn entries(&self) -> Result<BTreeMap<String, String>, (PathBuf, io::Error)> {
         let mut entries = self.values.clone();
-        for (number, path) in self.files.iter().enumerate() {
+        for (number, NamedFile { path, .. }) in self.files.iter().enumerate() {
             let bytes = std::fs::read(path).map_err(|error| (path.clone(), error))?;
             let sum = format!(
                 "{} bytes, checksum {:08x}",

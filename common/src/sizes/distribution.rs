@@ -8,7 +8,7 @@ use super::laws::{CutLaw, Law};
 use super::powers::whole_power;
 use super::table;
 use super::weighted::{Way, Weighted};
-use crate::scene::{Located, Psd, SizeLaw, Weighting, read_psd};
+use crate::scene::{Located, Psd, SizeLaw, Weighting, read_psd_with};
 
 /// A distribution of the diameter that particles can be drawn from. Diameters in m.
 ///
@@ -110,7 +110,8 @@ impl SizeDistribution {
             SizeLaw::File { file } => {
                 let problem = |problem| SizeError::Improper(psd.error(problem));
                 if file.extension().is_some_and(|ending| ending == "toml") {
-                    let law = read_psd(file).map_err(SizeError::Law)?;
+                    let files = file.place.files().clone();
+                    let law = read_psd_with(file, files).map_err(SizeError::Law)?;
                     if let SizeLaw::File { file: inner } = &law.law {
                         let message = "the law of a file must not be a file again";
                         return Err(SizeError::Improper(inner.error(message)));

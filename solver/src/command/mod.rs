@@ -1,7 +1,12 @@
 //! What `mercury-solve` does besides running one scene, each with its part of the command line.
 
+pub(crate) mod check;
+pub(crate) mod input;
 pub(crate) mod new;
+pub(crate) mod problems;
+pub(crate) mod progress;
 pub(crate) mod run;
+pub(crate) mod scene;
 pub(crate) mod study;
 pub(crate) mod trial;
 pub(crate) mod waiting;

@@ -1,22 +1,27 @@
 //! A run from the command line: its folder, what is in it already, and how it ends.
 
+use super::input::lies_within;
+use super::progress::ProgressFile;
 use super::waiting::stopped_early;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use mercury_common::cli::{self, Failure, say};
+use mercury_common::cli::{self, Failure};
 use mercury_common::readable::rounded;
 use mercury_common::scene::Statement;
+use mercury_common::within::Within;
 use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
 use mercury_solver::plan::{Memory, Plan, document};
+use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint::{self, Checkpoint};
 use mercury_solver::run::{Checkpoints, Progress, Report, RunOptions, run_from, useful_threads};
-use mercury_solver::stage::Stage;
+use mercury_solver::stage::{Event, Stage};
 
 /// What signals ask of a run.
 #[derive(Debug, Clone)]
@@ -31,6 +36,11 @@ impl Requests {
     /// What a run is busy with that these requests reach.
     pub(crate) fn stage(&self) -> Arc<Stage> {
         Arc::new(Stage::new(Arc::clone(&self.stop)))
+    }
+
+    /// The same, of a run that tells what happens.
+    pub(crate) fn telling_stage(&self, events: Sender<Event>) -> Arc<Stage> {
+        Arc::new(Stage::telling(Arc::clone(&self.stop), events))
     }
 }
 
@@ -49,6 +59,12 @@ impl Requests {
 pub(crate) struct How {
     /// Where to; by the scene's name if nothing is said.
     pub(crate) folder: Option<PathBuf>,
+    /// Outside of it nothing is read or written.
+    pub(crate) within: Option<Arc<Within>>,
+    /// Where programs read how far it is.
+    pub(crate) progress: Option<Arc<ProgressFile>>,
+    /// Numbers for the summary.
+    pub(crate) results: Vec<NamedResult>,
     /// What becomes of a run that is there.
     pub(crate) earlier: Earlier,
     /// Threads at most; none: those of the machine.
@@ -83,7 +99,21 @@ pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failu
         .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
-/// Runs it; nothing if it is to be resumed and has come to its end already.
+/// What became of a run.
+#[derive(Debug)]
+pub(crate) enum Ran {
+    /// It was made, at least to where it was stopped.
+    Now(Box<Report>),
+    /// It was to be resumed, and had come to its end already.
+    Before {
+        /// Where it lies.
+        folder: PathBuf,
+        /// Its end, s.
+        time: f64,
+    },
+}
+
+/// Runs it.
 ///
 /// # Errors
 /// Whatever ends a run early, with what to do.
@@ -95,7 +125,7 @@ pub(crate) fn run_plan(
     requests: Requests,
     stage: &Arc<Stage>,
     tell: &mut dyn FnMut(&Progress<'_>),
-) -> Result<Option<Report>, Failure> {
+) -> Result<Ran, Failure> {
     let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
     let mut scene = statement.entries().map_err(|(path, error)| {
         Failure::input(format!(
@@ -115,6 +145,7 @@ pub(crate) fn run_plan(
             .with_help("write elsewhere with --output DIR"));
         }
     }
+    keeps_within(how.within.as_ref(), &folder)?;
     // The folder is this run's until the end of the function; one that was made for it is not left empty.
     let is_new = !folder.exists();
     let made = is_new.then(|| cli::Temporary::new(&folder));
@@ -127,14 +158,8 @@ pub(crate) fn run_plan(
         from = resumed(&folder, &plan, &scene, &mut notes)?;
     }
     if let Some(checkpoint) = from.as_ref().filter(|from| from.is_at_end(&plan)) {
-        let time = rounded(checkpoint.head.time(), 12);
-        if !how.quiet {
-            say(&format!(
-                "{}: the run has come to its end at t = {time} s already; a larger time.end makes it longer",
-                folder.display()
-            ))?;
-        }
-        return Ok(None);
+        let time = checkpoint.head.time();
+        return Ok(Ran::Before { folder, time });
     }
     if !how.quiet {
         // Now, not at the end alone: a run may take a night.
@@ -146,6 +171,9 @@ pub(crate) fn run_plan(
         }
     }
     let threads = how.threads_for(&plan);
+    if let Some(progress) = &how.progress {
+        progress.run(&folder, &plan, threads, from.as_ref());
+    }
     let options = RunOptions {
         folder: folder.clone(),
         threads,
@@ -163,6 +191,7 @@ pub(crate) fn run_plan(
             scene,
         }),
         notes,
+        results: how.results.clone(),
     };
     let result = run_from(from, plan, &options, tell);
     drop(lock);
@@ -173,10 +202,27 @@ pub(crate) fn run_plan(
         // Only if nothing is in it.
         let _ = std::fs::remove_dir(&folder);
     }
-    result.map(Some).map_err(|failure| match failure.is_stop() {
+    let report = result.map_err(|failure| match failure.is_stop() {
         true => stopped_early(),
         false => Failure::run(format!("the run failed: {failure}")),
-    })
+    })?;
+    Ok(Ran::Now(Box::new(report)))
+}
+
+/// Refuses a folder that lies outside of the one that --within names, or in which a link leads there.
+pub(crate) fn keeps_within(within: Option<&Arc<Within>>, folder: &Path) -> Result<(), Failure> {
+    lies_within(within, folder)?;
+    if within.is_none() {
+        return Ok(());
+    }
+    for inside in [folder.to_owned(), folder.join(folder::VTK)] {
+        for entry in std::fs::read_dir(inside).into_iter().flatten().flatten() {
+            if entry.file_type().is_ok_and(|kind| kind.is_symlink()) {
+                lies_within(within, &entry.path())?;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.

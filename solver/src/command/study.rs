@@ -2,36 +2,53 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use mercury_common::cli::{self, Exit, Failure, Outcome, say};
 use mercury_common::machine;
+use mercury_common::problem::Problem;
 use mercury_common::readable::counted;
 use mercury_common::whole_file::write_whole;
+use mercury_common::within::Within;
 use mercury_solver::output::folder::{self, Earlier};
 use mercury_solver::output::summary::Status;
-use mercury_solver::plan::{Plan, read_scene, refusal};
+use mercury_solver::plan::Plan;
+use mercury_solver::results::NamedResult;
 use mercury_solver::run::{check_fit, plan_within};
 use mercury_solver::stage::{Stage, Task};
-use mercury_solver::study::results::NamedResult;
 use mercury_solver::study::table::{FILE, State, StudyTable};
 use mercury_solver::study::{Study, StudyRun, Sweep, earlier, file, grid, plot};
+use serde_json::{Value, json};
 
-use super::run::{How, Requests, run_plan};
+use super::input::{Input, lies_within, refused};
+use super::problems::say_object;
+use super::run::{How, Ran, Requests, run_plan};
 use super::waiting::Waiting;
 use crate::Arguments;
 
 /// More refused runs than one wants to read of.
 const MOST_TOLD: usize = 3;
 
+/// A study and its scene.
+#[derive(Debug)]
+pub(crate) struct Asked {
+    study: Study,
+    scene: Input,
+    within: Option<Arc<Within>>,
+}
+
 /// The study that the command line asks for, if it asks for one.
-pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Study>, Failure> {
-    let mut study = match (arguments.sweep.is_empty(), study_text(path)) {
-        (true, None) => {
+pub(crate) fn asked_for(
+    input: &Input,
+    arguments: &Arguments,
+    within: Option<&Arc<Within>>,
+) -> Result<Option<Asked>, Failure> {
+    let path = &input.path;
+    let mut study = match (arguments.sweep.is_empty(), file::is_study(&input.text)) {
+        (true, false) => {
             for (option, given) in [
-                ("--result", !arguments.result.is_empty()),
                 ("--plot", !arguments.plot.is_empty()),
                 ("--jobs", arguments.jobs.is_some()),
             ] {
@@ -43,16 +60,20 @@ pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Stu
             }
             return Ok(None);
         }
-        (false, Some(_)) => {
+        (false, true) => {
             let failure = Failure::input(format!(
                 "{}: --sweep is for scenes, and this is a study",
                 path.display()
             ));
             return Err(failure.with_help("its values stand in its table [study.sweep]"));
         }
-        (true, Some(text)) => file::parse(path, &text).map_err(Failure::input)?,
-        (false, None) => swept(path, &arguments.sweep)?,
+        (true, true) => file::parse(path, &input.text).map_err(Failure::input)?,
+        (false, false) => swept(path, &arguments.sweep)?,
     };
+    if arguments.progress.is_some() {
+        let failure = Failure::input("--progress is for one run, and this is a study");
+        return Err(failure.with_help("--check --json lists its runs: each can be run by itself"));
+    }
     if arguments.trial.is_some() {
         let runs = counted(study.runs.len(), "run");
         let failure = Failure::input(format!(
@@ -69,22 +90,19 @@ pub(crate) fn asked_for(path: &Path, arguments: &Arguments) -> Result<Option<Stu
     study.set.extend(arguments.set.iter().cloned());
     study.jobs = arguments.jobs.or(study.jobs);
     study.threads = arguments.threads.or(study.threads);
-    for text in &arguments.result {
-        let result = NamedResult::parse(text);
-        study
-            .results
-            .push(result.map_err(|problem| Failure::input(format!("--result {text}: {problem}")))?);
-    }
+    study.results.extend(arguments.results()?);
     study.plots.extend(arguments.plot.iter().cloned());
     study.check_names().map_err(Failure::input)?;
-    Ok(Some(study))
-}
-
-/// The text of a file that is a study. What can be read only once is none.
-fn study_text(path: &Path) -> Option<String> {
-    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
-    let text = is_file.then(|| fs::read_to_string(path).ok()).flatten()?;
-    file::is_study(&text).then_some(text)
+    lies_within(within, &study.folder)?;
+    let scene = match arguments.sweep.is_empty() {
+        true => Input::read(&study.scene, within)?,
+        false => input.clone(),
+    };
+    Ok(Some(Asked {
+        study,
+        scene,
+        within: within.cloned(),
+    }))
 }
 
 fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
@@ -115,14 +133,15 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
 ///
 /// `waiting`: who tells of the plans on this `stage`, and ends the program while nothing is begun.
 pub(crate) fn execute(
-    study: &Study,
+    asked: &Asked,
     arguments: &Arguments,
     requests: Option<Requests>,
     stage: &Stage,
     waiting: Waiting,
 ) -> Outcome {
+    let study = &asked.study;
     let jobs = jobs(study);
-    let prefix = check(study, jobs, arguments.force_memory)?;
+    let prefix = check(asked, jobs, arguments.force_memory)?;
     if !arguments.force {
         earlier_rows(study, &prefix)?;
     }
@@ -130,6 +149,9 @@ pub(crate) fn execute(
     stage.begin(Task::Stepping);
     drop(waiting);
     let Some(requests) = requests else {
+        if arguments.json {
+            return say_object(&as_json(study));
+        }
         let mut text = format!(
             "{} in {}:",
             counted(study.runs.len(), "run"),
@@ -160,6 +182,7 @@ pub(crate) fn execute(
     };
     earlier::write_record(study, &prefix).map_err(Failure::run)?;
     let work = Work {
+        asked,
         study,
         arguments,
         prefix: &prefix,
@@ -186,10 +209,32 @@ pub(crate) fn execute(
         .into_inner()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
     board.line.clear();
-    let outcome = conclude(study, &prefix, &earlier, &board, arguments.quiet, &requests);
+    let outcome = conclude(study, &prefix, &earlier, &board, arguments, &requests);
     drop(lock);
     drop(lock_file);
     outcome
+}
+
+/// Which runs there are, and what is wanted of them.
+fn as_json(study: &Study) -> Value {
+    let runs: Vec<Value> = (study.runs.iter())
+        .map(|run| json!({ "name": run.name, "set": study.overrides(run) }))
+        .collect();
+    let results: serde_json::Map<String, Value> = (study.results.iter())
+        .map(|result| (result.name.clone(), result.text().into()))
+        .collect();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "study": {
+            "scene": study.scene.display().to_string(),
+            "folder": study.folder.display().to_string(),
+            "keys": study.keys,
+            "set": study.set,
+            "runs": runs,
+            "results": results,
+            "plots": study.plots,
+        },
+    })
 }
 
 /// Runs at a time: as many as the machine has processors for, and as there are runs.
@@ -201,22 +246,29 @@ fn jobs(study: &Study) -> usize {
 }
 
 /// Sees to it that every run can be planned, and fits into the memory beside the others. Returns what their files' names begin with.
-fn check(study: &Study, jobs: usize, any_memory: bool) -> Result<String, Failure> {
-    let mut told = String::new();
+fn check(asked: &Asked, jobs: usize, any_memory: bool) -> Result<String, Failure> {
+    let study = &asked.study;
+    let (mut told, mut problems) = (String::new(), Vec::new());
     let (mut refused, mut prefix) = (0, String::new());
     for run in &study.runs {
-        match planned(study, run, jobs, any_memory) {
+        match planned(asked, run, jobs, any_memory) {
             Ok((plan, ..)) => {
                 plan.outputs().prefix().clone_into(&mut prefix);
-                for result in &study.results {
-                    wall_is_there(result, &plan)?;
-                }
+                check_results(&study.results, &plan)?;
             }
             Err(why) => {
                 refused += 1;
                 if refused <= MOST_TOLD {
-                    told += &format!("run `{}`:\n{}\n", run.name, why.trim_end());
+                    told += &format!("run `{}`:\n{}\n", run.name, why.message.trim_end());
                 }
+                // What is wrong with the scene itself is so in every run.
+                let found = why.problems().unwrap_or_default();
+                problems.extend(
+                    found
+                        .into_iter()
+                        .filter(|one| !problems.contains(one))
+                        .collect::<Vec<_>>(),
+                );
             }
         }
     }
@@ -229,7 +281,8 @@ fn check(study: &Study, jobs: usize, any_memory: bool) -> Result<String, Failure
     let runs = counted(study.runs.len(), "run");
     Err(Failure::input(format!(
         "{told}{refused} of {runs} cannot be run; no run of the study was begun"
-    )))
+    ))
+    .with_problems(problems))
 }
 
 /// A plan, its memory and what its scene states.
@@ -240,46 +293,36 @@ type Planned = (
 );
 
 fn planned(
-    study: &Study,
+    asked: &Asked,
     run: &StudyRun,
     jobs: usize,
     any_memory: bool,
-) -> Result<Planned, String> {
-    let scene =
-        read_scene(&study.scene, &study.overrides(run)).map_err(|errors| errors.to_string())?;
+) -> Result<Planned, Failure> {
+    let scene = asked.scene.scene(&asked.study.overrides(run))?;
     let mut limit = machine::memory().filter(|_| !any_memory);
     if let Some(limit) = &mut limit {
         limit.total /= jobs as f64;
     }
-    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refusal(&errors))?;
+    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
     if let Some(limit) = limit {
         check_fit(&scene, &plan, &memory, limit).map_err(|error| {
-            format!(
+            let text = format!(
                 "{error}\n{jobs} runs at a time share the memory: --jobs 1 leaves all of it to one"
-            )
+            );
+            Failure::input(text).with_problems(vec![Problem::from(&error)])
         })?;
     }
     Ok((plan, memory, scene.statement))
 }
 
-fn wall_is_there(result: &NamedResult, plan: &Plan) -> Outcome {
-    let Some(wanted) = result.wall() else {
-        return Ok(());
-    };
-    let names = plan.physics().walls().iter().map(|wall| wall.name.as_str());
-    if names.clone().any(|name| name == wanted) {
-        return Ok(());
+/// Refuses results that a run of this plan will not have.
+pub(crate) fn check_results(results: &[NamedResult], plan: &Plan) -> Outcome {
+    for result in results {
+        let checked = result.check(plan);
+        checked
+            .map_err(|problem| Failure::input(format!("result `{}`: {problem}", result.name)))?;
     }
-    let failure = Failure::input(format!(
-        "result `{}`: there is no wall `{wanted}`",
-        result.name
-    ));
-    Err(failure.with_help(
-        match mercury_common::scene::nearest(wanted, names.clone()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are: {}", mercury_common::scene::listed(names)),
-        },
-    ))
+    Ok(())
 }
 
 /// How far all runs are.
@@ -296,6 +339,7 @@ struct Board {
 
 /// What the threads that run share.
 struct Work<'a> {
+    asked: &'a Asked,
     study: &'a Study,
     arguments: &'a Arguments,
     prefix: &'a str,
@@ -352,10 +396,12 @@ impl Work<'_> {
 
     /// Runs it, goes on with it, or finds that it has come to its end.
     fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
-        let (plan, memory, statement) =
-            planned(self.study, run, 1, true).map_err(Failure::input)?;
+        let (plan, memory, statement) = planned(self.asked, run, 1, true)?;
         let how = How {
             folder: Some(self.study.folder.join(&run.name)),
+            within: self.asked.within.clone(),
+            progress: None,
+            results: Vec::new(),
             earlier: match self.arguments.force {
                 true => Earlier::Replace,
                 false => Earlier::Continue,
@@ -380,7 +426,7 @@ impl Work<'_> {
                 self.tell(number, progress.share());
             }
         };
-        let report = run_plan(
+        let ran = run_plan(
             &how,
             plan,
             &memory,
@@ -389,7 +435,10 @@ impl Work<'_> {
             &self.requests.stage(),
             &mut tell,
         )?;
-        Ok(report.map(|report| report.summary.status))
+        Ok(match ran {
+            Ran::Now(report) => Some(report.summary.status),
+            Ran::Before { .. } => None,
+        })
     }
 
     fn tell(&self, number: usize, share: f64) {
@@ -447,7 +496,7 @@ fn conclude(
     prefix: &str,
     earlier: &earlier::Rows,
     board: &Board,
-    quiet: bool,
+    arguments: &Arguments,
     requests: &Requests,
 ) -> Outcome {
     let table = write_table(study, &board.states, prefix, earlier)?;
@@ -476,7 +525,14 @@ fn conclude(
             Err(problem) => problems.push(format!("plot of `{column}`: {problem}")),
         }
     }
-    if !quiet {
+    if arguments.json {
+        say_object(&json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "folder": study.folder.display().to_string(),
+            "files": files,
+            "rows": table.objects(),
+        }))?;
+    } else if !arguments.quiet {
         let before = match board.found {
             0 => String::new(),
             found => format!(" ({found} before)"),
@@ -515,16 +571,25 @@ fn conclude(
             "{told}{by}: {waiting} of {} to go on with\nhelp: the same command goes on where it was stopped",
             counted(board.states.len(), "run")
         );
-        return Err(Failure::new(Exit::Resumable, what));
+        return Err(ended(Failure::new(Exit::Resumable, what), arguments));
     }
     if failed.is_empty() {
         return Ok(());
     }
     let all = counted(board.states.len(), "run");
-    Err(Failure::run(format!(
+    let what = format!(
         "{told}{} of {all} failed\nhelp: the same command tries them again; --force runs all anew",
         failed.len()
-    )))
+    );
+    Err(ended(Failure::run(what), arguments))
+}
+
+/// The end of a study whose table was said already, if it was.
+fn ended(failure: Failure, arguments: &Arguments) -> Failure {
+    match arguments.json {
+        true => failure.answered(),
+        false => failure,
+    }
 }
 
 #[cfg(test)]

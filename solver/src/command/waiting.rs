@@ -22,6 +22,9 @@ pub(crate) fn stopped_early() -> Failure {
     .with_help("the same command begins again")
 }
 
+/// What is done with the failure as which a run counts that is stopped before its first step.
+pub(crate) type BeforeEnd = Box<dyn Fn(&Failure) + Send>;
+
 /// A thread that tells what a run is busy with between its steps. Until the first of them it ends the program when it is told to stop: there
 /// is nothing yet that could be kept. Until this is dropped.
 #[derive(Debug)]
@@ -31,27 +34,28 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// From now on. `stop`: what tells the run to stop, unless its end is nobody's business.
+    /// From now on. `stop`: what tells the run to stop, and what is done before the program ends for it.
     pub(crate) fn begin(
         stage: &Arc<Stage>,
-        stop: Option<&Arc<AtomicBool>>,
+        stop: Option<(&Arc<AtomicBool>, BeforeEnd)>,
         quiet: bool,
     ) -> Result<Self, Failure> {
         let (end, ended) = channel::<()>();
-        let (stage, stop) = (Arc::clone(stage), stop.cloned());
+        let stage = Arc::clone(stage);
+        let stop = stop.map(|(stop, before_end)| (Arc::clone(stop), before_end));
         let thread = std::thread::Builder::new()
             .name("waiting".to_owned())
             .spawn(move || {
                 let mut line = cli::Progress::in_logs_too(quiet);
                 let (mut task, mut since) = (stage.task(), Instant::now());
                 while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
-                    if stop
-                        .as_ref()
-                        .is_some_and(|stop| stop.load(Ordering::Relaxed))
+                    if let Some((stop, before_end)) = &stop
+                        && stop.load(Ordering::Relaxed)
                     {
                         stage.before_steps(|| {
                             line.clear();
                             let failure = stopped_early();
+                            before_end(&failure);
                             eprintln!("{}", failure.message);
                             cli::end_at_once(Exit::Resumable as i32)
                         });

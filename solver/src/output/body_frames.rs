@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::frames::{BodyFrame, BodyWriter, ClumpKind};
 
 use super::particle_frames::{frame_flags, frames_header};
-use super::stream::{Begin, Stream, begin_frames};
+use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -37,12 +37,8 @@ impl Stream for BodyFrames {
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.writer.frames().len() as u64
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        Ok(self.writer.frames().sync()?)
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
     }
 }
 

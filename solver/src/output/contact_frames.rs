@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::frames::{ContactColumns, ContactFrame, ContactWriter, HistoryColumn};
 
 use super::particle_frames::frames_header;
-use super::stream::{Begin, Stream, begin_frames};
+use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::contact::{AnyRolling, HistoryNumber};
 use crate::forces::Partner;
@@ -56,12 +56,8 @@ impl Stream for ContactFrames {
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.writer.frames().len() as u64
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        Ok(self.writer.frames().sync()?)
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
     }
 }
 

@@ -8,7 +8,7 @@ use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::orientation::euler_from_quaternion;
 
 use super::data_rows::{DataRows, Row};
-use super::stream::{Begin, Stream, TextFile};
+use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -82,11 +82,7 @@ impl Stream for DataFile {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }

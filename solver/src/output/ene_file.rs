@@ -6,7 +6,7 @@ use glam::DVec3;
 use mercury_common::formats::ene::{write_header, write_row};
 use mercury_common::formats::number::NumberStyle;
 
-use super::stream::{Begin, Stream, TextFile};
+use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OutputError, State, energies};
 use crate::plan::Plan;
 
@@ -43,11 +43,7 @@ impl Stream for EneFile {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }

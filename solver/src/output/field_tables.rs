@@ -16,7 +16,7 @@ use rayon::ThreadPool;
 use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::particle_frames::{ParticleTable, frames_header};
-use super::stream::{Begin, Stream, TextFile};
+use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OutputError, State};
 use crate::contact::HistoryNumber;
 use crate::plan::{FieldPlan, Plan};
@@ -178,23 +178,16 @@ impl Stream for FieldTable {
         }
     }
 
-    fn position(&self) -> u64 {
+    fn sink(&self) -> Sink<'_> {
         match &self.file {
-            Table::Blocks(file) => file.position(),
-            Table::Mean { .. } => 0,
+            Table::Blocks(file) => Sink::Text(file),
+            // It is made anew from what is remembered.
+            Table::Mean { .. } => Sink::Whole(0),
         }
     }
 
     fn memory(&self) -> Option<Vec<u64>> {
         Some(self.course.memory())
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        match &self.file {
-            Table::Blocks(file) => file.sync(),
-            // It is made anew from what is remembered.
-            Table::Mean { .. } => Ok(()),
-        }
     }
 
     fn close(&mut self) -> Result<(), OutputError> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
 use super::region_counts::materials;
-use super::stream::{Begin, Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::MaterialIndex;
@@ -73,11 +73,7 @@ impl Stream for FluxCounts {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }

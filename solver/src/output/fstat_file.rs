@@ -7,7 +7,7 @@ use mercury_common::formats::fstat::{ContactRow, FstatFrame, write_frame};
 use mercury_common::formats::number::NumberStyle;
 
 use super::data_rows::DataRows;
-use super::stream::{Begin, Stream, TextFile};
+use super::stream::{Begin, Sink, Stream, TextFile};
 use super::{OutputError, State};
 use crate::forces::Partner;
 use crate::plan::Plan;
@@ -54,12 +54,8 @@ impl Stream for FstatFile {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }
 

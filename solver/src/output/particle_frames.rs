@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use mercury_common::frames::{
-    FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame, ParticleWriter,
+    ColumnSpec, FLAG_FIXED, FLAG_PRESCRIBED, FramesHeader, ParticleColumns, ParticleFrame,
+    ParticleWriter, Table as _,
 };
 
-use super::stream::{Begin, Stream, begin_frames};
+use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED, volume};
@@ -50,6 +51,12 @@ impl ParticleTable {
     }
 }
 
+/// The columns of the frames of particles that a run of this plan writes.
+#[must_use]
+pub fn particle_columns(plan: &Plan) -> Vec<ColumnSpec> {
+    ParticleFrame::specs(&ParticleTable::new(plan).columns)
+}
+
 /// What files of frames say about their run.
 pub(super) fn frames_header(plan: &Plan) -> FramesHeader {
     let materials = plan
@@ -81,12 +88,8 @@ impl Stream for ParticleFrames {
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.writer.frames().len() as u64
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        Ok(self.writer.frames().sync()?)
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
-use super::stream::{Begin, Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::boundaries::CountedRegion;
 use crate::plan::Plan;
@@ -34,7 +34,8 @@ impl RegionCounts {
 }
 
 /// The materials of particles and bodies of the start and of insertions, ascending.
-pub(super) fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
+#[must_use]
+pub fn materials(plan: &Plan) -> Vec<(MaterialIndex, String)> {
     let particles = plan
         .physics()
         .particles()
@@ -161,11 +162,7 @@ impl Stream for RegionCounts {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }

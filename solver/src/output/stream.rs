@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 use mercury_cg::CgError;
 use mercury_common::formats::vtu::VtuError;
-use mercury_common::frames::{FrameWriteError, FramesHeader, Table, TableWriter};
+use mercury_common::frames::{FrameWriteError, FrameWriter, FramesHeader, Table, TableWriter};
 use mercury_common::whole_file::FileError;
 use mercury_pictures::PictureError;
 
 use super::State;
+use crate::stage::OutputFile;
 
 /// Why the outputs of a run could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -65,20 +66,66 @@ pub(super) trait Stream: Send {
     /// Writes what is due of this state.
     fn write(&mut self, state: &State) -> Result<(), OutputError>;
 
-    /// How far it has come: bytes of a text file, frames of any other.
-    fn position(&self) -> u64;
+    /// Where its bytes go.
+    fn sink(&self) -> Sink<'_>;
+
+    /// Files that were made whole since this was last asked.
+    fn made(&mut self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 
     /// What it knows beside its file and must know again to go on; nothing for those that need none.
     fn memory(&self) -> Option<Vec<u64>> {
         None
     }
 
-    /// Waits until everything is on the disk, where a checkpoint counts on it.
-    fn sync(&self) -> Result<(), OutputError>;
-
     /// Nothing more will come.
     fn close(&mut self) -> Result<(), OutputError> {
         Ok(())
+    }
+}
+
+/// Where the bytes of a stream go.
+pub(super) enum Sink<'a> {
+    /// A text file that grows.
+    Text(&'a TextFile),
+    /// A file of frames that grows.
+    Frames(&'a FrameWriter),
+    /// Files that are written as a whole, so many frames up to now; each was handed to the disk with its name.
+    Whole(u64),
+}
+
+impl Sink<'_> {
+    /// How far it has come: bytes of a text file, frames of any other.
+    pub(super) fn position(&self) -> u64 {
+        match self {
+            Self::Text(file) => file.position(),
+            Self::Frames(frames) => frames.len() as u64,
+            Self::Whole(frames) => *frames,
+        }
+    }
+
+    /// Waits until everything is on the disk, where a checkpoint counts on it.
+    pub(super) fn sync(&self) -> Result<(), OutputError> {
+        match self {
+            Self::Text(file) => file.sync(),
+            Self::Frames(frames) => Ok(frames.sync()?),
+            Self::Whole(_) => Ok(()),
+        }
+    }
+
+    /// The file that grows, up to the end of its last frame.
+    pub(super) fn file(&self) -> Option<OutputFile> {
+        let (path, bytes) = match self {
+            Self::Text(file) => (file.path.as_path(), file.position()),
+            Self::Frames(frames) => (frames.path(), frames.bytes()),
+            Self::Whole(_) => return None,
+        };
+        let name = path.file_name().unwrap_or_default();
+        Some(OutputFile {
+            name: name.to_string_lossy().into_owned(),
+            bytes,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! `summary.json`: a run in numbers, under names that scripts rely on.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -48,8 +48,33 @@ pub struct Summary {
     pub sleeping: Option<SleepSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
+    /// Numbers that were asked for, by their names.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
+    pub results: Vec<(String, ResultValue)>,
     /// How it ended.
     pub status: Status,
+}
+
+/// A number that was asked for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResultValue {
+    /// What it is, as it was written.
+    pub of: String,
+    /// Its value; none if there is a problem.
+    pub value: Option<f64>,
+    /// Of the value; `1` of a plain number.
+    pub unit: String,
+    /// Why there is no value.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// A list as an object whose members are in the order of the list.
+fn by_name<S: Serializer>(
+    results: &[(String, ResultValue)],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(results.iter().map(|(name, value)| (name, value)))
 }
 
 /// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene asks for it.
@@ -69,9 +94,13 @@ pub struct EnergySummary {
     pub wall_work: Option<f64>,
     /// Brought in by particles that came.
     pub inserted: Option<f64>,
-    /// Taken out by particles that went.
+    /// Taken out by particles that went, with what their contacts stored.
     pub deleted: Option<f64>,
-    /// (initial + work + inserted - deleted - final - dissipated) over the largest energy of the run. Also null where
+    /// The part of it that their contacts stored, by springs.
+    pub deleted_elastic: Option<Springs>,
+    /// Stored in contacts with walls that vanished.
+    pub vanished_walls: Option<f64>,
+    /// (initial + work + inserted - deleted - vanished - final - dissipated) over the largest energy of the run. Also null where
     /// work is done that is not measured: prescribed particles, gravity along a periodic axis.
     pub closure_error: Option<f64>,
 }
@@ -89,6 +118,25 @@ pub struct Dissipated {
 
 impl Dissipated {
     /// By all mechanisms, J.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.normal + self.tangential + self.rolling
+    }
+}
+
+/// Energy that springs of contacts store, J.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Springs {
+    /// Normal forces, and bonds by adhesion, which count negative.
+    pub normal: f64,
+    /// Tangential springs.
+    pub tangential: f64,
+    /// Rolling and torsion springs.
+    pub rolling: f64,
+}
+
+impl Springs {
+    /// Of all springs, J.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.normal + self.tangential + self.rolling

@@ -449,7 +449,7 @@ fn outputs_continued_are_the_same_bytes() {
     let place = tempfile::tempdir().unwrap();
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     let columns = engine.history_columns();
-    let begin = |from| Writer::start(place.path(), &plan, &columns, from).unwrap();
+    let begin = |from| Writer::start(place.path(), &plan, &columns, from, &Arc::default()).unwrap();
     let writer = begin(None);
     let time_step = plan.physics().time_step();
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
@@ -489,7 +489,13 @@ fn outputs_continued_are_the_same_bytes() {
         .path()
         .join(format!("{}.data", plan.outputs().prefix()));
     std::fs::write(&data, "1 0.0\n").unwrap();
-    let refused = Writer::start(place.path(), &plan, &columns, Some(positions));
+    let refused = Writer::start(
+        place.path(),
+        &plan,
+        &columns,
+        Some(positions),
+        &Arc::default(),
+    );
     let refused = refused.unwrap_err().to_string();
     assert!(
         refused.contains(".data: the file has 6 bytes, the run had written"),

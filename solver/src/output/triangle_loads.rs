@@ -7,7 +7,7 @@ use glam::DVec3;
 use mercury_common::frames::{TriangleLoadFrame, TriangleLoadWriter};
 
 use super::particle_frames::frames_header;
-use super::stream::{Begin, Stream, begin_frames};
+use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::forces::{FeatureLoad, LoadSums};
 use crate::plan::Plan;
@@ -36,12 +36,8 @@ impl Stream for TriangleLoads {
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.writer.frames().len() as u64
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        Ok(self.writer.frames().sync()?)
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
     }
 }
 

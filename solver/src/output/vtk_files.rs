@@ -16,7 +16,7 @@ use super::body_frames::BodyTable;
 use super::contact_frames::{contact_columns, contact_frame};
 use super::folder::VTK;
 use super::particle_frames::ParticleTable;
-use super::stream::{Begin, Stream};
+use super::stream::{Begin, Sink, Stream};
 use super::triangle_loads::TriangleTable;
 use super::wall_frames::{surfaces, wall_frame};
 use super::{OutputError, State};
@@ -32,6 +32,8 @@ const OPTIONS: VtuOptions = VtuOptions {
 pub(super) struct VtkFiles {
     folder: PathBuf,
     frames: usize,
+    /// Since this was last asked.
+    made: Vec<PathBuf>,
     particles: Series,
     table: ParticleTable,
     particle_columns: Vec<ColumnSpec>,
@@ -106,6 +108,7 @@ impl VtkFiles {
         let table = ParticleTable::new(plan);
         Ok(Self {
             frames: begin.unwrap_or(0) as usize,
+            made: Vec::new(),
             particles: series("particles")?,
             particle_columns: ParticleFrame::specs(&table.columns),
             table,
@@ -167,15 +170,22 @@ impl Stream for VtkFiles {
         let grid = paraview::particles(&self.particle_columns, frame)
             .map_err(|reason| unfit(&self.folder, reason))?;
         self.particles.write(number, &grid)?;
+        let walls = self.walls.iter().map(|walls| &walls.series);
+        let bodies = self.bodies.iter().map(|bodies| &bodies.series);
+        let series = [&self.particles, &self.contacts].into_iter();
+        let names = series
+            .chain(walls)
+            .chain(bodies)
+            .map(|series| series.file_name(number));
+        self.made.extend(names.map(|name| self.folder.join(name)));
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.frames as u64
+    fn sink(&self) -> Sink<'_> {
+        Sink::Whole(self.frames as u64)
     }
 
-    fn sync(&self) -> Result<(), OutputError> {
-        // Each file was handed to the disk when it was written.
-        Ok(())
+    fn made(&mut self) -> Vec<PathBuf> {
+        std::mem::take(&mut self.made)
     }
 }

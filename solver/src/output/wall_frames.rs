@@ -6,7 +6,7 @@ use mercury_common::frames::{WallFrame, WallWriter};
 use mercury_common::surfaces::{Placement, Surface};
 
 use super::particle_frames::frames_header;
-use super::stream::{Begin, Stream, begin_frames};
+use super::stream::{Begin, Sink, Stream, begin_frames};
 use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::walls::{Outline, Shape};
@@ -32,12 +32,8 @@ impl Stream for WallFrames {
         Ok(())
     }
 
-    fn position(&self) -> u64 {
-        self.writer.frames().len() as u64
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        Ok(self.writer.frames().sync()?)
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
     }
 }
 

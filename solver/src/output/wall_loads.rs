@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_number};
 
-use super::stream::{Begin, Stream, TextFile, push_csv_name};
+use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
@@ -56,11 +56,7 @@ impl Stream for WallLoads {
         self.file.flush()
     }
 
-    fn position(&self) -> u64 {
-        self.file.position()
-    }
-
-    fn sync(&self) -> Result<(), OutputError> {
-        self.file.sync()
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
     }
 }

@@ -30,6 +30,7 @@ use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
 use crate::plan::Plan;
+use crate::stage::{Event, OutputFile, Stage};
 use crate::state::{Encoder, Piece, Plain};
 
 /// States that may wait to be written before stepping has to.
@@ -52,9 +53,25 @@ enum Message {
     /// Write what is due of this state.
     Write(Box<Moment>),
     /// Say how far everything has come.
-    Tell(SyncSender<Positions>),
-    /// Bring all files to the disk, add how far they have come, and write this checkpoint there.
-    Checkpoint(Box<(PathBuf, Encoder)>),
+    Tell(SyncSender<Told>),
+    /// Bring all files to the disk, add how far they have come, and write this checkpoint.
+    Checkpoint(Box<ToWrite>),
+}
+
+/// How far everything has come, and the files that grow.
+type Told = (Positions, Vec<OutputFile>);
+
+/// A checkpoint but for what the writer adds.
+#[derive(Debug)]
+pub struct ToWrite {
+    /// Where to.
+    pub path: PathBuf,
+    /// Steps made.
+    pub step: u64,
+    /// s
+    pub time: f64,
+    /// All but how far the outputs have come.
+    pub state: Encoder,
 }
 
 /// The section of a checkpoint that the writer adds.
@@ -159,6 +176,7 @@ impl Writer {
         plan: &Plan,
         history: &[HistoryNumber],
         from: Option<Positions>,
+        stage: &Arc<Stage>,
     ) -> Result<Self, OutputError> {
         let streams = streams(folder, plan, history, from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
@@ -167,11 +185,16 @@ impl Writer {
         let (sender, receiver) = sync_channel(QUEUE);
         let (spent, memory) = channel();
         let lent = spent.clone();
+        let watched = Watched {
+            folder: folder.to_owned(),
+            stage: Arc::clone(stage),
+            told: Vec::new(),
+        };
         let thread = std::thread::Builder::new()
             .name("output".to_owned())
             .spawn(move || {
                 write_all(
-                    receiver, streams, sums, &images, gravity, dimensions, &spent,
+                    receiver, streams, sums, &images, gravity, dimensions, &spent, watched,
                 )
             })
             .map_err(FileError::of(
@@ -196,6 +219,12 @@ impl Writer {
     /// [`Writer::finish`] says why.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
+        self.told().map(|(positions, _)| positions)
+    }
+
+    /// The same, and the files that grow.
+    #[must_use]
+    pub fn told(&self) -> Option<(Positions, Vec<OutputFile>)> {
         let (answer, told) = sync_channel(1);
         self.sender.send(Message::Tell(answer)).ok()?;
         told.recv().ok()
@@ -215,8 +244,8 @@ impl Writer {
     /// Hands over a checkpoint, to be written once all that was handed over before is on the disk, with how far it came as its
     /// last section. False if the writer has given up.
     #[must_use]
-    pub fn write_checkpoint(&self, path: PathBuf, state: Encoder) -> bool {
-        let message = Message::Checkpoint(Box::new((path, state)));
+    pub fn write_checkpoint(&self, checkpoint: ToWrite) -> bool {
+        let message = Message::Checkpoint(Box::new(checkpoint));
         self.sender.send(message).is_ok()
     }
 
@@ -318,6 +347,7 @@ fn write_all(
     gravity: DVec3,
     dimensions: u8,
     spent: &Sender<Vec<Piece>>,
+    mut watched: Watched,
 ) -> Result<Written, OutputError> {
     let mut last = None;
     for message in receiver {
@@ -329,6 +359,7 @@ fn write_all(
                 for stream in &mut streams {
                     stream.write(&state)?;
                 }
+                watched.tell_of(&state, &mut streams);
                 sums.take_in(&state, gravity, dimensions);
                 // They are written, and as large as all particles together.
                 state.observation.records = Vec::new();
@@ -336,20 +367,34 @@ fn write_all(
             }
             Message::Tell(answer) => {
                 // Whoever asked may not want to know any more.
-                let _ = answer.send(positions(&streams, &sums));
+                let _ = answer.send((positions(&streams, &sums), growing(&streams)));
             }
             Message::Checkpoint(checkpoint) => {
-                let (path, mut state) = *checkpoint;
+                let ToWrite {
+                    path,
+                    step,
+                    time,
+                    mut state,
+                } = *checkpoint;
                 for stream in &streams {
-                    stream.sync()?;
+                    stream.sink().sync()?;
                 }
                 state.section(POSITIONS, &positions(&streams, &sums));
                 let pieces = state.finish_in_pieces();
-                let mut file = WholeFile::create(path)?;
+                let mut file = WholeFile::create(&path)?;
                 for piece in &pieces {
                     file.append(&piece.bytes)?;
                 }
                 file.finish()?;
+                if watched.stage.is_heard() {
+                    let bytes = pieces.iter().map(|piece| piece.bytes.len() as u64).sum();
+                    watched.stage.tell(Event::Checkpoint {
+                        step,
+                        time,
+                        file: watched.file(&path, bytes),
+                        outputs: growing(&streams),
+                    });
+                }
                 // Nobody may want it any more.
                 let _ = spent.send(pieces);
             }
@@ -371,12 +416,62 @@ fn write_all(
 
 fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
     Positions {
-        streams: streams.iter().map(|stream| stream.position()).collect(),
+        streams: (streams.iter())
+            .map(|stream| stream.sink().position())
+            .collect(),
         sums: sums.clone(),
         memories: streams
             .iter()
             .filter_map(|stream| stream.memory())
             .collect(),
+    }
+}
+
+/// The files that grow, in the order in which the plan asks for them.
+fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
+    streams
+        .iter()
+        .filter_map(|stream| stream.sink().file())
+        .collect()
+}
+
+/// Those who watch the run, and what they know.
+struct Watched {
+    folder: PathBuf,
+    stage: Arc<Stage>,
+    /// The files that grow as they were told of last.
+    told: Vec<OutputFile>,
+}
+
+impl Watched {
+    /// A file of the run by its name in the folder.
+    fn file(&self, path: &Path, bytes: u64) -> OutputFile {
+        let name = path.strip_prefix(&self.folder).unwrap_or(path);
+        OutputFile {
+            name: name.to_string_lossy().into_owned(),
+            bytes,
+        }
+    }
+
+    /// Tells of what was written of a state.
+    fn tell_of(&mut self, state: &State, streams: &mut [Box<dyn Stream>]) {
+        if !self.stage.is_heard() {
+            return;
+        }
+        let all = growing(streams);
+        let is_new = |file: &&OutputFile| !self.told.contains(file);
+        let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
+        for path in streams.iter_mut().flat_map(|stream| stream.made()) {
+            // It was handed to the disk, and nobody removes it.
+            let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
+            outputs.push(self.file(&path, bytes));
+        }
+        self.told = all;
+        self.stage.tell(Event::Written {
+            step: state.step,
+            time: state.time,
+            outputs,
+        });
     }
 }
 

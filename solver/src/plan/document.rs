@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::passes::passes;
 use super::{Disk, Limit, Memory, PairPlan, Plan, Value, expected, expected_number};
+use crate::walls::{Outline, Shape as WallShape, Wall as PlannedWall};
 
 /// The plan as a TOML document, with the memory that its run is expected to take.
 ///
@@ -16,8 +17,23 @@ pub fn document(plan: &Plan, memory: &Memory) -> Result<String, toml::ser::Error
     toml::to_string(&Document::of(plan, memory))
 }
 
+/// The same as JSON, in which whole numbers have no end.
+///
+/// # Errors
+/// If the document cannot be written as JSON, which no plan of a scene causes.
+pub fn document_as_json(
+    plan: &Plan,
+    memory: &Memory,
+) -> Result<serde_json::Value, serde_json::Error> {
+    let mut document = serde_json::to_value(Document::of(plan, memory))?;
+    document["seed"] = plan.physics().seed().into();
+    Ok(document)
+}
+
 #[derive(Serialize)]
 struct Document<'a> {
+    /// Of this program.
+    version: &'static str,
     title: &'a str,
     prefix: &'a str,
     /// As text: TOML's integers end at 2^63.
@@ -130,6 +146,43 @@ struct Wall<'a> {
     from: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     until: Option<f64>,
+    shape: Shape,
+    pose: Pose,
+}
+
+/// A surface in the frame in which the scene describes it, in the words of `.walls.arrow`.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Shape {
+    Plane {
+        point: [f64; 3],
+        normal: [f64; 3],
+    },
+    Sphere {
+        centre: [f64; 3],
+        radius: f64,
+    },
+    Turned {
+        origin: [f64; 3],
+        direction: [f64; 3],
+        across: [f64; 3],
+        beside: [f64; 3],
+        endless: bool,
+        profile: Vec<[f64; 2]>,
+    },
+    Mesh {
+        triangles: usize,
+        min: [f64; 3],
+        max: [f64; 3],
+    },
+}
+
+/// Where that frame stands at the start.
+#[derive(Serialize)]
+struct Pose {
+    x: [f64; 3],
+    /// w first.
+    q: [f64; 4],
 }
 
 #[derive(Serialize)]
@@ -212,6 +265,7 @@ impl<'a> Document<'a> {
             })
         };
         Self {
+            version: env!("CARGO_PKG_VERSION"),
             title: plan.outputs().title(),
             prefix: plan.outputs().prefix(),
             seed: plan.physics().seed().to_string(),
@@ -302,6 +356,8 @@ impl<'a> Document<'a> {
                     moves: !wall.motion.is_static(),
                     from: wall.from,
                     until: finite(wall.until),
+                    shape: shape(&wall.shape),
+                    pose: pose(wall, plan.physics().time_step()),
                 })
                 .collect(),
             insertions: plan
@@ -345,6 +401,50 @@ impl<'a> Document<'a> {
                 })
                 .collect(),
         }
+    }
+}
+
+fn shape(shape: &WallShape) -> Shape {
+    match shape.outline() {
+        Outline::Plane { point, normal } => Shape::Plane {
+            point: point.to_array(),
+            normal: normal.to_array(),
+        },
+        Outline::Sphere { centre, radius } => Shape::Sphere {
+            centre: centre.to_array(),
+            radius,
+        },
+        Outline::Turned {
+            origin,
+            direction,
+            across: [across, beside],
+            profile,
+            endless,
+        } => Shape::Turned {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            across: across.to_array(),
+            beside: beside.to_array(),
+            endless,
+            profile: profile.iter().map(|corner| corner.to_array()).collect(),
+        },
+        Outline::Mesh { triangles, .. } => {
+            let (min, max) = shape.bounds();
+            Shape::Mesh {
+                triangles: triangles.triangles.len(),
+                min: min.to_array(),
+                max: max.to_array(),
+            }
+        }
+    }
+}
+
+fn pose(wall: &PlannedWall, time_step: f64) -> Pose {
+    let pose = wall.state(0.0, time_step).pose;
+    let q = pose.rotation;
+    Pose {
+        x: pose.translation.to_array(),
+        q: [q.w, q.x, q.y, q.z],
     }
 }
 

@@ -5,7 +5,7 @@ use mercury_pictures::EnergyRow;
 
 use crate::boundaries::Tally;
 use crate::output::Written;
-use crate::output::summary::{Dissipated, EnergySummary};
+use crate::output::summary::{Dissipated, EnergySummary, Springs};
 use crate::plan::{NewBody, NewParticle, Plan};
 use crate::step::Engine;
 
@@ -102,6 +102,8 @@ pub(super) fn energy_summary(
         wall_work: None,
         inserted: None,
         deleted: None,
+        deleted_elastic: None,
+        vanished_walls: None,
         closure_error: None,
     };
     if !plan.physics().energy_budget() {
@@ -113,22 +115,33 @@ pub(super) fn energy_summary(
         tangential: audit.dissipated_tangential,
         rolling: audit.dissipated_rolling,
     };
+    // Velocities of those that come and go are half a step older than their places. What they carry is that of the velocities' time.
+    let half = 0.5 * plan.physics().time_step();
     let carried = |tally: &Tally| {
-        tally.kinetic + tally.rotational - plan.physics().gravity().dot(tally.mass_moment)
+        let moment = tally.mass_moment - tally.momentum * half;
+        tally.kinetic + tally.rotational - plan.physics().gravity().dot(moment)
     };
     let (inserted, deleted) = exchanged(engine);
     let inserted = carried(&inserted) - carried(&at_start.0);
-    let deleted = carried(&deleted) - carried(&at_start.1);
+    let deleted = carried(&deleted) - carried(&at_start.1) + audit.left.total();
+    let vanished = audit.vanished.total();
     summary.dissipated = Some(dissipated);
     summary.wall_work = Some(audit.wall_work);
     summary.inserted = Some(inserted);
     summary.deleted = Some(deleted);
+    summary.deleted_elastic = Some(Springs {
+        normal: audit.left.normal + audit.left.plastic,
+        tangential: audit.left.tangential,
+        rolling: audit.left.rolling,
+    });
+    summary.vanished_walls = Some(vanished);
     if let (Some(first), true) = (rows.first(), is_closed(plan)) {
         let total =
             |row: &EnergyRow| row.kinetic + row.rotational + row.gravitational + row.elastic;
         let put_to_rest = engine.sleepers().map_or(0.0, |(_, counts)| counts.energy);
         let given = total(first) + audit.wall_work + inserted;
-        let gap = given - deleted - total(&last) - dissipated.total() - put_to_rest;
+        let gone = deleted + vanished;
+        let gap = given - gone - total(&last) - dissipated.total() - put_to_rest;
         // Gravitational energy has no zero of its own: its change counts.
         let largest = rows
             .iter()
@@ -136,7 +149,13 @@ pub(super) fn energy_summary(
                 let fall = row.gravitational - first.gravitational;
                 [row.kinetic, row.rotational, row.elastic, fall]
             })
-            .chain([audit.wall_work, inserted, deleted, dissipated.total()])
+            .chain([
+                audit.wall_work,
+                inserted,
+                deleted,
+                vanished,
+                dissipated.total(),
+            ])
             .fold(0.0, |largest: f64, energy| largest.max(energy.abs()));
         summary.closure_error = Some(if largest > 0.0 { gap / largest } else { 0.0 });
     }

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use mercury_common::readable::{bytes, rounded};
 use mercury_common::scene::differences;
 use mercury_common::whole_file::FileError;
+use serde_json::{Value, json};
 
 use super::Run;
 use super::rest::Rest;
@@ -223,6 +224,50 @@ impl Checkpoint {
     }
 }
 
+/// Slots of a list in which a contact is, and all of them.
+fn touching(slots: &SavedSlots) -> (usize, usize) {
+    let held = slots.iter().filter(|slot| slot.state != SlotState::Near);
+    (held.count(), slots.len())
+}
+
+/// What a scene states, as a value: all of it is TOML but what was added of files.
+fn typed(text: &str) -> Value {
+    let parsed = format!("v = {text}").parse::<toml::Table>().ok();
+    let value = parsed.and_then(|mut table| table.remove("v"));
+    value.map_or_else(|| text.into(), |value| json!(value))
+}
+
+impl Checkpoint {
+    /// What is in it, for programs.
+    #[must_use]
+    pub fn as_json(&self) -> Value {
+        let (head, state) = (&self.head, &self.snapshot);
+        let (pairs, walls) = (touching(&state.pairs), touching(&state.near_walls));
+        let scene: serde_json::Map<String, Value> = (head.scene.iter())
+            .map(|(key, value)| (key.clone(), typed(value)))
+            .collect();
+        json!({
+            "file": self.path.display().to_string(),
+            "bytes": self.size,
+            "version": head.program,
+            "title": head.title,
+            "step": head.step,
+            "time": head.time(),
+            "time_step": head.time_step,
+            "particles": state.particles.grains(),
+            "rows": state.particles.len(),
+            "bodies": state.particles.bodies().len(),
+            "contacts": pairs.0,
+            "listed_pairs": pairs.1,
+            "wall_contacts": walls.0,
+            "listed_wall_pairs": walls.1,
+            "lists_built": state.lists.rebuilds,
+            "frames": self.positions.frames(),
+            "scene": scene,
+        })
+    }
+}
+
 impl fmt::Display for Checkpoint {
     /// What is in it, for people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -253,10 +298,6 @@ impl fmt::Display for Checkpoint {
             state.particles.len(),
             state.particles.bodies().len()
         )?;
-        let touching = |slots: &SavedSlots| {
-            let held = slots.iter().filter(|slot| slot.state != SlotState::Near);
-            (held.count(), slots.len())
-        };
         let (pairs, walls) = (touching(&state.pairs), touching(&state.near_walls));
         writeln!(
             f,

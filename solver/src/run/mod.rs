@@ -44,9 +44,11 @@ use rest::Rest;
 use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
-use crate::output::{Due, Moment, OutputError, POSITIONS, Schedule, Writer, folder};
+use crate::output::summary::Status;
+use crate::output::{Due, Moment, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder};
 use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
-use crate::stage::{Stage, Task};
+use crate::results::NamedResult;
+use crate::stage::{Event, OutputFile, Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
@@ -78,6 +80,8 @@ pub struct RunOptions {
     pub checkpoints: Option<Checkpoints>,
     /// What the log should say besides.
     pub notes: Vec<String>,
+    /// Numbers that the summary should have of a run that came to its end.
+    pub results: Vec<NamedResult>,
 }
 
 /// When a run writes checkpoints; besides, it writes one when it is stopped, and where the plan says so.
@@ -234,6 +238,9 @@ pub fn run_from(
 /// Particle-steps that are made without looking up: some tenths of a second.
 const STEPS_AT_ONCE: u64 = 2_000_000;
 
+/// Between two calls of `observe`.
+const LOOK: Duration = Duration::from_millis(100);
+
 /// How far [`Run::advance`] came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Advance {
@@ -278,20 +285,23 @@ pub struct Run {
     cost: Cost,
     workload: Workload,
     /// Of a run that has come to its end: the checkpoint to go on from there.
-    at_end: Option<(PathBuf, Encoder)>,
+    at_end: Option<(ToWrite, Vec<OutputFile>)>,
     /// Of the time loop, without output.
     stepping: Duration,
     particle_steps: u64,
-    /// Particle-steps at which `observe` is called next.
-    next_look: u64,
+    /// When `observe` was called.
+    seen: Option<Instant>,
     ended: Option<Ending>,
 }
 
 /// Why a run is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ending {
+pub enum Ending {
+    /// It came to its end in time.
     Planned,
+    /// Nothing moves any more.
     AtRest,
+    /// It was stopped before.
     Stopped(StopReason),
 }
 
@@ -374,6 +384,7 @@ impl Run {
                 &plan,
                 &engine.history_columns(),
                 from,
+                stage,
             )?)
         };
         let files = checkpoint_paths(folder, plan.outputs().prefix());
@@ -418,7 +429,7 @@ impl Run {
             at_end: None,
             stepping: Duration::ZERO,
             particle_steps: 0,
-            next_look: 0,
+            seen: None,
             ended: is_over.then_some(Ending::Planned),
             options,
         };
@@ -472,9 +483,8 @@ impl Run {
             if !is_kept {
                 break;
             }
-            // Seldom enough that looking at the clock costs nothing.
-            if self.particle_steps + self.engine.steps() >= self.next_look {
-                self.next_look = self.particle_steps + self.engine.steps() + STEPS_AT_ONCE;
+            if self.seen.is_none_or(|seen| seen.elapsed() >= LOOK) {
+                self.seen = Some(Instant::now());
                 let seconds = self.first_step.elapsed().saturating_sub(self.inserting);
                 let seconds = seconds.as_secs_f64();
                 self.cost.note(seconds, self.particle_steps as f64);
@@ -627,14 +637,24 @@ impl Run {
         if matches!(self.ended, Some(Ending::Planned | Ending::AtRest)) {
             // It is written last: where it is, all is done. What the outputs have now is less than they will have then.
             let mut state = state;
-            let Some(positions) = self.writer.positions() else {
+            let Some((positions, outputs)) = self.writer.told() else {
                 return false;
             };
             state.section(POSITIONS, &positions);
-            self.at_end = Some((path, state));
+            self.at_end = Some((self.to_write(path, state), outputs));
             return true;
         }
-        self.writer.write_checkpoint(path, state)
+        self.writer.write_checkpoint(self.to_write(path, state))
+    }
+
+    /// A checkpoint of now.
+    fn to_write(&self, path: PathBuf, state: Encoder) -> ToWrite {
+        ToWrite {
+            path,
+            step: self.engine.steps(),
+            time: self.engine.time(),
+            state,
+        }
     }
 
     /// Ends the run and writes what it leaves: pictures, `summary.json`, `run.log`, and a checkpoint. A run that has not come to its
@@ -661,10 +681,7 @@ impl Run {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
             alone: self.pace.as_ref().map_or(0, Pace::alone),
-            stopped: match self.ended {
-                Some(Ending::Stopped(reason)) => Some(reason),
-                _ => None,
-            },
+            ending: self.ended.unwrap_or(Ending::Planned),
             resumed_at: self.resumed_at,
         };
         let mut report = report(
@@ -681,6 +698,11 @@ impl Run {
         if let (Some(rest), Some(Ending::Planned)) = (&self.rest, self.ended) {
             report.not_at_rest = Some(rest.why_not(&self.engine));
         }
+        if report.summary.status == Status::Finished {
+            let prefix = plan.outputs().prefix();
+            let read = |result: &NamedResult| (result.name.clone(), result.read(folder, prefix));
+            report.summary.results = self.options.results.iter().map(read).collect();
+        }
         let json = serde_json::to_string_pretty(&report.summary).map_err(OutputError::Json)?;
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
             .map_err(OutputError::from)?;
@@ -688,7 +710,8 @@ impl Run {
         // The log names all files, itself and what is still to come, too.
         report.files = folder::present(folder, plan.outputs().prefix());
         report.files.push("run.log".to_owned());
-        let to_come = self.at_end.as_ref().and_then(|(path, _)| path.file_name());
+        let to_come =
+            (self.at_end.as_ref()).and_then(|(checkpoint, _)| checkpoint.path.file_name());
         report
             .files
             .extend(to_come.map(|name| name.to_string_lossy().into_owned()));
@@ -699,8 +722,19 @@ impl Run {
         let held = duration(held.as_secs_f64());
         log += &format!("checkpoints: {made}, for which the steps were held for {held}\n");
         write_whole(&folder.join("run.log"), log.as_bytes()).map_err(OutputError::from)?;
-        if let Some((path, state)) = self.at_end {
-            write_whole(&path, &state.finish()).map_err(OutputError::from)?;
+        if let Some((checkpoint, outputs)) = self.at_end {
+            let bytes = checkpoint.state.finish();
+            write_whole(&checkpoint.path, &bytes).map_err(OutputError::from)?;
+            let name = checkpoint.path.file_name().unwrap_or_default();
+            self.options.stage.tell(Event::Checkpoint {
+                step: checkpoint.step,
+                time: checkpoint.time,
+                file: OutputFile {
+                    name: name.to_string_lossy().into_owned(),
+                    bytes: bytes.len() as u64,
+                },
+                outputs,
+            });
         }
         Ok(report)
     }

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use mercury_common::readable::{duration, rounded};
+use mercury_common::readable::{duration, rounded, significant};
 
 use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
-use super::{RunOptions, StopReason, exits, insertions, servos};
+use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
 use crate::boundaries::Tally;
 use crate::output::Written;
 use crate::output::summary::{SleepSummary, Status, Summary};
@@ -17,8 +17,8 @@ use crate::step::Engine;
 pub struct Report {
     /// What `summary.json` says.
     pub summary: Summary,
-    /// What stopped it, if it has not come to its end.
-    pub stopped: Option<StopReason>,
+    /// Why it is over.
+    pub ending: Ending,
     /// Time from which an interrupted run went on, s.
     pub resumed_at: Option<f64>,
     /// Budgets of mass and momentum.
@@ -50,11 +50,11 @@ pub struct Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (s, b) = (&self.summary, &self.budget);
-        let how = match (s.status, self.stopped) {
-            (Status::Finished, _) => "finished",
-            (_, Some(StopReason::File)) => "stopped by the file STOP",
-            (_, Some(StopReason::TimeLimit)) => "stopped by the time limit",
-            (Status::Stopped, _) => "stopped",
+        let how = match self.ending {
+            Ending::Planned | Ending::AtRest => "finished",
+            Ending::Stopped(StopReason::File) => "stopped by the file STOP",
+            Ending::Stopped(StopReason::TimeLimit) => "stopped by the time limit",
+            Ending::Stopped(StopReason::Request) => "stopped",
         };
         writeln!(
             f,
@@ -99,6 +99,13 @@ impl fmt::Display for Report {
                 lost.normal, lost.tangential, lost.rolling
             )?;
         }
+        if let Some(left) = e.deleted_elastic.filter(|left| left.total() != 0.0) {
+            writeln!(
+                f,
+                "  deleted    elastic energy of the contacts of what left: normal {:.4e}, tangential {:.4e}, rolling {:.4e} J",
+                left.normal, left.tangential, left.rolling
+            )?;
+        }
         if let Some(error) = e.closure_error {
             writeln!(f, "  closure    {error:.1e} of the largest energy")?;
         }
@@ -132,6 +139,26 @@ impl fmt::Display for Report {
         if let Some(why) = &self.not_at_rest {
             writeln!(f, "  rest       not before the end: {why}")?;
         }
+        for (name, result) in &s.results {
+            match (result.value, &result.problem) {
+                (Some(value), _) => {
+                    let unit = match result.unit.as_str() {
+                        "1" => "",
+                        unit => unit,
+                    };
+                    let value = significant(value, 6);
+                    writeln!(
+                        f,
+                        "  result     {}",
+                        format!("{name} = {value} {unit}").trim_end()
+                    )?;
+                }
+                (None, problem) => {
+                    let problem = problem.as_deref().unwrap_or_default();
+                    writeln!(f, "  result     {name}: {problem}")?;
+                }
+            }
+        }
         for warning in &s.warnings {
             writeln!(f, "  warning    {warning}")?;
         }
@@ -159,7 +186,7 @@ pub(super) struct Looped {
     pub(super) particle_steps: u64,
     /// Of them, those that one thread made although there are more.
     pub(super) alone: u64,
-    pub(super) stopped: Option<StopReason>,
+    pub(super) ending: Ending,
     pub(super) resumed_at: Option<u64>,
 }
 
@@ -220,12 +247,13 @@ pub(super) fn report(
                 energy: counts.energy,
             }),
             warnings,
-            status: match looped.stopped {
-                Some(_) => Status::Stopped,
-                None => Status::Finished,
+            results: Vec::new(),
+            status: match looped.ending {
+                Ending::Stopped(_) => Status::Stopped,
+                Ending::Planned | Ending::AtRest => Status::Finished,
             },
         },
-        stopped: looped.stopped,
+        ending: looped.ending,
         resumed_at: looped
             .resumed_at
             .map(|step| step as f64 * plan.physics().time_step()),

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use mercury_common::scene::{listed, nearest};
 use toml::{Table, Value};
 
-use super::results::NamedResult;
 use super::{MOST_RUNS, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
+use crate::results::NamedResult;
 
 const KEYS: [&str; 9] = [
     "scene", "folder", "set", "sweep", "runs", "results", "plots", "jobs", "threads",

@@ -1,13 +1,12 @@
 //! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
 //!
 //! This room says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
-//! [from a file](mod@file), [`earlier`] ones left their tables; [`results`] are read from the folders of the runs, [`table`] puts them together and [`plot`] draws one
+//! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts them together and [`plot`] draws one
 //! of its columns.
 
 pub mod earlier;
 pub mod file;
 pub mod plot;
-pub mod results;
 mod sweep;
 pub mod table;
 #[cfg(test)]
@@ -16,7 +15,7 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use results::NamedResult;
+use crate::results::NamedResult;
 pub use sweep::Sweep;
 
 /// More runs than anybody waits for: a slip in a range.

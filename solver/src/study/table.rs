@@ -9,7 +9,7 @@ use mercury_common::units::{Dimension, Quantity};
 
 use super::Study;
 use super::earlier::Rows;
-use super::results::lost;
+use crate::results::lost;
 
 /// Name of the file in the study's folder.
 pub const FILE: &str = "study.csv";
@@ -141,6 +141,30 @@ impl StudyTable {
             text.push('\n');
         }
         text
+    }
+
+    /// The rows for programs: numbers as numbers, null for what is not known.
+    #[must_use]
+    pub fn objects(&self) -> Vec<serde_json::Map<String, serde_json::Value>> {
+        let value = |column: &str, cell: &str| -> serde_json::Value {
+            if cell.is_empty() {
+                return serde_json::Value::Null;
+            }
+            // A run may be called `1`.
+            let is_text = ["run", "status", "problem"].contains(&column);
+            match (is_text, cell.parse::<i64>(), cell.parse::<f64>()) {
+                (false, Ok(whole), _) => whole.into(),
+                (false, _, Ok(number)) => number.into(),
+                _ => cell.into(),
+            }
+        };
+        let object = |row: &Vec<String>| {
+            let cells = self.columns.iter().zip(row);
+            cells
+                .map(|(column, cell)| (column.clone(), value(column, cell)))
+                .collect()
+        };
+        self.rows.iter().map(object).collect()
     }
 
     /// The numbers of a column by row, those with units in SI.

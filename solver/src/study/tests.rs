@@ -259,7 +259,7 @@ fn values_with_units_are_drawn_over_their_si_numbers() {
 
 #[test]
 fn results_have_names_of_their_own() {
-    let result = |text: &str| super::results::NamedResult::parse(text).unwrap();
+    let result = |text: &str| crate::results::NamedResult::parse(text).unwrap();
     for (results, name) in [
         (
             vec![result("h=max(particles.z)"), result("h=min(particles.z)")],
@@ -300,7 +300,7 @@ proptest! {
         if let Ok(sweep) = Sweep::parse(&text) {
             let _ = grid(&[sweep], "--sweep");
         }
-        let _ = super::results::NamedResult::parse(&text);
+        let _ = crate::results::NamedResult::parse(&text);
         let _ = file::parse(Path::new("s"), &format!("[study]\nscene = \"a\"\n[study.sweep]\n{text}"));
     }
 

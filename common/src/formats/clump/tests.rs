@@ -178,7 +178,7 @@ fn a_missing_file_and_other_bytes_are_named() {
     let path = folder.path().join("none.clump.toml");
     let error = read_clump(&path).unwrap_err().to_string();
     assert!(
-        error.contains("none.clump.toml:1:1: the clump file cannot be read: "),
+        error.contains("none.clump.toml: the clump file cannot be read: "),
         "{error}"
     );
     std::fs::write(&path, b"name = \"\xff\"").unwrap();

@@ -25,14 +25,20 @@ fn fields(line: &str) -> Vec<String> {
     fields
 }
 
-/// The values of a column in the rows of a name and times.
+/// A value at a time, s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Row {
+    pub(super) time: f64,
+    pub(super) value: f64,
+}
+
+/// The values of a column in the rows of a name.
 pub(super) fn rows(
     text: &str,
     name: &str,
     material: Option<&str>,
     column: &str,
-    (from, to): (f64, f64),
-) -> Result<Vec<f64>, String> {
+) -> Result<Vec<Row>, String> {
     let mut lines = text.lines();
     let header = fields(lines.next().unwrap_or_default());
     let place = |wanted: &str| {
@@ -68,9 +74,10 @@ pub(super) fn rows(
                 .parse::<f64>()
                 .map_err(|_| format!("`{}` is no number", row[at]))
         };
-        if (from..=to).contains(&number(time_at)?) {
-            values.push(number(column_at)?);
-        }
+        values.push(Row {
+            time: number(time_at)?,
+            value: number(column_at)?,
+        });
     }
     if materials.is_empty() && !names.is_empty() && values.is_empty() && !text.contains(name) {
         return Err(format!(
@@ -95,13 +102,8 @@ pub(super) fn rows(
     Ok(values)
 }
 
-/// A column of `.ene` between two times, s.
-pub(super) fn energies(
-    folder: &Path,
-    prefix: &str,
-    column: &str,
-    (from, to): (f64, f64),
-) -> Result<Vec<f64>, String> {
+/// A column of `.ene`.
+pub(super) fn energies(folder: &Path, prefix: &str, column: &str) -> Result<Vec<Row>, String> {
     let path = folder.join(format!("{prefix}.ene"));
     let reader = EnergyReader::open(&path).map_err(|error| error.to_string())?;
     let mut values = Vec::new();
@@ -111,9 +113,10 @@ pub(super) fn energies(
             .iter()
             .position(|name| *name == column)
             .unwrap_or(0);
-        if (from..=to).contains(&row.time) {
-            values.push(row.values()[at]);
-        }
+        values.push(Row {
+            time: row.time,
+            value: row.values()[at],
+        });
     }
     Ok(values)
 }
@@ -252,29 +255,26 @@ mod tests {
     fn values_of_rows() {
         let table =
             "time,name,material,fx\n0,a,m,1\n0,\"b, c\",m,7\n1,a,m,3\n1,a,n,9\n2,a,m,5\n2,a";
-        let all = (f64::NEG_INFINITY, f64::INFINITY);
-        assert_eq!(
-            rows(table, "a", Some("m"), "fx", all).unwrap(),
-            [1.0, 3.0, 5.0]
-        );
-        assert_eq!(
-            rows(table, "a", Some("m"), "fx", (0.5, 1.5)).unwrap(),
-            [3.0]
-        );
-        assert_eq!(rows(table, "b, c", None, "fx", all).unwrap(), [7.0]);
+        let values = |name: &str, material: Option<&str>| -> Vec<(f64, f64)> {
+            let rows = rows(table, name, material, "fx").unwrap().into_iter();
+            rows.map(|row| (row.time, row.value)).collect()
+        };
+        let expected = [(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)];
+        assert_eq!(values("a", Some("m")), expected);
+        assert_eq!(values("b, c", None), [(0.0, 7.0)]);
         for (name, material, part) in [
             ("a", None, "several materials: name one of m, n"),
             ("a", Some("o"), "no rows of `o`; there are: m, n"),
             ("q", None, "nothing is named `q`; there are: a, b, c"),
         ] {
-            let error = rows(table, name, material, "fx", all).unwrap_err();
+            let error = rows(table, name, material, "fx").unwrap_err();
             assert!(error.contains(part), "{error}");
         }
         assert!(
-            rows(table, "a", Some("m"), "fy", all)
+            rows(table, "a", Some("m"), "fy")
                 .unwrap_err()
                 .contains("`fy`")
         );
-        assert!(rows("", "a", None, "fx", all).is_err());
+        assert!(rows("", "a", None, "fx").is_err());
     }
 }

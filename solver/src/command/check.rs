@@ -1,0 +1,144 @@
+//! `--check`: what a scene means, whether its run fits into the machine, and how long it will take if that was asked for.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use mercury_common::cli::{Failure, Outcome, say};
+use mercury_common::machine::MachineMemory;
+use mercury_common::readable;
+use mercury_common::scene::{Scene, SceneErrors};
+use mercury_solver::plan::{Disk, Memory, Plan, document_as_json, files, report};
+use mercury_solver::run::check_fit;
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
+
+use super::input::{Input, refused};
+use super::problems::{self, say_object};
+use super::trial;
+use crate::Arguments;
+
+/// Says it all.
+pub(crate) fn execute(
+    arguments: &Arguments,
+    input: &Input,
+    scene: &Scene,
+    plan: Plan,
+    memory: &Memory,
+    machine: Option<MachineMemory>,
+) -> Outcome {
+    let fits = match machine.filter(|_| !arguments.force_memory) {
+        Some(limit) => check_fit(scene, &plan, memory, limit)
+            .map_err(|error| refused(&SceneErrors(vec![error]))),
+        None => Ok(()),
+    };
+    let limit = arguments.trial.filter(|_| fits.is_ok());
+    let mut object = Value::Null;
+    // As text the plan comes first: whoever waits for the trial has something to read.
+    if arguments.json {
+        object = as_json(input, scene, &plan, memory)?;
+    } else {
+        say(&report(&plan, memory, machine))?;
+    }
+    let bytes = Disk::of(&plan).bytes;
+    let trial = match limit {
+        Some(limit) => {
+            let quiet = arguments.quiet || arguments.json;
+            let trial = trial::execute(plan, &arguments.how(), limit, quiet)?;
+            Some(trial)
+        }
+        None => None,
+    };
+    if arguments.json {
+        if let Some(trial) = &trial {
+            object["trial"] = serde_json::to_value(trial).map_err(Failure::run)?;
+        }
+        if let Err(failure) = &fits {
+            let found = failure.problems().unwrap_or_default();
+            object["problems"] = problems::list(&found);
+        }
+        say_object(&object)?;
+    } else if let Some(trial) = &trial {
+        let bytes = readable::bytes(bytes);
+        say(&format!("\n{trial}  {:<24}about {bytes}", "on the disk"))?;
+    }
+    match trial.is_some_and(|trial| trial.is_cut_short) {
+        true => Err(trial::ended("before its time").answered()),
+        false => fits.map_err(|failure| match arguments.json {
+            true => failure.answered(),
+            false => failure,
+        }),
+    }
+}
+
+/// The plan, the scene and all files that were read for it.
+fn as_json(input: &Input, scene: &Scene, plan: &Plan, memory: &Memory) -> Result<Value, Failure> {
+    let mut object = document_as_json(plan, memory)
+        .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))?;
+    object["scene"] = json!({
+        "name": input.path.display().to_string(),
+        "bytes": input.text.len(),
+        "sha256": hex(&Sha256::digest(input.text.as_bytes())),
+    });
+    let mut all = Vec::new();
+    for file in files(scene, plan) {
+        let (bytes, sum) = summed(&file.path).map_err(|error| {
+            Failure::input(format!(
+                "{}: the file cannot be read: {error}",
+                file.path.display()
+            ))
+        })?;
+        let mut one = json!({ "key": file.key, "name": file.name, "bytes": bytes, "sha256": sum });
+        if let Some(from) = file.from {
+            one["from"] = from.into();
+        }
+        all.push(one);
+    }
+    object["files"] = all.into();
+    Ok(object)
+}
+
+/// Bytes of a file and their SHA-256 in hexadecimal digits.
+fn summed(path: &Path) -> io::Result<(u64, String)> {
+    let mut file = File::open(path)?;
+    let (mut sum, mut bytes) = (Sha256::new(), 0);
+    let mut piece = vec![0; 1 << 20];
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok((bytes, hex(&sum.finalize()))),
+            count => {
+                sum.update(&piece[..count]);
+                bytes += count as u64;
+            }
+        }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_those_of_the_standard() {
+        // FIPS 180-4, examples for SHA-256: "abc", and a million times "a".
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        for (text, sum) in [
+            (
+                "abc".to_owned(),
+                "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad",
+            ),
+            (
+                "a".repeat(1_000_000),
+                "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0",
+            ),
+        ] {
+            std::fs::write(&path, &text).unwrap();
+            assert_eq!(summed(&path).unwrap(), (text.len() as u64, sum.to_owned()));
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! What is run: the text of a scene or a study, and which files it may name.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mercury_common::cli::Failure;
+use mercury_common::problem::Problem;
+use mercury_common::scene::{Files, Scene, SceneErrors, read_scene_text};
+use mercury_common::within::Within;
+use mercury_solver::plan::{parse_scene, refusal};
+
+/// The text of a scene or a study.
+#[derive(Debug, Clone)]
+pub(crate) struct Input {
+    /// The file, as it was named.
+    pub(crate) path: PathBuf,
+    /// Its text.
+    pub(crate) text: String,
+    files: Files,
+}
+
+impl Input {
+    /// Reads the file, which must lie `within` a folder if one is named.
+    pub(crate) fn read(path: &Path, within: Option<&Arc<Within>>) -> Result<Self, Failure> {
+        lies_within(within, path)?;
+        let text = read_scene_text(path).map_err(|errors| refused(&errors))?;
+        Ok(Self {
+            path: path.to_owned(),
+            text,
+            files: within.map_or(Files::MustExist, |within| Files::Within(Arc::clone(within))),
+        })
+    }
+
+    /// The scene that it is, with these `KEY=VALUE` on top.
+    pub(crate) fn scene(&self, overrides: &[String]) -> Result<Scene, Failure> {
+        let files = self.files.clone();
+        parse_scene(&self.path, &self.text, overrides, files).map_err(|errors| refused(&errors))
+    }
+}
+
+/// A scene that cannot be run.
+pub(crate) fn refused(errors: &SceneErrors) -> Failure {
+    Failure::input(refusal(errors)).with_problems(Problem::of_scene(errors))
+}
+
+/// Refuses a file or folder that lies outside of the one that --within names.
+pub(crate) fn lies_within(within: Option<&Arc<Within>>, path: &Path) -> Result<(), Failure> {
+    let Some(Err(outside)) = within.map(|within| within.check(path)) else {
+        return Ok(());
+    };
+    let problem = Problem {
+        file: Some(path.display().to_string()),
+        message: outside.to_string(),
+        ..Problem::default()
+    };
+    Err(Failure::input(format!("{}: {outside}", path.display())).with_problems(vec![problem]))
+}

@@ -1,0 +1,69 @@
+//! `--json` where something is wrong: the problems as one object on standard output.
+
+use std::ffi::OsStr;
+
+use mercury_common::cli::{Failure, say};
+use mercury_common::problem::{Problem, Spot};
+use mercury_common::readable::shortened;
+use serde_json::{Value, json};
+
+/// More than an editor can show.
+const MOST: usize = 1000;
+
+/// Characters of a message: it quotes the file, which may hold anything.
+const LONGEST: usize = 1000;
+
+/// Whether the command line has `--json`, also where it is wrong otherwise.
+pub(crate) fn are_asked_for() -> bool {
+    let arguments = std::env::args_os().skip(1);
+    arguments
+        .take_while(|argument| argument != OsStr::new("--"))
+        .any(|argument| argument == OsStr::new("--json"))
+}
+
+/// Says what went wrong, if the command line asks for it so and nothing was said before.
+pub(crate) fn tell(failure: &Failure) {
+    if let Some(problems) = failure.problems().filter(|_| are_asked_for()) {
+        // Whoever closed standard output does not want to know; the exit code tells.
+        let _ = say_object(&of(&problems));
+    }
+}
+
+/// The object of these problems.
+pub(crate) fn of(problems: &[Problem]) -> Value {
+    json!({
+        "problems": list(problems),
+        "more": problems.len().saturating_sub(MOST),
+    })
+}
+
+/// The first of them, each an object.
+pub(crate) fn list(problems: &[Problem]) -> Value {
+    problems.iter().take(MOST).map(one).collect()
+}
+
+fn one(problem: &Problem) -> Value {
+    let line = |spot: Option<Spot>| spot.map(|spot| spot.line);
+    let column = |spot: Option<Spot>| spot.map(|spot| spot.column);
+    let short = |text: &str| shortened(text, LONGEST).into_owned();
+    let mut object = json!({
+        "file": problem.file,
+        "line": line(problem.start),
+        "column": column(problem.start),
+        "end_line": line(problem.end),
+        "end_column": column(problem.end),
+        "key": problem.key.as_deref().map(short),
+        "message": short(&problem.message),
+        "help": problem.help.as_deref().map(short),
+    });
+    if let Some(set) = &problem.set {
+        object["set"] = json!(short(set));
+    }
+    object
+}
+
+/// Says an object.
+pub(crate) fn say_object(object: &Value) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(object).map_err(Failure::run)?;
+    say(&text)
+}

@@ -1,0 +1,304 @@
+//! `--progress FILE`: what a run does, line by line, for programs that watch it.
+//!
+//! A thread of its own writes a line for each event that the run tells of, and one each second: where the run is while it makes steps, what
+//! it is busy with while it makes none. Nothing of it changes a result.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use mercury_common::cli::{Exit, Failure};
+use mercury_solver::plan::Plan;
+use mercury_solver::run::checkpoint::Checkpoint;
+use mercury_solver::run::{Ending, Progress, Report, StopReason};
+use mercury_solver::stage::{Event, OutputFile, Stage, Task};
+use serde_json::{Value, json};
+
+use super::problems;
+
+/// Between lines that come by the clock.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// How old the numbers of such a line may be: to count energies takes time.
+const FRESH: Duration = Duration::from_millis(500);
+
+/// A file of lines that grows while a run goes on.
+#[derive(Debug)]
+pub(crate) struct ProgressFile {
+    shared: Arc<Shared>,
+    /// The way by which the run tells of what happens.
+    events: Sender<Event>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    /// The file; none once it could not be written.
+    file: Mutex<Option<(File, String)>>,
+    /// Where the run is.
+    latest: Mutex<Option<(Instant, Value)>>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    /// Appends a line in one stroke. Should it fail, the run is not to suffer from it.
+    fn line(&self, event: &str, members: Value) {
+        let clock = SystemTime::now().duration_since(UNIX_EPOCH);
+        let clock = clock.map_or(0.0, |since| since.as_millis() as f64 / 1000.0);
+        let mut line = json!({ "event": event, "clock": clock });
+        if let (Some(line), Value::Object(members)) = (line.as_object_mut(), members) {
+            line.extend(members);
+        }
+        let text = format!("{line}\n");
+        let mut file = locked(&self.file);
+        if let Some((open, name)) = file.as_mut()
+            && let Err(error) = open.write_all(text.as_bytes())
+        {
+            let _ = writeln!(
+                std::io::stderr(),
+                "warning: --progress {name}: the file cannot be written any more: {error}"
+            );
+            *file = None;
+        }
+    }
+}
+
+impl ProgressFile {
+    /// Begins it anew if one is asked for, and says where the run's events come to.
+    ///
+    /// # Errors
+    /// If the file cannot be made.
+    pub(crate) fn asked_for(
+        path: Option<&Path>,
+        scene: &Path,
+    ) -> Result<Option<(Self, Receiver<Event>)>, Failure> {
+        let Some(path) = path else {
+            return Ok(None);
+        };
+        let name = path.display().to_string();
+        let file = File::create(path).map_err(|error| {
+            Failure::input(format!(
+                "--progress {name}: the file cannot be made: {error}"
+            ))
+        })?;
+        let shared = Arc::new(Shared {
+            file: Mutex::new(Some((file, name))),
+            latest: Mutex::new(None),
+        });
+        let members = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "process": std::process::id(),
+            "scene": scene.display().to_string(),
+        });
+        shared.line("begin", members);
+        let (events, receiver) = channel();
+        let progress = Self {
+            shared,
+            events,
+            thread: Mutex::new(None),
+        };
+        Ok(Some((progress, receiver)))
+    }
+
+    /// Where a run is to tell of what happens.
+    pub(crate) fn events(&self) -> Sender<Event> {
+        self.events.clone()
+    }
+
+    /// Watches the run from now on.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub(crate) fn watch(&self, stage: &Arc<Stage>, events: Receiver<Event>) -> Result<(), Failure> {
+        let (shared, stage) = (Arc::clone(&self.shared), Arc::clone(stage));
+        shared.line("phase", phase(&stage, stage.task(), 0.0));
+        let thread = std::thread::Builder::new()
+            .name("progress".to_owned())
+            .spawn(move || write_lines(&shared, &stage, &events))
+            .map_err(|error| Failure::run(format!("the threads cannot be started: {error}")))?;
+        *locked(&self.thread) = Some(thread);
+        Ok(())
+    }
+
+    /// Notes where the run is, for the next line that comes by the clock.
+    pub(crate) fn note(&self, progress: &Progress<'_>) {
+        let mut latest = locked(&self.shared.latest);
+        if latest
+            .as_ref()
+            .is_some_and(|(since, _)| since.elapsed() < FRESH)
+        {
+            return;
+        }
+        let engine = progress.engine;
+        let physics = engine.plan().physics();
+        let members = json!({
+            "step": engine.steps(),
+            "of_steps": physics.steps(),
+            "time": engine.time(),
+            "end": physics.steps() as f64 * physics.time_step(),
+            "particles": engine.particles.grains(),
+            "asleep": engine.sleepers().map(|(asleep, _)| asleep),
+            "kinetic_energy": progress.kinetic_energy(),
+            "particle_steps_per_second": progress.particle_steps as f64 / progress.seconds.max(1e-9),
+            "seconds_left": progress.left,
+        });
+        *latest = Some((Instant::now(), members));
+    }
+
+    /// The folder is taken, and nothing of the run is written yet.
+    pub(crate) fn run(
+        &self,
+        folder: &Path,
+        plan: &Plan,
+        threads: usize,
+        from: Option<&Checkpoint>,
+    ) {
+        let physics = plan.physics();
+        let resumed = from.map(|from| {
+            let name = from.path.file_name().unwrap_or_default();
+            json!({
+                "file": name.to_string_lossy(),
+                "step": from.head.step,
+                "time": from.head.time(),
+            })
+        });
+        let members = json!({
+            "folder": folder.display().to_string(),
+            "prefix": plan.outputs().prefix(),
+            "steps": physics.steps(),
+            "time_step": physics.time_step(),
+            "end": physics.steps() as f64 * physics.time_step(),
+            "threads": threads,
+            "resumed": resumed,
+        });
+        self.shared.line("run", members);
+    }
+
+    /// The last line; what was still to be told stands before it.
+    pub(crate) fn end(&self, outcome: Result<Option<&Report>, &Failure>) {
+        if let Some(thread) = locked(&self.thread).take() {
+            let _ = self.events.send(Event::Over);
+            let _ = thread.join();
+        }
+        self.shared.line("end", ended(outcome));
+    }
+}
+
+/// The lines of a run that goes on.
+fn write_lines(shared: &Shared, stage: &Stage, events: &Receiver<Event>) {
+    let (mut phase_since, mut next) = (Instant::now(), Instant::now() + EVERY);
+    loop {
+        if Instant::now() >= next {
+            next += EVERY;
+            let task = stage.task();
+            let latest = locked(&shared.latest).clone();
+            match latest.filter(|_| task == Task::Stepping) {
+                Some((_, members)) => shared.line("step", members),
+                None => {
+                    let seconds = phase_since.elapsed().as_secs_f64();
+                    shared.line("phase", phase(stage, task, seconds));
+                }
+            }
+        }
+        let wait = next.saturating_duration_since(Instant::now());
+        match events.recv_timeout(wait) {
+            Ok(Event::Task(task)) => {
+                phase_since = Instant::now();
+                shared.line("phase", phase(stage, task, 0.0));
+            }
+            Ok(Event::Written {
+                step,
+                time,
+                outputs,
+            }) => shared.line(
+                "frame",
+                json!({ "step": step, "time": time, "outputs": listed(&outputs) }),
+            ),
+            Ok(Event::Checkpoint {
+                step,
+                time,
+                file,
+                outputs,
+            }) => shared.line(
+                "checkpoint",
+                json!({
+                    "step": step, "time": time, "file": file.name, "bytes": file.bytes,
+                    "outputs": listed(&outputs),
+                }),
+            ),
+            Ok(Event::Over) | Err(RecvTimeoutError::Disconnected) => return,
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+    }
+}
+
+fn phase(stage: &Stage, task: Task, seconds: f64) -> Value {
+    let word = match task {
+        Task::Planning => "planning",
+        Task::Starting => "starting",
+        Task::Stepping => "stepping",
+        Task::Inserting => "inserting",
+        Task::Finishing => "finishing",
+    };
+    let mut members = json!({ "phase": word, "seconds": (1000.0 * seconds).round() / 1000.0 });
+    if matches!(task, Task::Starting | Task::Inserting) {
+        let (placed, of) = stage.placed();
+        members["placed"] = placed.into();
+        members["of"] = of.into();
+    }
+    members
+}
+
+fn listed(outputs: &[OutputFile]) -> Value {
+    let one = |file: &OutputFile| json!({ "name": file.name, "bytes": file.bytes });
+    outputs.iter().map(one).collect()
+}
+
+/// How a run ended.
+fn ended(outcome: Result<Option<&Report>, &Failure>) -> Value {
+    let report = outcome.as_ref().ok().copied().flatten();
+    let (code, status, cause) = match (outcome, report.map(|report| report.ending)) {
+        (Err(failure), _) => match failure.exit {
+            Exit::Input => (Exit::Input, "refused", None),
+            Exit::Resumable => (Exit::Resumable, "stopped", Some("request")),
+            exit => (exit, "failed", None),
+        },
+        (Ok(_), None) => (Exit::Done, "finished", None),
+        (Ok(_), Some(Ending::Planned)) => (Exit::Done, "finished", Some("planned")),
+        (Ok(_), Some(Ending::AtRest)) => (Exit::Done, "finished", Some("at_rest")),
+        (Ok(_), Some(Ending::Stopped(reason))) => {
+            let cause = match reason {
+                StopReason::Request => "request",
+                StopReason::File => "file",
+                StopReason::TimeLimit => "time_limit",
+            };
+            (Exit::Resumable, "stopped", Some(cause))
+        }
+    };
+    let summary = report.map(|report| &report.summary);
+    let files = report.map(|report| {
+        let folder = Path::new(&report.folder);
+        let one = |name: &String| {
+            let bytes = std::fs::metadata(folder.join(name)).ok()?.len();
+            Some(json!({ "name": name, "bytes": bytes }))
+        };
+        report.files.iter().filter_map(one).collect::<Value>()
+    });
+    let problems = outcome.err().and_then(Failure::problems);
+    json!({
+        "code": code as u8,
+        "status": status,
+        "cause": cause,
+        "step": summary.map(|summary| summary.steps),
+        "time": summary.map(|summary| summary.time),
+        "files": files,
+        "problems": problems.map(|problems| problems::list(&problems)),
+    })
+}

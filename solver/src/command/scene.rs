@@ -1,0 +1,181 @@
+//! One scene from the command line: what it means, or its run with all that is told of it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use mercury_common::cli::{self, Failure, Outcome, say};
+use mercury_common::machine;
+use mercury_common::readable::rounded;
+use mercury_common::scene::SceneErrors;
+use mercury_common::whole_file::write_whole;
+use mercury_common::within::Within;
+use mercury_solver::output::summary::Status;
+use mercury_solver::results::NamedResult;
+use mercury_solver::run::{Progress, Report, check_fit, plan_within};
+use mercury_solver::stage::Stage;
+use serde_json::Value;
+
+use super::input::{Input, refused};
+use super::progress::ProgressFile;
+use super::run::{How, Ran, Requests, run_plan};
+use super::waiting::{BeforeEnd, Waiting};
+use super::{check, problems, study};
+use crate::Arguments;
+
+/// Does what the command line asks for: a scene is checked or run, and so is a study.
+pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>) -> Outcome {
+    // From the first instant of a run on, so that no request comes too early; what only looks may be ended at any time.
+    let requests = match arguments.check {
+        true => None,
+        false => Some(Requests::listen()?),
+    };
+    let progress = ProgressFile::asked_for(arguments.progress.as_deref(), path)?;
+    let stage = match (&requests, &progress) {
+        (Some(requests), Some((progress, _))) => requests.telling_stage(progress.events()),
+        (Some(requests), None) => requests.stage(),
+        (None, _) => Arc::default(),
+    };
+    let progress = match progress {
+        Some((progress, events)) => {
+            progress.watch(&stage, events)?;
+            Some(Arc::new(progress))
+        }
+        None => None,
+    };
+    let outcome = plan_and_run(arguments, path, within, requests, &stage, progress.clone());
+    if let Some(progress) = progress {
+        progress.end(outcome.as_ref().map(Option::as_ref));
+    }
+    let Some(report) = outcome? else {
+        return Ok(());
+    };
+    match report.summary.status {
+        Status::Finished => Ok(()),
+        Status::Stopped => {
+            let time = rounded(report.summary.time, 12);
+            let what = format!("stopped at t = {time} s, with a checkpoint");
+            let failure = Failure::new(cli::Exit::Resumable, what);
+            Err(failure.with_help("--resume goes on from there").answered())
+        }
+    }
+}
+
+/// What a run came to; nothing where none was made.
+fn plan_and_run(
+    arguments: &Arguments,
+    path: &Path,
+    within: Option<Arc<Within>>,
+    requests: Option<Requests>,
+    stage: &Arc<Stage>,
+    progress: Option<Arc<ProgressFile>>,
+) -> Result<Option<Report>, Failure> {
+    let quiet = arguments.quiet || (arguments.check && arguments.json);
+    let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
+    let waiting = Waiting::begin(stage, stop, quiet)?;
+    let input = Input::read(path, within.as_ref())?;
+    if let Some(asked) = study::asked_for(&input, arguments, within.as_ref())? {
+        study::execute(&asked, arguments, requests, stage, waiting)?;
+        return Ok(None);
+    }
+    let scene = input.scene(&arguments.set)?;
+    let machine = machine::memory();
+    let limit = machine.filter(|_| !arguments.force_memory);
+    let (plan, memory) = plan_within(&scene, limit).map_err(|errors| refused(&errors))?;
+    let results = arguments.results()?;
+    study::check_results(&results, &plan)?;
+    let Some(requests) = requests else {
+        drop(waiting);
+        check::execute(arguments, &input, &scene, plan, &memory, machine)?;
+        return Ok(None);
+    };
+    if let Some(limit) = limit {
+        let fit = check_fit(&scene, &plan, &memory, limit);
+        fit.map_err(|error| refused(&SceneErrors(vec![error])))?;
+    }
+    let mut line = cli::Progress::in_logs_too(arguments.quiet);
+    let mut tell = |now: &Progress<'_>| {
+        if let Some(progress) = &progress {
+            progress.note(now);
+        }
+        line.share_left(now.share(), now.left, || told(now));
+    };
+    let how = How {
+        within,
+        progress: progress.clone(),
+        results,
+        ..arguments.how()
+    };
+    let prefix = plan.outputs().prefix().to_owned();
+    let statement = &scene.statement;
+    let result = run_plan(&how, plan, &memory, statement, requests, stage, &mut tell);
+    line.clear();
+    drop(waiting);
+    match result? {
+        Ran::Now(report) => {
+            if arguments.json {
+                say(&serde_json::to_string_pretty(&report.summary).map_err(Failure::run)?)?;
+            } else if !arguments.quiet {
+                say(&report.to_string())?;
+            }
+            Ok(Some(*report))
+        }
+        Ran::Before { folder, time } => {
+            let summary = kept_summary(&folder, &prefix, &how.results);
+            if arguments.json {
+                say(&summary?)?;
+            } else if !arguments.quiet {
+                say(&format!(
+                    "{}: the run has come to its end at t = {} s already; a larger time.end makes it longer",
+                    folder.display(),
+                    rounded(time, 12)
+                ))?;
+            }
+            Ok(None)
+        }
+    }
+}
+
+/// The summary that a finished run left in its folder, with results that are wanted now.
+fn kept_summary(folder: &Path, prefix: &str, results: &[NamedResult]) -> Result<String, Failure> {
+    let path = folder.join("summary.json");
+    let failed = |error: String| Failure::run(format!("{}: {error}", path.display()));
+    let text = std::fs::read_to_string(&path)
+        .map_err(|error| failed(format!("the file cannot be read: {error}")))?;
+    if results.is_empty() {
+        return Ok(text);
+    }
+    let mut summary: Value =
+        serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
+    for result in results {
+        let value = serde_json::to_value(result.read(folder, prefix)).map_err(Failure::run)?;
+        summary["results"][&result.name] = value;
+    }
+    let text = serde_json::to_string_pretty(&summary).map_err(Failure::run)? + "\n";
+    write_whole(&path, text.as_bytes()).map_err(Failure::run)?;
+    Ok(text)
+}
+
+/// A run that is stopped before its first step is told of to programs, too.
+fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
+    Box::new(move |failure| {
+        problems::tell(failure);
+        if let Some(progress) = &progress {
+            progress.end(Err(failure));
+        }
+    })
+}
+
+/// What the progress line says of a run.
+fn told(progress: &Progress<'_>) -> String {
+    let asleep = match progress.engine.sleepers() {
+        Some((asleep, _)) => format!(" ({asleep} asleep)"),
+        None => String::new(),
+    };
+    format!(
+        "t = {:.4e} s  {} particles{asleep}  {:.2e} particle-steps/s  Ekin {:.2e} J",
+        progress.engine.time(),
+        progress.engine.particles.grains(),
+        progress.particle_steps as f64 / progress.seconds.max(1e-9),
+        progress.kinetic_energy(),
+    )
+}

@@ -1,0 +1,674 @@
+//! Numbers of a run by name: `torque = "mean(walls.drum.ty, 1..2)"`.
+//!
+//! What is asked for is checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run when it is over.
+
+mod values;
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use crate::output::summary::ResultValue;
+use crate::output::{counted_materials, particle_columns};
+use crate::plan::Plan;
+use mercury_common::formats::ene;
+use mercury_common::frames::{ParticleColumns, ParticleFrame, Table as _};
+use mercury_common::scene::{listed, nearest};
+use values::{Row, energies, particles, rows, slope};
+
+/// What is made of the values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Function {
+    Mean,
+    Std,
+    Min,
+    Max,
+    First,
+    Last,
+    Sum,
+    Rate,
+    Slope,
+}
+
+const FUNCTIONS: [(&str, Function); 9] = [
+    ("mean", Function::Mean),
+    ("std", Function::Std),
+    ("min", Function::Min),
+    ("max", Function::Max),
+    ("first", Function::First),
+    ("last", Function::Last),
+    ("sum", Function::Sum),
+    ("rate", Function::Rate),
+    ("slope", Function::Slope),
+];
+
+const SOURCES: [&str; 5] = ["walls", "regions", "flux", "energy", "particles"];
+
+/// Columns of a table with their units.
+type Columns = &'static [(&'static str, &'static str)];
+
+/// A table with a row for each name and time: `<prefix>.<word>.csv`.
+#[derive(Debug, PartialEq, Eq)]
+struct Table {
+    word: &'static str,
+    /// One of its names, in words.
+    one: &'static str,
+    columns: Columns,
+    /// Those that hold what came since the row before, not what is at its time.
+    amounts: &'static [&'static str],
+}
+
+static WALLS: Table = Table {
+    word: "walls",
+    one: "wall",
+    columns: &[
+        ("fx", "N"),
+        ("fy", "N"),
+        ("fz", "N"),
+        ("tx", "N m"),
+        ("ty", "N m"),
+        ("tz", "N m"),
+        ("power", "W"),
+        ("x", "m"),
+        ("y", "m"),
+        ("z", "m"),
+        ("qw", "1"),
+        ("qx", "1"),
+        ("qy", "1"),
+        ("qz", "1"),
+        ("vx", "m/s"),
+        ("vy", "m/s"),
+        ("vz", "m/s"),
+        ("wx", "rad/s"),
+        ("wy", "rad/s"),
+        ("wz", "rad/s"),
+    ],
+    amounts: &[],
+};
+
+static REGIONS: Table = Table {
+    word: "regions",
+    one: "region",
+    columns: &[
+        ("number", "1"),
+        ("mass", "kg"),
+        ("vx", "m/s"),
+        ("vy", "m/s"),
+        ("vz", "m/s"),
+        ("kinetic", "J"),
+        ("solid_fraction", "1"),
+    ],
+    amounts: &[],
+};
+
+static FLUX: Table = Table {
+    word: "flux",
+    one: "plane of [[fluxes]]",
+    columns: &[
+        ("forward", "1"),
+        ("backward", "1"),
+        ("mass", "kg"),
+        ("volume", "m3"),
+        ("px", "kg m/s"),
+        ("py", "kg m/s"),
+        ("pz", "kg m/s"),
+        ("d10", "m"),
+        ("d32", "m"),
+        ("d43", "m"),
+    ],
+    amounts: &["forward", "backward", "mass", "volume", "px", "py", "pz"],
+};
+
+/// Units of the columns of `.ene`, in their order.
+const ENERGY_UNITS: [&str; ene::COLUMNS.len()] = ["s", "J", "J", "J", "J", "m", "m", "m"];
+
+/// Where the values stand.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Source {
+    /// Rows of this name (and material).
+    Rows {
+        table: &'static Table,
+        name: String,
+        material: Option<String>,
+        column: String,
+    },
+    /// `.ene`.
+    Energy { column: String },
+    /// The last frame, without what is fixed.
+    Particles { column: String },
+}
+
+/// A number that is wanted of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedResult {
+    /// Its name, that of its column.
+    pub name: String,
+    text: String,
+    function: Function,
+    source: Source,
+    /// From and until, s.
+    window: (f64, f64),
+}
+
+/// Why a file of a finished run cannot be read, and what to do.
+pub(crate) fn lost(path: &Path, error: &io::Error) -> String {
+    let help = match error.kind() {
+        io::ErrorKind::NotFound => {
+            "; if the scene writes it, remove the folder of the run and give the command again: the run is made anew"
+        }
+        _ => "",
+    };
+    format!("{} cannot be read: {error}{help}", path.display())
+}
+
+impl NamedResult {
+    /// Reads `FUNCTION(SOURCE.NAME.COLUMN, FROM..TO)`.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn new(name: &str, text: &str) -> Result<Self, String> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || name.len() > 60 || !name.chars().all(plain) {
+            return Err(format!(
+                "`{name}` cannot be the name of a column: letters, digits, _ and -"
+            ));
+        }
+        let wrong = || {
+            format!(
+                "`{text}` is no result: expected FUNCTION(SOURCE.COLUMN), as in mean(walls.drum.ty, 1..2) or max(particles.z)"
+            )
+        };
+        let (function, rest) = text.trim().split_once('(').ok_or_else(wrong)?;
+        let inside = rest.trim_end().strip_suffix(')').ok_or_else(wrong)?;
+        let function = one_of(
+            "function",
+            function.trim(),
+            &FUNCTIONS.map(|(name, _)| name),
+        )?;
+        let function = FUNCTIONS[function].1;
+        let steps = steps(inside);
+        let (path, window) = match steps {
+            (path, None) => (path, (f64::NEG_INFINITY, f64::INFINITY)),
+            (path, Some(window)) => (path, self::window(window)?),
+        };
+        let source = source(&path, function).map_err(|problem| match in_quotes(&path) {
+            Some(quoted) => format!(
+                "{problem}\nhelp: names with dots stand in quotes: '{name}={}'",
+                text.trim().replace(&path.join("."), &quoted)
+            ),
+            None => problem,
+        })?;
+        if matches!(source, Source::Particles { .. })
+            && window != (f64::NEG_INFINITY, f64::INFINITY)
+        {
+            return Err("particles are those of the last frame: no times go with them".to_owned());
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            text: text.trim().to_owned(),
+            function,
+            source,
+            window,
+        })
+    }
+
+    /// Reads `NAME=WHAT`, as `--result` has it.
+    ///
+    /// # Errors
+    /// What is wrong with the text.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let (name, what) = text
+            .split_once('=')
+            .ok_or("there is no `=` in it: expected NAME=FUNCTION(SOURCE.COLUMN)")?;
+        Self::new(name.trim(), what)
+    }
+
+    /// What it is, as it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The SI unit of its values; `1` where they have none.
+    #[must_use]
+    pub fn unit(&self) -> String {
+        let of_column = |columns: &[(&'static str, &'static str)], column: &str| {
+            let known = columns.iter().find(|(name, _)| *name == column);
+            known.map_or("1", |(_, unit)| unit)
+        };
+        let unit = match &self.source {
+            _ if self.function == Function::Slope => "deg",
+            Source::Rows { table, column, .. } => of_column(table.columns, column),
+            Source::Energy { column } => {
+                let place = ene::COLUMNS.iter().position(|name| name == column);
+                place.map_or("1", |place| ENERGY_UNITS[place])
+            }
+            Source::Particles { column } if column == "speed" => "m/s",
+            Source::Particles { column } => {
+                return particle_unit(column).unwrap_or_else(|| "1".to_owned());
+            }
+        };
+        match (self.function, unit) {
+            (Function::Rate, "1") => "1/s".to_owned(),
+            (Function::Rate, "s") => "1".to_owned(),
+            (Function::Rate, unit) => format!("{unit}/s"),
+            (_, unit) => unit.to_owned(),
+        }
+    }
+
+    /// Whether a run of this plan will have what it asks for.
+    ///
+    /// # Errors
+    /// What is missing, and what there is.
+    pub fn check(&self, plan: &Plan) -> Result<(), String> {
+        let files = plan.outputs().files();
+        let off = |key: &str, file: &str| {
+            format!(
+                "{} needs {file}, and output.{key} = false leaves it out\nhelp: set output.{key} = true, or leave the key out",
+                self.text
+            )
+        };
+        match &self.source {
+            Source::Rows {
+                table,
+                name,
+                material,
+                ..
+            } => {
+                let names: Vec<&str> = match table.word {
+                    "walls" => (plan.physics().walls().iter())
+                        .map(|wall| wall.name.as_str())
+                        .collect(),
+                    "regions" => (plan.outputs().regions().iter())
+                        .map(|region| region.name.as_str())
+                        .collect(),
+                    _ => (plan.outputs().fluxes().iter())
+                        .map(|flux| flux.name.as_str())
+                        .collect(),
+                };
+                there_is(table.one, name, &names)?;
+                if table.word == "walls" {
+                    return match files.walls {
+                        true => Ok(()),
+                        false => Err(off("walls", ".walls.csv")),
+                    };
+                }
+                let materials = counted_materials(plan);
+                let materials: Vec<&str> =
+                    materials.iter().map(|(_, name)| name.as_str()).collect();
+                match material {
+                    Some(material) => there_is("material of particles", material, &materials),
+                    None if materials.len() > 1 => Err(format!(
+                        "`{name}` has rows of several materials\nhelp: name one of them: {}.{name}.MATERIAL.COLUMN; there are: {}",
+                        table.word,
+                        listed(materials)
+                    )),
+                    None => Ok(()),
+                }
+            }
+            Source::Energy { .. } if !files.ene => Err(off("ene", ".ene")),
+            Source::Energy { .. } => Ok(()),
+            Source::Particles { .. } if !files.frames => Err(off("frames", ".particles.arrow")),
+            Source::Particles { column } if column == "speed" => Ok(()),
+            Source::Particles { column } => {
+                let columns = particle_columns(plan);
+                let names: Vec<&str> = columns.iter().map(|spec| spec.name.as_str()).collect();
+                there_is("column of particles", column, &names)
+            }
+        }
+    }
+
+    /// Its value in the run whose files lie in `folder` and begin with `prefix`.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn of_run(&self, folder: &Path, prefix: &str) -> Result<f64, String> {
+        if self.function == Function::Slope {
+            return slope(folder, prefix);
+        }
+        let (rows, amounts) = match &self.source {
+            Source::Rows {
+                table,
+                name,
+                material,
+                column,
+            } => {
+                let path = folder.join(format!("{prefix}.{}.csv", table.word));
+                let text = fs::read_to_string(&path).map_err(|error| lost(&path, &error))?;
+                let rows = rows(&text, name, material.as_deref(), column);
+                let rows = rows.map_err(|problem| format!("{}: {problem}", path.display()))?;
+                (rows, table.amounts.contains(&column.as_str()))
+            }
+            Source::Energy { column } => (energies(folder, prefix, column)?, false),
+            Source::Particles { column } => {
+                return self.value(&particles(folder, prefix, column)?);
+            }
+        };
+        if self.function == Function::Rate {
+            return self.rate(&rows, amounts);
+        }
+        let (from, to) = self.window;
+        let inside = rows.iter().filter(|row| (from..=to).contains(&row.time));
+        let values: Vec<f64> = inside.map(|row| row.value).collect();
+        self.value(&values)
+    }
+
+    /// What it comes to in the run whose files lie in `folder` and begin with `prefix`, or why it comes to nothing.
+    #[must_use]
+    pub fn read(&self, folder: &Path, prefix: &str) -> ResultValue {
+        let read = self.of_run(folder, prefix);
+        let value = read.as_ref().ok().copied();
+        let value = value.filter(|value| value.is_finite());
+        let problem = match (read, value) {
+            (Err(problem), _) => Some(problem),
+            (Ok(value), None) => Some(format!("is {value}")),
+            (Ok(_), Some(_)) => None,
+        };
+        ResultValue {
+            of: self.text.clone(),
+            value,
+            unit: self.unit(),
+            problem,
+        }
+    }
+
+    /// Change per time: of `amounts` the sum over the time in which they came, of rows whose time lies in the window as a whole; else the
+    /// difference of the last and the first.
+    fn rate(&self, rows: &[Row], amounts: bool) -> Result<f64, String> {
+        let (from, to) = self.window;
+        let pairs = rows.windows(2).map(|pair| (pair[0], pair[1]));
+        let inside = |(before, row): &(Row, Row)| {
+            // Times are multiples of the step but for round-off.
+            let slack = 1e-6 * (row.time - before.time);
+            before.time >= from - slack && row.time <= to + slack
+        };
+        let inside: Vec<(Row, Row)> = pairs.filter(inside).collect();
+        let (Some((first, _)), Some((_, last))) = (inside.first(), inside.last()) else {
+            return Err(format!("a rate needs two rows between {from} and {to} s"));
+        };
+        let change = match amounts {
+            true => inside.iter().map(|(_, row)| row.value).sum(),
+            false => last.value - first.value,
+        };
+        Ok(change / (last.time - first.time))
+    }
+
+    fn value(&self, values: &[f64]) -> Result<f64, String> {
+        let (Some(first), Some(last)) = (values.first(), values.last()) else {
+            return Err(match self.window {
+                (from, to) if from.is_finite() || to.is_finite() => {
+                    format!("no rows between {from} and {to} s")
+                }
+                _ => "there are no values".to_owned(),
+            });
+        };
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        Ok(match self.function {
+            Function::Mean | Function::Rate | Function::Slope => mean,
+            Function::Std if values.len() < 2 => f64::NAN,
+            Function::Std => {
+                (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / (count - 1.0)).sqrt()
+            }
+            Function::Min => values.iter().copied().fold(f64::INFINITY, f64::min),
+            Function::Max => values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            Function::First => *first,
+            Function::Last => *last,
+            Function::Sum => values.iter().sum(),
+        })
+    }
+}
+
+/// The unit of a column of frames of particles.
+fn particle_unit(column: &str) -> Option<String> {
+    let all = ParticleColumns {
+        body: true,
+        orientation: true,
+        angular_velocity: true,
+        force: true,
+        torque: true,
+        film_volume: true,
+    };
+    let specs = ParticleFrame::specs(&all);
+    let spec = specs.into_iter().find(|spec| spec.name == column)?;
+    // As the other tables write it.
+    Some(spec.unit.replace('^', ""))
+}
+
+/// Whether a name is among those of its kind.
+fn there_is(what: &str, name: &str, names: &[&str]) -> Result<(), String> {
+    if names.contains(&name) {
+        return Ok(());
+    }
+    let help = match nearest(name, names.iter().copied()) {
+        Some(near) => format!("\nhelp: did you mean `{near}`?"),
+        None if names.is_empty() => String::new(),
+        None => format!("\nhelp: there are: {}", listed(names.iter().copied())),
+    };
+    Err(format!("there is no {what} `{name}`{help}"))
+}
+
+/// Which of the words it is.
+fn one_of(what: &str, word: &str, words: &[&str]) -> Result<usize, String> {
+    words
+        .iter()
+        .position(|known| *known == word)
+        .ok_or_else(|| {
+            let hint = match nearest(word, words.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("there are: {}", listed(words.iter().copied())),
+            };
+            format!("there is no {what} `{word}`; {hint}")
+        })
+}
+
+/// The steps of a path, names in quotes as they are, and what stands behind the first comma outside of them.
+fn steps(text: &str) -> (Vec<String>, Option<&str>) {
+    let (mut steps, mut step, mut quote) = (Vec::new(), String::new(), None);
+    for (at, c) in text.char_indices() {
+        match (quote, c) {
+            (Some(open), _) if c == open => quote = None,
+            (Some(_), _) => step.push(c),
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '.') => steps.push(std::mem::take(&mut step).trim().to_owned()),
+            (None, ',') => {
+                steps.push(step.trim().to_owned());
+                return (steps, Some(&text[at + 1..]));
+            }
+            _ => step.push(c),
+        }
+    }
+    steps.push(step.trim().to_owned());
+    (steps, None)
+}
+
+/// `FROM..TO`, each of which may be left out.
+fn window(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || {
+        format!(
+            "`{}` are no times: expected FROM..TO in s, as in 1..2 or 1..",
+            text.trim()
+        )
+    };
+    let (from, to) = text.trim().split_once("..").ok_or_else(wrong)?;
+    let time = |text: &str, none: f64| match text.trim() {
+        "" => Ok(none),
+        text => text
+            .parse::<f64>()
+            .ok()
+            .filter(|t| t.is_finite())
+            .ok_or_else(wrong),
+    };
+    let (from, to) = (time(from, f64::NEG_INFINITY)?, time(to, f64::INFINITY)?);
+    if from <= to {
+        Ok((from, to))
+    } else {
+        Err(wrong())
+    }
+}
+
+/// A path with more steps than any has, all between the first and the last as one name in quotes.
+fn in_quotes(path: &[String]) -> Option<String> {
+    let [first, name @ .., column] = path else {
+        return None;
+    };
+    let most = match first.as_str() {
+        "walls" => 1,
+        "regions" | "flux" => 2,
+        _ => return None,
+    };
+    (name.len() > most).then(|| format!("{first}.\"{}\".{column}", name.join(".")))
+}
+
+fn source(path: &[String], function: Function) -> Result<Source, String> {
+    let words: Vec<&str> = path.iter().map(String::as_str).collect();
+    if function == Function::Slope {
+        return match words[..] {
+            ["particles"] => Ok(Source::Particles {
+                column: "z".to_owned(),
+            }),
+            _ => Err("slope is that of a heap: slope(particles)".to_owned()),
+        };
+    }
+    let rows = |table: &'static Table, name: &str, material: Option<&str>, column: &str| {
+        let known: Vec<&str> = table.columns.iter().map(|(name, _)| *name).collect();
+        one_of("column", column, &known)?;
+        if function == Function::Rate && column.starts_with('d') {
+            return Err(format!("`{column}` is a mean: it has no rate"));
+        }
+        Ok(Source::Rows {
+            table,
+            name: name.to_owned(),
+            material: material.map(str::to_owned),
+            column: column.to_owned(),
+        })
+    };
+    match words[..] {
+        ["walls", name, column] => rows(&WALLS, name, None, column),
+        ["regions", name, column] => rows(&REGIONS, name, None, column),
+        ["regions", name, material, column] => rows(&REGIONS, name, Some(material), column),
+        ["flux", name, column] => rows(&FLUX, name, None, column),
+        ["flux", name, material, column] => rows(&FLUX, name, Some(material), column),
+        ["energy", column] => {
+            one_of("column", column, &ene::COLUMNS)?;
+            Ok(Source::Energy {
+                column: column.to_owned(),
+            })
+        }
+        ["particles", _] if function == Function::Rate => {
+            Err("particles are those of the last frame: they have no rate".to_owned())
+        }
+        ["particles", column] if !column.is_empty() => Ok(Source::Particles {
+            column: column.to_owned(),
+        }),
+        [first, ..] => {
+            one_of("source", first, &SOURCES)?;
+            Err(format!(
+                "`{}` leads nowhere: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
+                path.join(".")
+            ))
+        }
+        [] => Err("a source is missing".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_of_values() {
+        let value = |function: &str, values: &[f64]| {
+            NamedResult::new("x", &format!("{function}(walls.drum.ty)"))
+                .unwrap()
+                .value(values)
+        };
+        let values = [1.0, 2.0, 6.0];
+        for (function, expected) in [
+            ("mean", 3.0),
+            // Deviations -2, -1, 3: 14 over 2.
+            ("std", 7f64.sqrt()),
+            ("min", 1.0),
+            ("max", 6.0),
+            ("first", 1.0),
+            ("last", 6.0),
+            ("sum", 9.0),
+        ] {
+            assert_eq!(value(function, &values), Ok(expected), "{function}");
+        }
+        assert!(value("mean", &[]).is_err());
+        assert!(value("std", &[1.0]).unwrap().is_nan());
+    }
+
+    #[test]
+    fn units_are_those_of_the_columns() {
+        for (text, unit) in [
+            ("mean(walls.drum.ty)", "N m"),
+            ("std(walls.drum.wz)", "rad/s"),
+            ("max(regions.bed.solid_fraction)", "1"),
+            ("sum(flux.out.mass)", "kg"),
+            ("rate(flux.out.mass, 1.0..)", "kg/s"),
+            ("rate(flux.out.forward)", "1/s"),
+            ("rate(walls.lid.z)", "m/s"),
+            ("last(energy.traKineticEnergy)", "J"),
+            ("rate(energy.elasticEnergy)", "J/s"),
+            ("max(particles.z)", "m"),
+            ("max(particles.volume)", "m3"),
+            ("mean(particles.speed)", "m/s"),
+            ("slope(particles)", "deg"),
+        ] {
+            assert_eq!(NamedResult::new("x", text).unwrap().unit(), unit, "{text}");
+        }
+    }
+
+    #[test]
+    fn rates_are_amounts_over_the_time_in_which_they_came() {
+        // What came since the row before; the last interval is shorter, as at the end of a run.
+        let rows: Vec<Row> = [(0.0, 0.0), (0.5, 1.0), (1.0, 2.0), (1.5, 6.0), (1.75, 4.0)]
+            .map(|(time, value)| Row { time, value })
+            .to_vec();
+        let rate = |window: &str, amounts: bool| {
+            let text = format!("rate(flux.out.mass, {window})");
+            NamedResult::new("x", &text).unwrap().rate(&rows, amounts)
+        };
+        // 13 in 1.75 s, 12 in the 1.25 s from 0.5 on, 6 in the one interval that lies between 0.9 and 1.6.
+        assert_eq!(rate("..", true), Ok(13.0 / 1.75));
+        assert_eq!(rate("0.5..", true), Ok(12.0 / 1.25));
+        assert_eq!(rate("0.9..1.6", true), Ok(6.0 / 0.5));
+        // Of what is there at each time, the difference.
+        assert_eq!(rate("0.5..1.5", false), Ok(5.0 / 1.0));
+        assert!(rate("1.1..1.4", true).is_err());
+        assert!(rate("2..", true).is_err());
+    }
+
+    #[test]
+    fn slips_are_told() {
+        for (text, part) in [
+            ("a", "no `=`"),
+            ("a b=mean(energy.time)", "cannot be the name"),
+            ("a=mean", "is no result"),
+            ("a=mean(walls.drum.ty", "is no result"),
+            ("a=meen(walls.drum.ty)", "did you mean `mean`?"),
+            ("a=mean(wals.drum.ty)", "did you mean `walls`?"),
+            ("a=mean(walls.drum.tt)", "no column `tt`"),
+            ("a=mean(walls.drum)", "leads nowhere"),
+            (
+                "a=mean(walls.box.-z.fz, 1..)",
+                "'a=mean(walls.\"box.-z\".fz, 1..)'",
+            ),
+            ("a=mean(walls.drum.ty, 1)", "are no times"),
+            ("a=mean(walls.drum.ty, 2..1)", "are no times"),
+            ("a=mean(particles.z, 1..2)", "last frame"),
+            ("a=slope(walls.drum.ty)", "slope(particles)"),
+            ("a=mean()", "there is no source"),
+            ("a=rate(flux.out.d10)", "has no rate"),
+            ("a=rate(particles.z)", "no rate"),
+        ] {
+            let error = NamedResult::parse(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+        let named = NamedResult::parse("t = mean(walls.\"my wall.2\".ty, 1..)").unwrap();
+        assert_eq!(named.window, (1.0, f64::INFINITY));
+        assert!(matches!(named.source, Source::Rows { name, .. } if name == "my wall.2"));
+    }
+}
