@@ -1,0 +1,215 @@
+//! Bodies of answers.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::head::{Beat, Cause, Note};
+use crate::lifecycle::RunState;
+use crate::problem::SceneProblem;
+use crate::spec::Spec;
+
+/// A run in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RunRow {
+    /// Its name.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// A word that groups runs, of a study its name.
+    pub label: String,
+    /// State.
+    pub state: RunState,
+    /// Unix time of its submission, in s.
+    pub created: f64,
+    /// Unix time of the last change, in s.
+    pub changed: f64,
+    /// Attempts so far.
+    pub epoch: u64,
+    /// Steps made.
+    pub step: u64,
+    /// Steps of the whole run, where it is known.
+    pub of_steps: Option<u64>,
+    /// Simulated time, in s.
+    pub time: f64,
+    /// Core seconds spent so far.
+    pub core_seconds: f64,
+    /// Cause of the last attempt's end.
+    pub cause: Option<Cause>,
+    /// What there is to say about that end.
+    pub message: String,
+    /// Seconds left, as the solver expects.
+    pub seconds_left: Option<f64>,
+    /// Particles at present.
+    pub particles: Option<u64>,
+    /// `--set` of this run.
+    pub set: Vec<String>,
+}
+
+/// A page of a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RunList {
+    /// At most 200 runs, newest first.
+    pub runs: Vec<RunRow>,
+    /// What to pass as `after` for the next page.
+    pub after: Option<String>,
+    /// How many runs there are in each state.
+    pub states: BTreeMap<String, u64>,
+}
+
+/// All of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RunAnswer {
+    /// As in lists.
+    #[serde(flatten)]
+    pub row: RunRow,
+    /// What it is.
+    pub spec: Spec,
+    /// Text of the scene.
+    pub scene: String,
+    /// The last sign of life, while it runs.
+    pub beat: Option<Beat>,
+    /// What attempts had to say.
+    pub notes: Vec<Note>,
+    /// Seconds since the server saw the run last, where that is longer than it should be.
+    pub unseen: Option<f64>,
+    /// Whether this user may change it.
+    pub writable: bool,
+}
+
+/// An attempt of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Attempt {
+    /// Its number.
+    pub epoch: u64,
+    /// Engine that ran it.
+    pub engine: String,
+    /// Unix time of its begin, in s.
+    pub started: f64,
+    /// Unix time of its end, in s.
+    pub ended: Option<f64>,
+    /// Why it ended.
+    pub cause: Option<Cause>,
+    /// Exit code of the solver.
+    pub code: Option<i32>,
+    /// What there is to say about it.
+    pub message: String,
+    /// Machine.
+    pub machine: String,
+    /// Committed step at its end.
+    pub step: Option<u64>,
+}
+
+/// A file of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct RunFile {
+    /// Path within the folder of the run.
+    pub name: String,
+    /// Length in bytes.
+    pub bytes: u64,
+    /// Whether it may still grow.
+    pub grows: bool,
+}
+
+/// Answer of `POST /check`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Checked {
+    /// What is wrong; empty: the scene can run.
+    pub problems: Vec<SceneProblem>,
+    /// The plan, as `mercury-solve --check --json` gives it.
+    #[schema(value_type = Object)]
+    pub plan: Option<serde_json::Value>,
+}
+
+/// A scene to start from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Template {
+    /// Name for `mercury-solve new`.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// Name of the scene file.
+    pub scene: String,
+    /// Text of the scene file.
+    pub text: String,
+    /// Further files: name to SHA-256; they are in the store already.
+    pub files: BTreeMap<String, String>,
+}
+
+/// One thing that happened to a run, as `GET /events` sends it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct EventRow {
+    /// Counts over all runs.
+    pub id: i64,
+    /// The run.
+    pub run: String,
+    /// Unix time, in s.
+    pub time: f64,
+    /// `state`, `attempt`, `progress`, `note`.
+    pub kind: String,
+    /// What it is.
+    #[schema(value_type = Object)]
+    pub data: serde_json::Value,
+}
+
+/// Columns of a table of a run, reduced for a chart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Chart {
+    /// File.
+    pub file: String,
+    /// Column.
+    pub column: String,
+    /// Key of the rows (wall, region), where the table has one.
+    pub name: Option<String>,
+    /// Rows that the table has.
+    pub rows: u64,
+    /// Times, in s.
+    pub time: Vec<f64>,
+    /// Least value of each bin.
+    pub min: Vec<Option<f64>>,
+    /// Largest value of each bin.
+    pub max: Vec<Option<f64>>,
+}
+
+/// A table that charts can be made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TableInfo {
+    /// File.
+    pub file: String,
+    /// Columns with numbers.
+    pub columns: Vec<String>,
+    /// Values of the column `name` (walls, regions, planes), empty where the table has none.
+    pub names: Vec<String>,
+}
+
+/// The user that is logged in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Session {
+    /// Name.
+    pub user: String,
+    /// Whether the user manages others.
+    pub admin: bool,
+    /// Whether the session may read only.
+    pub read_only: bool,
+    /// Cores that are free for runs, and all.
+    pub cores: [u32; 2],
+    /// Version of the solver.
+    pub solver: String,
+}
+
+/// A token as lists show it: without the secret.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TokenRow {
+    /// Its number.
+    pub id: i64,
+    /// What it is for.
+    pub name: String,
+    /// Unix time of its end, in s.
+    pub expires: f64,
+    /// Whether it may read only.
+    pub read_only: bool,
+    /// The secret, in the answer that makes the token only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub secret: Option<String>,
+}

@@ -1,0 +1,20 @@
+//! What server, worker, page and command line say to each other, and how a run goes from state to state.
+//!
+//! Nothing here reads a clock, a file or a socket: [`lifecycle`] is pure functions, the rest is types.
+
+pub mod answers;
+pub mod head;
+pub mod id;
+pub mod lifecycle;
+pub mod names;
+pub mod problem;
+pub mod requests;
+pub mod spec;
+
+pub use head::{
+    Beat, Cause, Checkpoint, Control, Ending, Head, Note, Phase, Segment, Stream, Whole,
+};
+pub use id::RunId;
+pub use lifecycle::{RunState, Wish};
+pub use problem::Problem;
+pub use spec::{InputFile, Spec};

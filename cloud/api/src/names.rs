@@ -1,0 +1,117 @@
+//! Names of files that users give, and which files of a run only grow.
+
+/// The longest name of an input file, in bytes.
+pub const LONGEST_NAME: usize = 100;
+
+/// Why a name is not taken.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BadName {
+    /// Empty, or longer than [`LONGEST_NAME`].
+    #[error("a file name has 1 to {LONGEST_NAME} characters")]
+    Length,
+    /// A character beyond `A-Z a-z 0-9 . _ -`.
+    #[error("a file name has letters, digits and . _ - only")]
+    Character,
+    /// Names that begin with a dot are hidden, or lead elsewhere.
+    #[error("a file name does not begin with a dot or a dash")]
+    Beginning,
+}
+
+/// Checks the name of an input file. All inputs of a run lie in one flat folder.
+pub fn check_name(name: &str) -> Result<(), BadName> {
+    if name.is_empty() || name.len() > LONGEST_NAME {
+        return Err(BadName::Length);
+    }
+    if !name
+        .bytes()
+        .all(|b| b.is_ascii_alphanumeric() || matches!(b, b'.' | b'_' | b'-'))
+    {
+        return Err(BadName::Character);
+    }
+    if name.starts_with(['.', '-']) {
+        Err(BadName::Beginning)
+    } else {
+        Ok(())
+    }
+}
+
+/// How the files of a run come to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Growth {
+    /// Frames are appended; the file ends in an eight-byte marker that moves (`docs/formats/frames.md`).
+    Frames,
+    /// Whole lines are appended.
+    Lines,
+    /// Written as a whole, and again when it changes.
+    Whole,
+    /// Belongs to the machine that computes, and is never kept: locks, requests, files under construction.
+    Never,
+    /// A checkpoint.
+    Checkpoint,
+}
+
+/// How the file `name`, a path within the folder of a run, comes to be.
+pub fn growth(name: &str) -> Growth {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    let extension = last.rsplit_once('.').map_or("", |(_, extension)| extension);
+    if last.starts_with('.') || last == "STOP" || matches!(extension, "new" | "tmp" | "part") {
+        return Growth::Never;
+    }
+    match extension {
+        "restart" => Growth::Checkpoint,
+        "arrow" if !last.ends_with(".surfaces.arrow") && !last.ends_with(".clumps.arrow") => {
+            Growth::Frames
+        }
+        "ene" | "csv" | "data" | "fstat" | "stat" | "fields" => Growth::Lines,
+        _ => Growth::Whole,
+    }
+}
+
+/// Whether two runs of one scene may differ in this file: it holds times of the clock, or how often the run was interrupted.
+pub fn may_differ(name: &str) -> bool {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    last == "run.log"
+        || last == "summary.json"
+        || last == "plan.toml"
+        || growth(name) == Growth::Checkpoint
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_lead_elsewhere_are_refused() {
+        for name in ["scene.toml", "a-b_c.stl", "0", &"x".repeat(100)] {
+            assert_eq!(check_name(name), Ok(()), "{name}");
+        }
+        for name in [
+            "",
+            "..",
+            ".lock",
+            "a/b",
+            "/etc/passwd",
+            "a\\b",
+            "a\0",
+            "a b",
+            "ü",
+            "<img onerror=x>",
+            "-rf",
+        ] {
+            assert!(check_name(name).is_err(), "{name}");
+        }
+        assert!(check_name(&"x".repeat(101)).is_err());
+    }
+
+    #[test]
+    fn growth_follows_from_the_name() {
+        assert_eq!(growth("drum.particles.arrow"), Growth::Frames);
+        assert_eq!(growth("drum.surfaces.arrow"), Growth::Whole);
+        assert_eq!(growth("drum.ene"), Growth::Lines);
+        assert_eq!(growth("run.log"), Growth::Whole);
+        assert_eq!(growth("png/drum.0001.png"), Growth::Whole);
+        assert_eq!(growth("drum.0.restart"), Growth::Checkpoint);
+        assert_eq!(growth(".lock"), Growth::Never);
+        assert_eq!(growth("drum.particles.arrow.new"), Growth::Never);
+    }
+}

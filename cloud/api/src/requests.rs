@@ -1,0 +1,147 @@
+//! Bodies of requests.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// A scene with its files, as `POST /check`, `POST /preview` and `POST /runs` take it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Name of the scene file.
+    #[serde(default = "scene_name")]
+    pub name: String,
+    /// Text of the scene file.
+    pub text: String,
+    /// Further files: name to the SHA-256 of a content that was sent to `PUT /inputs/SHA256`.
+    #[serde(default)]
+    pub files: BTreeMap<String, String>,
+    /// Arguments of `--set`, `key=value`.
+    #[serde(default)]
+    pub set: Vec<String>,
+}
+
+fn scene_name() -> String {
+    "scene.toml".to_owned()
+}
+
+/// Body of `POST /check`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// The scene.
+    pub scene: Scene,
+    /// Whether to make the first steps, and say how long the run will take.
+    #[serde(default)]
+    pub trial: bool,
+}
+
+/// Body of `POST /runs`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Submit {
+    /// The scene.
+    pub scene: Scene,
+    /// Title for lists; without it the scene's own, or the name of its file.
+    #[serde(default)]
+    pub title: Option<String>,
+    /// A word that groups runs.
+    #[serde(default)]
+    pub label: Option<String>,
+    /// Threads that compute.
+    #[serde(default = "one")]
+    pub threads: u32,
+    /// Arguments of `--result`, `name=what`.
+    #[serde(default)]
+    pub result: Vec<String>,
+}
+
+fn one() -> u32 {
+    1
+}
+
+/// Body of `POST /studies`: a scene and the values of its keys, of which every combination is a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// What all runs have in common; its title names the study.
+    pub base: Submit,
+    /// Key to values, as `--sweep key=a,b,c`.
+    pub sweep: BTreeMap<String, Vec<String>>,
+}
+
+/// Body of `POST /runs/R/extend`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Extend {
+    /// The new end of simulated time, in s.
+    pub end: f64,
+}
+
+/// Body of `PATCH /runs/R`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// A new title.
+    #[serde(default)]
+    pub title: Option<String>,
+    /// A new label.
+    #[serde(default)]
+    pub label: Option<String>,
+}
+
+/// Body of `POST /session`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LogIn {
+    /// The link's token, or an API token.
+    #[serde(default)]
+    pub token: Option<String>,
+    /// Name of the user.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// Password of the user.
+    #[serde(default)]
+    pub password: Option<String>,
+}
+
+/// Body of `POST /users` and of a change of password.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewUser {
+    /// Name: letters, digits, `. _ -`.
+    pub name: String,
+    /// Password, at least 10 characters.
+    pub password: String,
+    /// `user` or `admin`.
+    #[serde(default)]
+    pub admin: bool,
+}
+
+/// Body of `POST /tokens`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewToken {
+    /// What it is for.
+    pub name: String,
+    /// Days until it expires, at most 366.
+    #[serde(default = "month")]
+    pub days: u32,
+    /// Whether it may read only.
+    #[serde(default)]
+    pub read_only: bool,
+}
+
+fn month() -> u32 {
+    30
+}
+
+/// Body of `POST /runs/R/share`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NewShare {
+    /// Days until the link expires, at most 366.
+    #[serde(default = "month")]
+    pub days: u32,
+}

@@ -1,0 +1,42 @@
+//! What a run is: its scene, its files, its limits. Never changed; a longer run has a further revision.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// `runs/R/spec.<revision>.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Spec {
+    /// Counts from 1; each extension of the run adds one.
+    pub revision: u32,
+    /// Title of the run, for lists.
+    pub title: String,
+    /// Name of the scene among the files.
+    pub scene: String,
+    /// Name (flat) to content.
+    pub files: BTreeMap<String, InputFile>,
+    /// Arguments of `--set`, `key=value`.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Columns of the results table of a study, arguments of `--result`.
+    #[serde(default)]
+    pub result: Vec<String>,
+    /// Threads that compute.
+    pub threads: u32,
+    /// The most bytes that the outputs may take.
+    pub disk: u64,
+    /// The most bytes of memory; the worker sets it as a limit.
+    pub memory: u64,
+    /// Version of the solver that the run is bound to, as `mercury-solve --version` says it.
+    pub solver: String,
+}
+
+/// A file that a scene needs, by its content.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+pub struct InputFile {
+    /// SHA-256 of the content, 64 hexadecimal digits.
+    pub sha256: String,
+    /// Length in bytes.
+    pub bytes: u64,
+}

@@ -1,0 +1,319 @@
+//! `mercury-cloud`: server, worker and command line in one program.
+
+mod client;
+mod commands;
+mod diff;
+
+use std::ffi::OsString;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, Parser, Subcommand};
+use cloud_worker::confine::Cage;
+use cloud_worker::{Attempt, Outcome};
+
+const EXAMPLES: &str = "\
+Examples:
+  mercury-cloud serve                              a page on this machine; prints its link
+  mercury-cloud submit drum.toml                   submits a scene with the files that it names; prints the run's id
+  mercury-cloud watch RUN                          progress until it ends
+  mercury-cloud stop RUN; mercury-cloud resume RUN
+  mercury-cloud extend RUN --end 4                 a finished run to a later end
+  mercury-cloud get RUN -o drum                    its files
+  mercury-cloud diff drum drum-again               whether two runs have the same bytes
+
+Runs are named by their id, or by as many of its first digits as are needed.
+The commands talk to the server whose link is in --link, in MERCURY_CLOUD_LINK, or in the data folder of `serve`.
+
+Exit codes: 0 done, 1 failed, 2 wrong usage or input.";
+
+/// Submits, watches, stops, resumes and fetches simulations.
+#[derive(Debug, Parser)]
+#[command(name = "mercury-cloud", version, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Serve page and API, and run what is submitted
+    Serve(Serve),
+    /// Submit a scene
+    Submit(commands::Submit),
+    /// List runs
+    Ls(commands::List),
+    /// Show progress until a run ends
+    Watch(commands::One),
+    /// Stop a run with a checkpoint
+    Stop(commands::One),
+    /// End a run at once
+    Kill(commands::One),
+    /// Go on with a run that was stopped or has failed
+    Resume(commands::One),
+    /// Go on with a run to a later end
+    Extend(commands::Extend),
+    /// Fetch the files of a run
+    Get(commands::Get),
+    /// Compare the files of two folders of runs
+    Diff(diff::Diff),
+    /// Remove runs with all their files
+    Rm(commands::Remove),
+    /// Make a token for the API; prints it once
+    Token(commands::Token),
+    /// Add a user, or change a password, which is read from standard input
+    User(commands::User),
+    /// Print the description of the API
+    Openapi,
+    /// One attempt of a run (started by the server)
+    #[command(hide = true)]
+    Worker(Worker),
+    /// A program in a cage (started by the worker)
+    #[command(hide = true)]
+    Confine(Confine),
+}
+
+#[derive(Debug, Args)]
+struct Serve {
+    /// Folder of all data [default: ~/.local/share/mercury-cloud]
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Port
+    #[arg(long, default_value_t = 8080)]
+    port: u16,
+    /// Address to listen on
+    #[arg(long, default_value = "127.0.0.1")]
+    address: std::net::IpAddr,
+    /// Name by which browsers reach this server; may be repeated
+    #[arg(long, value_name = "NAME")]
+    host: Vec<String>,
+    /// A proxy in front does TLS
+    #[arg(long)]
+    behind_proxy: bool,
+    /// The store, a folder that workers see, too [default: DIR/store]
+    #[arg(long, value_name = "DIR")]
+    store: Option<String>,
+    /// Folder in which workers make theirs [default: DIR/scratch]
+    #[arg(long, value_name = "DIR")]
+    scratch: Option<PathBuf>,
+    /// The solver [default: mercury-solve beside this program, or on the path]
+    #[arg(long, value_name = "FILE")]
+    solver: Option<PathBuf>,
+    /// Cores for runs [default: all]
+    #[arg(long, value_name = "N")]
+    cores: Option<u32>,
+    /// Memory for runs in MB [default: three quarters of the machine's]
+    #[arg(long, value_name = "MB")]
+    memory: Option<u64>,
+    /// The most that one run may write, in MB
+    #[arg(long, value_name = "MB", default_value_t = 100_000)]
+    disk: u64,
+    /// Run on Slurm, with the settings of this file (docs/how-to/cloud-slurm.md)
+    #[arg(long, value_name = "SITE.toml")]
+    slurm: Option<PathBuf>,
+    /// Time by the clock between two checkpoints
+    #[arg(long, value_name = "TIME", default_value = "5m")]
+    checkpoint_every: String,
+    /// Wait after a first attempt without progress, in s; doubled with each further one
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    retry_wait: f64,
+    /// Do not confine the solver: a scene can then read any file that this user can
+    #[arg(long)]
+    no_sandbox: bool,
+    /// No link and no log-in; on loopback only
+    #[arg(long)]
+    no_auth: bool,
+}
+
+#[derive(Debug, Args)]
+struct Worker {
+    #[arg(long)]
+    store: String,
+    #[arg(long)]
+    job: String,
+    #[arg(long)]
+    run: String,
+    #[arg(long)]
+    epoch: u64,
+    #[arg(long)]
+    scratch: PathBuf,
+    #[arg(long)]
+    solver: PathBuf,
+    #[arg(long, default_value_t = 2.0)]
+    beat: f64,
+    #[arg(long, default_value_t = 5.0)]
+    commit: f64,
+    #[arg(long, default_value = "5m")]
+    checkpoint_every: String,
+    #[arg(long)]
+    time_limit: Option<String>,
+    /// Seconds without a new step until the solver counts as hung
+    #[arg(long, default_value_t = 600.0)]
+    patience: f64,
+    #[arg(long)]
+    no_sandbox: bool,
+}
+
+#[derive(Debug, Args)]
+struct Confine {
+    #[arg(long)]
+    folder: PathBuf,
+    #[arg(long)]
+    read: Vec<PathBuf>,
+    #[arg(long)]
+    no_sandbox: bool,
+    #[arg(long, default_value_t = 0)]
+    memory: u64,
+    #[arg(long, default_value_t = 0)]
+    file: u64,
+    #[arg(long, default_value_t = 0)]
+    cpu: u64,
+    #[arg(last = true, required = true)]
+    program: Vec<OsString>,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match run(arguments.command) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(if error.is::<commands::Usage>() { 2 } else { 1 })
+        }
+    }
+}
+
+fn run(command: Command) -> Result<ExitCode> {
+    match command {
+        Command::Serve(serve) => self::serve(serve).map(|()| ExitCode::SUCCESS),
+        Command::Worker(worker) => self::worker(worker).map(|()| ExitCode::SUCCESS),
+        Command::Confine(confine) => {
+            let cage = Cage {
+                folder: confine.folder,
+                read: confine.read,
+                sandbox: !confine.no_sandbox,
+                memory: confine.memory,
+                file: confine.file,
+                cpu: confine.cpu,
+            };
+            let (program, arguments) = confine.program.split_first().context("a program")?;
+            cage.enter(program.as_ref(), arguments)?;
+            Ok(ExitCode::FAILURE)
+        }
+        Command::Submit(submit) => submit.run(),
+        Command::Ls(list) => list.run(),
+        Command::Watch(one) => one.watch(),
+        Command::Stop(one) => one.change("stop"),
+        Command::Kill(one) => one.change("kill"),
+        Command::Resume(one) => one.change("resume"),
+        Command::Extend(extend) => extend.run(),
+        Command::Get(get) => get.run(),
+        Command::Diff(diff) => diff.run(),
+        Command::Rm(remove) => remove.run(),
+        Command::Token(token) => token.run(),
+        Command::User(user) => user.run(),
+        Command::Openapi => {
+            commands::say(&format!("{:#}", cloud_server::openapi()))?;
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+/// The solver: what the user says, beside this program, or on the path.
+fn solver(named: Option<PathBuf>) -> Result<PathBuf> {
+    let name = "mercury-solve";
+    let beside = std::env::current_exe()
+        .ok()
+        .and_then(|this| Some(this.parent()?.join(name)));
+    let on_path = std::env::var_os("PATH").unwrap_or_default();
+    let mut places = named
+        .is_none()
+        .then_some(())
+        .into_iter()
+        .flat_map(|()| beside.clone())
+        .collect::<Vec<_>>();
+    places.extend(
+        std::env::split_paths(&on_path)
+            .map(|folder| folder.join(name))
+            .filter(|_| named.is_none()),
+    );
+    places.extend(named);
+    match places.iter().find(|place| place.is_file()) {
+        Some(place) => Ok(place.canonicalize()?),
+        None => bail!("there is no {name} beside this program, on the path or where --solver says"),
+    }
+}
+
+/// Memory of this machine in bytes, from `/proc/meminfo`.
+fn memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("MemTotal:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
+}
+
+fn serve(serve: Serve) -> Result<()> {
+    let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
+    let slurm = match &serve.slurm {
+        None => None,
+        Some(path) => {
+            let text =
+                std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+            Some(toml::from_str(&text).with_context(|| format!("{}", path.display()))?)
+        }
+    };
+    let options = cloud_server::Options {
+        data: serve.data.map_or_else(commands::data_folder, Ok)?,
+        listen: SocketAddr::new(serve.address, serve.port),
+        store: serve.store,
+        solver: solver(serve.solver)?,
+        cores: serve.cores.unwrap_or(cores),
+        memory: serve
+            .memory
+            .map_or_else(|| memory().unwrap_or(4 << 30) / 4 * 3, |mb| mb << 20),
+        disk: serve.disk * 1_000_000,
+        slurm,
+        scratch: serve.scratch,
+        hosts: serve.host,
+        behind_proxy: serve.behind_proxy,
+        sandbox: !serve.no_sandbox,
+        no_auth: serve.no_auth,
+        checkpoint_every: serve.checkpoint_every,
+        first_wait: serve.retry_wait,
+    };
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .worker_threads(2)
+        .build()?;
+    runtime.block_on(cloud_server::serve(options, |link| {
+        // Standard output may be closed, which is no reason not to serve.
+        let _ = commands::say(link);
+    }))
+}
+
+fn worker(worker: Worker) -> Result<()> {
+    // Outlives the server and its terminal. It fails where this process leads a group already, which is as good.
+    let _ = rustix::process::setsid();
+    let store = cloud_store::open(&worker.store)?;
+    let attempt = Attempt {
+        store: store.as_ref(),
+        run: worker.run.parse()?,
+        epoch: worker.epoch,
+        scratch: worker.scratch,
+        solver: worker.solver,
+        sandbox: !worker.no_sandbox,
+        beat: Duration::from_secs_f64(worker.beat),
+        commit: Duration::from_secs_f64(worker.commit),
+        checkpoint: worker.checkpoint_every,
+        limit: worker.time_limit,
+        patience: Duration::from_secs_f64(worker.patience),
+    };
+    std::fs::create_dir_all(&attempt.scratch)?;
+    // An end that stands in the store is a success, whatever the end was: the server makes the next attempt.
+    if cloud_worker::work(&attempt)? == Outcome::Superseded {
+        eprintln!("{}: the run belongs to another attempt", worker.job);
+    }
+    Ok(())
+}

@@ -1,0 +1,103 @@
+//! Where attempts run. An engine starts workers and says what became of them; it never tries again by itself.
+
+mod local;
+mod slurm;
+
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+pub use local::Local;
+pub use slurm::{Site, Slurm};
+
+/// An attempt to be run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Launch {
+    /// Name of the job, from [`job_name`]: the same attempt always has the same one.
+    pub job: String,
+    /// Program and arguments of the worker; `--job JOB` is among them.
+    pub command: Vec<OsString>,
+    /// Threads that compute.
+    pub threads: u32,
+    /// The most memory, in bytes.
+    pub memory: u64,
+    /// Where the worker's own messages go.
+    pub log: PathBuf,
+}
+
+/// Name of the job of an attempt.
+pub fn job_name(run: &str, epoch: u64) -> String {
+    format!("mc-{run}-{epoch}")
+}
+
+/// What an engine says of a job.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Observed {
+    /// It waits, for this reason.
+    Pending(String),
+    /// It runs, on this machine.
+    Running(String),
+}
+
+/// How a job is ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// SIGTERM to the worker, which then commits.
+    Gently,
+    /// At once.
+    Hard,
+}
+
+/// What an engine can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Abilities {
+    /// Seconds from SIGTERM to SIGKILL.
+    pub grace: f64,
+    /// Seconds between two beats of a worker.
+    pub beat: f64,
+    /// Cores for runs; `None`: the engine has a queue of its own.
+    pub cores: Option<u32>,
+}
+
+/// Why an engine did not do what was wanted.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    /// A program could not be started.
+    #[error("{program}: {source}")]
+    Program {
+        /// Name of the program.
+        program: String,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A program of the engine says no.
+    #[error("{program}: {message}")]
+    Refused {
+        /// Name of the program.
+        program: String,
+        /// What it says.
+        message: String,
+    },
+    /// Processes cannot be listed.
+    #[error("/proc: {0}")]
+    Proc(#[source] std::io::Error),
+}
+
+/// A place where attempts run. All calls may be repeated.
+pub trait Engine: Send + Sync {
+    /// `local` or `slurm`.
+    fn name(&self) -> &'static str;
+
+    /// Starts the job, unless there is one of this name.
+    fn submit(&self, launch: &Launch) -> Result<(), EngineError>;
+
+    /// All jobs that wait or run, by name. One query, however many there are.
+    fn observe(&self) -> Result<HashMap<String, Observed>, EngineError>;
+
+    /// Ends a job. One that is gone is no error.
+    fn stop(&self, job: &str, how: Stop) -> Result<(), EngineError>;
+
+    /// What it can do.
+    fn abilities(&self) -> Abilities;
+}

@@ -1,0 +1,255 @@
+//! Which user asks, and what is refused before any handler sees it.
+
+use std::sync::Arc;
+
+use axum::extract::{FromRequestParts, Request, State};
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
+use axum::http::{Method, StatusCode, request::Parts};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use cloud_api::Problem;
+use cloud_api::problem::SceneProblem;
+
+use crate::secrets::{self, Kind, User};
+use crate::state::App;
+
+/// The cookie of a session. With TLS it has the prefix that binds it to this host.
+pub(crate) fn cookie_name(app: &App) -> &'static str {
+    if app.options.behind_proxy {
+        "__Host-mercury"
+    } else {
+        "mercury"
+    }
+}
+
+/// An answer that is an error. What is inside of the server stays there.
+#[derive(Debug)]
+pub(crate) struct Fail(Box<Problem>);
+
+impl Fail {
+    pub(crate) fn new(
+        status: StatusCode,
+        title: impl Into<String>,
+        detail: impl Into<String>,
+    ) -> Self {
+        let (title, detail) = (title.into(), detail.into());
+        Self(Box::new(Problem {
+            title,
+            status: status.as_u16(),
+            detail,
+            problems: Vec::new(),
+        }))
+    }
+
+    pub(crate) fn bad(title: impl Into<String>, detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, title, detail)
+    }
+
+    /// Also for what belongs to others: an answer must not tell whether it exists.
+    pub(crate) fn missing() -> Self {
+        Self::new(
+            StatusCode::NOT_FOUND,
+            "not found",
+            "There is no such thing, or it is not yours.",
+        )
+    }
+
+    pub(crate) fn scene(problems: Vec<SceneProblem>) -> Self {
+        let mut fail = Self::new(
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "the scene cannot run",
+            "See its problems.",
+        );
+        fail.0.problems = problems;
+        fail
+    }
+
+    /// Something that went wrong here. The log says what.
+    pub(crate) fn inner(error: impl std::fmt::Display) -> Self {
+        eprintln!("{error:#}");
+        Self::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "the server failed",
+            "Its log says why.",
+        )
+    }
+}
+
+impl IntoResponse for Fail {
+    fn into_response(self) -> Response {
+        let status =
+            StatusCode::from_u16(self.0.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
+        let mut response = (status, axum::Json(*self.0)).into_response();
+        let kind = HeaderValue::from_static("application/problem+json");
+        response.headers_mut().insert(header::CONTENT_TYPE, kind);
+        response
+    }
+}
+
+impl From<anyhow::Error> for Fail {
+    fn from(error: anyhow::Error) -> Self {
+        Self::inner(error)
+    }
+}
+
+impl From<rusqlite::Error> for Fail {
+    fn from(error: rusqlite::Error) -> Self {
+        Self::inner(error)
+    }
+}
+
+impl From<std::io::Error> for Fail {
+    fn from(error: std::io::Error) -> Self {
+        Self::inner(error)
+    }
+}
+
+impl From<cloud_store::StoreError> for Fail {
+    fn from(error: cloud_store::StoreError) -> Self {
+        eprintln!("{error}");
+        Self::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "the store gives no answer",
+            "Try again in a minute.",
+        )
+    }
+}
+
+/// The user of a request; without one the answer is 401.
+pub(crate) struct LoggedIn(pub(crate) User);
+
+fn bearer(headers: &HeaderMap) -> Option<&str> {
+    headers
+        .get(header::AUTHORIZATION)?
+        .to_str()
+        .ok()?
+        .strip_prefix("Bearer ")
+}
+
+/// The secret of the session, if the request has one.
+pub(crate) fn cookie<'a>(app: &App, headers: &'a HeaderMap) -> Option<&'a str> {
+    let wanted = cookie_name(app);
+    let all = headers
+        .get_all(header::COOKIE)
+        .into_iter()
+        .filter_map(|value| value.to_str().ok());
+    all.flat_map(|value| value.split(';'))
+        .filter_map(|pair| pair.trim().split_once('='))
+        .find_map(|(name, value)| (name == wanted).then_some(value))
+}
+
+impl FromRequestParts<Arc<App>> for LoggedIn {
+    type Rejection = Fail;
+
+    async fn from_request_parts(parts: &mut Parts, app: &Arc<App>) -> Result<Self, Fail> {
+        let user = if let Some(token) = bearer(&parts.headers) {
+            secrets::recognise(&app.db, Kind::Token, token)?
+        } else if let Some(secret) = cookie(app, &parts.headers) {
+            secrets::recognise(&app.db, Kind::Session, secret)?
+        } else {
+            None
+        };
+        let user = user.or_else(|| {
+            (app.options.no_auth && bearer(&parts.headers).is_none()).then(secrets::local)
+        });
+        let Some(user) = user else {
+            let detail =
+                "Open the link that `mercury-cloud serve` prints, log in, or send a token.";
+            return Err(Fail::new(StatusCode::UNAUTHORIZED, "not logged in", detail));
+        };
+        if user.read_only && !is_safe(&parts.method) && !parts.uri.path().ends_with("/session") {
+            let detail = "This link or token is for looking only.";
+            return Err(Fail::new(StatusCode::FORBIDDEN, "not allowed", detail));
+        }
+        Ok(Self(user))
+    }
+}
+
+fn is_safe(method: &Method) -> bool {
+    matches!(*method, Method::GET | Method::HEAD | Method::OPTIONS)
+}
+
+/// The host without its port.
+fn host_of(authority: &str) -> &str {
+    match authority.rsplit_once(':') {
+        Some((host, port)) if port.bytes().all(|b| b.is_ascii_digit()) => host,
+        _ => authority,
+    }
+}
+
+/// Refuses foreign hosts (DNS rebinding) and foreign pages (cross-site requests), and adds what browsers must know.
+pub(crate) async fn guard(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let refused = refuse(&app, &request);
+    let page = !request.uri().path().starts_with("/api/");
+    let mut response = match refused {
+        Some(fail) => fail.into_response(),
+        None => next.run(request).await,
+    };
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (
+            header::CONTENT_SECURITY_POLICY,
+            "default-src 'self'; img-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'self'",
+        ),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (
+            HeaderName::from_static("cross-origin-opener-policy"),
+            "same-origin",
+        ),
+        (
+            HeaderName::from_static("cross-origin-resource-policy"),
+            "same-origin",
+        ),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    if !page && !headers.contains_key(header::CACHE_CONTROL) {
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    }
+    response
+}
+
+fn refuse(app: &App, request: &Request) -> Option<Fail> {
+    let headers = request.headers();
+    let text = |name: HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+    let host = text(header::HOST).unwrap_or_default();
+    let ours = |authority: &str| {
+        let name = host_of(authority);
+        matches!(name, "localhost" | "127.0.0.1" | "[::1]")
+            || app.options.hosts.iter().any(|ours| host_of(ours) == name)
+            || name == app.options.listen.ip().to_string()
+                && !app.options.listen.ip().is_unspecified()
+    };
+    if !ours(host) {
+        let detail =
+            "The name in the address is not one of this server; `serve --host NAME` adds one.";
+        return Some(Fail::new(
+            StatusCode::MISDIRECTED_REQUEST,
+            "another host",
+            detail,
+        ));
+    }
+    if is_safe(request.method()) || bearer(headers).is_some() {
+        return None;
+    }
+    // A cookie comes along with any request, whichever page made it.
+    let site = text(HeaderName::from_static("sec-fetch-site"));
+    let origin = text(header::ORIGIN);
+    let same_origin = origin.is_none_or(|origin| {
+        origin
+            .split_once("://")
+            .is_some_and(|(_, authority)| authority == host)
+    });
+    let from_page = site == Some("same-origin") || (site.is_none() && origin.is_some());
+    if same_origin && from_page {
+        return None;
+    }
+    let detail =
+        "Requests that change something come from this server's own page, or carry a token.";
+    Some(Fail::new(
+        StatusCode::FORBIDDEN,
+        "from another page",
+        detail,
+    ))
+}

@@ -1,0 +1,278 @@
+//! Columns of tables, reduced to the least and the largest value of at most 2,000 bins.
+
+use cloud_api::answers::{Chart, TableInfo};
+use cloud_store::{Result, Store};
+
+use crate::content::Content;
+
+/// The most bins of a chart.
+const BINS: usize = 2000;
+
+/// The longest line that counts as one of a table, in bytes.
+const LONGEST_LINE: usize = 1 << 16;
+
+/// Tables that charts are made of, by the ends of their names.
+pub(crate) fn is_table(name: &str) -> bool {
+    let last = name.rsplit('/').next().unwrap_or(name);
+    last.ends_with(".ene") || last.ends_with(".csv") || last.ends_with(".fields")
+}
+
+/// Splits a line of either kind: at commas where it has some, else at blanks. No field of ours is quoted with a comma
+/// inside but names, in which quotes are left as they are.
+fn fields(line: &str) -> Vec<&str> {
+    if line.contains(',') {
+        line.split(',').map(str::trim).collect()
+    } else {
+        line.split_whitespace().collect()
+    }
+}
+
+/// Calls `each` with every line of a table, until it returns false.
+fn lines(store: &dyn Store, content: &Content, mut each: impl FnMut(&str) -> bool) -> Result<()> {
+    let mut rest: Vec<u8> = Vec::new();
+    let mut at = 0;
+    while at < content.bytes() {
+        let piece = content.read(store, at..content.bytes())?;
+        at += piece.len() as u64;
+        rest.extend(piece);
+        let mut begin = 0;
+        while let Some(length) = rest[begin..].iter().position(|&byte| byte == b'\n') {
+            if !each(&String::from_utf8_lossy(&rest[begin..begin + length])) {
+                return Ok(());
+            }
+            begin += length + 1;
+        }
+        rest.drain(..begin);
+        if rest.len() > LONGEST_LINE {
+            return Ok(());
+        }
+    }
+    if !rest.is_empty() {
+        each(&String::from_utf8_lossy(&rest));
+    }
+    Ok(())
+}
+
+fn is_head(line: &str) -> bool {
+    !line.starts_with('#')
+        && fields(line)
+            .first()
+            .is_some_and(|word| word.parse::<f64>().is_err() && !word.is_empty())
+}
+
+/// Columns of a table, or `None` where it has no time.
+pub(crate) fn describe(
+    store: &dyn Store,
+    content: &Content,
+    file: &str,
+) -> Result<Option<TableInfo>> {
+    let mut head: Vec<String> = Vec::new();
+    let mut names: Vec<String> = Vec::new();
+    let mut rows = 0;
+    lines(store, content, |line| {
+        if head.is_empty() {
+            if is_head(line) {
+                head = fields(line).into_iter().map(str::to_owned).collect();
+            }
+            return true;
+        }
+        // Names repeat from instant to instant: the first rows have them all.
+        if let Some(name) = head.iter().position(|column| column == "name")
+            && let Some(&found) = fields(line).get(name)
+            && !names.iter().any(|known| known == found)
+        {
+            names.push(found.to_owned());
+        }
+        rows += 1;
+        rows < 1000 && head.iter().any(|column| column == "name")
+    })?;
+    if head.first().map(String::as_str) != Some("time") {
+        return Ok(None);
+    }
+    let columns = head
+        .into_iter()
+        .skip(1)
+        .filter(|column| column != "name" && column != "material");
+    Ok(Some(TableInfo {
+        file: file.to_owned(),
+        columns: columns.collect(),
+        names,
+    }))
+}
+
+/// Bins that merge in pairs when there are too many, so that the length of the table need not be known.
+struct Bins {
+    per_bin: u64,
+    in_last: u64,
+    time: Vec<f64>,
+    min: Vec<Option<f64>>,
+    max: Vec<Option<f64>>,
+}
+
+impl Bins {
+    fn add(&mut self, time: f64, value: Option<f64>) {
+        let lesser =
+            |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.min(b))));
+        let larger =
+            |a: Option<f64>, b: Option<f64>| a.map_or(b, |a| Some(b.map_or(a, |b| a.max(b))));
+        if self.in_last < self.per_bin
+            && let (Some(min), Some(max)) = (self.min.last_mut(), self.max.last_mut())
+        {
+            *min = lesser(*min, value);
+            *max = larger(*max, value);
+            self.in_last += 1;
+            return;
+        }
+        if self.time.len() == BINS {
+            for k in 0..BINS / 2 {
+                self.time[k] = self.time[2 * k];
+                self.min[k] = lesser(self.min[2 * k], self.min[2 * k + 1]);
+                self.max[k] = larger(self.max[2 * k], self.max[2 * k + 1]);
+            }
+            self.time.truncate(BINS / 2);
+            self.min.truncate(BINS / 2);
+            self.max.truncate(BINS / 2);
+            self.per_bin *= 2;
+        }
+        self.time.push(time);
+        self.min.push(value);
+        self.max.push(value);
+        self.in_last = 1;
+    }
+}
+
+/// A column of a table, of the rows called `name` where they have names.
+pub(crate) fn chart(
+    store: &dyn Store,
+    content: &Content,
+    file: &str,
+    column: &str,
+    name: Option<&str>,
+) -> Result<Option<Chart>> {
+    let mut places: Option<(usize, Option<usize>)> = None;
+    let mut bins = Bins {
+        per_bin: 1,
+        in_last: 0,
+        time: Vec::new(),
+        min: Vec::new(),
+        max: Vec::new(),
+    };
+    let mut rows = 0;
+    lines(store, content, |line| {
+        let fields = fields(line);
+        let Some((value_at, name_at)) = places else {
+            if !is_head(line) {
+                return true;
+            }
+            let place = |wanted: &str| fields.iter().position(|field| *field == wanted);
+            places = place(column).map(|at| (at, place("name")));
+            return places.is_some() && fields.first() == Some(&"time");
+        };
+        if let (Some(name), Some(at)) = (name, name_at)
+            && fields.get(at) != Some(&name)
+        {
+            return true;
+        }
+        let number = |at: usize| fields.get(at).and_then(|field| field.parse::<f64>().ok());
+        if let Some(time) = number(0) {
+            bins.add(time, number(value_at).filter(|value| value.is_finite()));
+            rows += 1;
+        }
+        true
+    })?;
+    if places.is_none() {
+        return Ok(None);
+    }
+    let name = name.map(str::to_owned);
+    let (file, column) = (file.to_owned(), column.to_owned());
+    Ok(Some(Chart {
+        file,
+        column,
+        name,
+        rows,
+        time: bins.time,
+        min: bins.min,
+        max: bins.max,
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use cloud_api::{Head, RunId, Segment, Stream};
+    use cloud_store::FolderStore;
+
+    use super::*;
+
+    /// A table in two segments that part a line.
+    fn table(name: &str, text: &str) -> (tempfile::TempDir, FolderStore, Content) {
+        let folder = tempfile::tempdir().unwrap();
+        let store = FolderStore::create(folder.path()).unwrap();
+        let run = RunId::of([0; 16]);
+        let mut head = Head::default();
+        let half = text.len() / 2;
+        let mut segments = Vec::new();
+        for (from, to) in [(0, half), (half, text.len())] {
+            let key = format!("data/{name}/{from}-{to}.1");
+            store
+                .put(&format!("runs/{run}/{key}"), &text.as_bytes()[from..to])
+                .unwrap();
+            segments.push(Segment {
+                from: from as u64,
+                to: to as u64,
+                sha256: String::new(),
+                key,
+            });
+        }
+        head.streams.insert(name.to_owned(), Stream { segments });
+        let content = Content::of(&run, &head, name).unwrap();
+        (folder, store, content)
+    }
+
+    #[test]
+    fn extremes_survive_the_reduction() {
+        let mut text = String::from("time gravitEnergy\n");
+        for k in 0..100_000 {
+            let value = if k == 77_777 {
+                5.0
+            } else if k == 12_345 {
+                -5.0
+            } else {
+                0.5
+            };
+            text += &format!("{} {value}\n", f64::from(k) * 0.1);
+        }
+        let (_folder, store, content) = table("a.ene", &text);
+        let chart = chart(&store, &content, "a.ene", "gravitEnergy", None)
+            .unwrap()
+            .unwrap();
+        assert_eq!(chart.rows, 100_000);
+        assert!(chart.time.len() <= BINS && chart.time.len() > BINS / 2 - 1);
+        assert!(chart.time.windows(2).all(|pair| pair[0] < pair[1]));
+        let max = chart.max.iter().flatten().fold(f64::MIN, |a, &b| a.max(b));
+        let min = chart.min.iter().flatten().fold(f64::MAX, |a, &b| a.min(b));
+        assert_eq!((min, max), (-5.0, 5.0));
+    }
+
+    #[test]
+    fn rows_are_told_apart_by_name() {
+        let text = "time,name,fx,fy\n0,lid,1,2\n0,floor,3,4\n1,lid,5,nan\n1,floor,7,8\n";
+        let (_folder, store, content) = table("a.walls.csv", text);
+        let info = describe(&store, &content, "a.walls.csv").unwrap().unwrap();
+        assert_eq!(
+            (info.columns, info.names),
+            (
+                vec!["fx".into(), "fy".into()],
+                vec!["lid".into(), "floor".into()]
+            )
+        );
+        let lid = chart(&store, &content, "a.walls.csv", "fy", Some("lid"))
+            .unwrap()
+            .unwrap();
+        assert_eq!((lid.time, lid.max), (vec![0.0, 1.0], vec![Some(2.0), None]));
+        assert!(
+            chart(&store, &content, "a.walls.csv", "none", None)
+                .unwrap()
+                .is_none()
+        );
+    }
+}

@@ -1,0 +1,298 @@
+//! The solver's own opinion of a scene: `mercury-solve --check`, in a cage.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::{Child, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use axum::http::StatusCode;
+use cloud_api::answers::Checked;
+use cloud_api::names::{BadName, check_name};
+use cloud_api::problem::SceneProblem;
+use cloud_api::requests::Scene;
+use cloud_worker::confine::Cage;
+use serde_json::Value;
+
+use crate::access::Fail;
+use crate::secrets;
+use crate::state::App;
+
+/// The largest scene, in bytes.
+pub(crate) const LARGEST_SCENE: usize = 1 << 20;
+
+/// The most further files of a scene.
+const MOST_FILES: usize = 100;
+
+/// The most `--set` of a scene.
+const MOST_SETS: usize = 1000;
+
+/// How long a check may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The most memory of a check, in bytes: the plan of a scene is small, its meshes and tables need not be.
+const MEMORY: u64 = 4 << 30;
+
+/// The largest answer of the solver, in bytes.
+const LARGEST_ANSWER: u64 = 16 << 20;
+
+/// A folder that is removed with its contents.
+pub(crate) struct Folder(pub(crate) PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if let Err(error) = fs::remove_dir_all(&self.0) {
+            eprintln!("{}: {error}", self.0.display());
+        }
+    }
+}
+
+fn name_is_bad(name: &str, why: BadName) -> Fail {
+    // What is sent back is shown; a long name need not be.
+    let shown: String = name.chars().take(40).collect();
+    Fail::bad("a file name is not taken", format!("{shown:?}: {why}"))
+}
+
+/// Checks what can be checked without the solver. Returns the contents that the scene needs: name, SHA-256, length.
+pub(crate) fn inspect(
+    app: &App,
+    owner: i64,
+    scene: &Scene,
+) -> Result<Vec<(String, String, u64)>, Fail> {
+    check_name(&scene.name).map_err(|why| name_is_bad(&scene.name, why))?;
+    if scene.text.len() > LARGEST_SCENE {
+        return Err(Fail::new(
+            StatusCode::PAYLOAD_TOO_LARGE,
+            "the scene is too long",
+            "A scene has at most 1 MB.",
+        ));
+    }
+    if scene.files.len() > MOST_FILES || scene.set.len() > MOST_SETS {
+        return Err(Fail::bad(
+            "too many files or --set",
+            format!("At most {MOST_FILES} files and {MOST_SETS} --set."),
+        ));
+    }
+    if let Some(set) = scene
+        .set
+        .iter()
+        .find(|set| !set.contains('=') || set.len() > 1000 || set.contains('\0'))
+    {
+        let shown: String = set.chars().take(40).collect();
+        return Err(Fail::bad(
+            "--set is not taken",
+            format!("{shown:?} is not KEY=VALUE"),
+        ));
+    }
+    let mut files = Vec::new();
+    for (name, sha256) in &scene.files {
+        check_name(name).map_err(|why| name_is_bad(name, why))?;
+        if *name == scene.name {
+            return Err(Fail::bad(
+                "two files have one name",
+                format!("{name} is the scene already"),
+            ));
+        }
+        let Some(bytes) = app.db.input(sha256, owner)? else {
+            return Err(Fail::bad(
+                "a file is missing",
+                format!("Send the content of {name} to PUT /inputs/SHA256 first."),
+            ));
+        };
+        files.push((name.clone(), sha256.clone(), bytes));
+    }
+    Ok(files)
+}
+
+/// Writes a scene with its files into a folder of its own.
+pub(crate) fn lay_out(app: &App, scene: &Scene, files: &[(String, String, u64)]) -> Result<Folder> {
+    let folder = Folder(app.options.data.join("checks").join(secrets::random()?));
+    fs::create_dir(&folder.0)?;
+    fs::write(folder.0.join(&scene.name), &scene.text)?;
+    for (name, sha256, _) in files {
+        app.store.get_into(
+            &format!("inputs/{sha256}"),
+            &mut File::create_new(folder.0.join(name))?,
+        )?;
+    }
+    Ok(folder)
+}
+
+/// Asks the solver about a scene.
+pub(crate) async fn check(
+    app: &Arc<App>,
+    owner: i64,
+    scene: Scene,
+    trial: bool,
+) -> Result<Checked, Fail> {
+    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let app = Arc::clone(app);
+    let checked = tokio::task::spawn_blocking(move || {
+        let files = inspect(&app, owner, &scene)?;
+        let folder = lay_out(&app, &scene, &files)?;
+        let mut arguments = vec![
+            scene.name.clone(),
+            "--check".into(),
+            "--json".into(),
+            "--within".into(),
+            ".".into(),
+        ];
+        arguments.extend(trial.then(|| "--trial=2s".to_owned()));
+        arguments.extend(scene.set.iter().map(|set| format!("--set={set}")));
+        let said = solve(&app, &folder, &arguments, PATIENCE)?;
+        Ok::<Checked, Fail>(said.checked())
+    });
+    checked.await.map_err(Fail::inner)?
+}
+
+/// How long a preview may take.
+const PREVIEW: Duration = Duration::from_secs(20);
+
+/// The most particles that a preview is made of.
+const MOST_PREVIEWED: f64 = 300_000.0;
+
+/// Walls and first particles: frame 0 of a run of one step.
+pub(crate) async fn preview(app: &Arc<App>, owner: i64, scene: Scene) -> Result<Value, Fail> {
+    let Checked { problems, plan } = check(app, owner, scene.clone(), false).await?;
+    let plan = match plan {
+        Some(plan) if problems.is_empty() => plan,
+        _ => return Err(Fail::scene(problems)),
+    };
+    let nothing = |why: &str| Fail::new(StatusCode::UNPROCESSABLE_ENTITY, "no preview", why);
+    let step = plan["time"]["step"]
+        .as_f64()
+        .ok_or_else(|| nothing("The plan has no time step."))?;
+    if plan["particles"]["at_start"].as_f64().unwrap_or(0.0) > MOST_PREVIEWED {
+        return Err(nothing(
+            "The scene begins with too many particles for a preview.",
+        ));
+    }
+    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let app = Arc::clone(app);
+    let made = tokio::task::spawn_blocking(move || {
+        let files = inspect(&app, owner, &scene)?;
+        let folder = lay_out(&app, &scene, &files)?;
+        let mut arguments: Vec<String> = [
+            scene.name.as_str(),
+            "--quiet",
+            "--within",
+            ".",
+            "--output",
+            ".run",
+            "--threads",
+            "1",
+        ]
+        .map(str::to_owned)
+        .into();
+        arguments.extend(scene.set.iter().map(|set| format!("--set={set}")));
+        arguments.push(format!("--set=time.end={step}"));
+        arguments.push("--set=output.pictures=false".to_owned());
+        let said = solve(&app, &folder, &arguments, PREVIEW)?;
+        if said.code != Some(0) {
+            return Err(nothing("The first step could not be made."));
+        }
+        Ok::<Value, Fail>(crate::frames::still(&folder.0.join(".run"))?)
+    });
+    made.await.map_err(Fail::inner)?
+}
+
+/// What the solver said.
+pub(crate) struct Said {
+    pub(crate) code: Option<i32>,
+    pub(crate) answer: String,
+    pub(crate) messages: String,
+}
+
+impl Said {
+    fn checked(&self) -> Checked {
+        let one = |message: &str| Checked {
+            problems: vec![SceneProblem {
+                message: message.to_owned(),
+                ..SceneProblem::default()
+            }],
+            plan: None,
+        };
+        if self.code.is_none() {
+            return one(
+                "the check took too long, or too much memory: the scene is too large for this page",
+            );
+        }
+        let Ok(mut answer) = serde_json::from_str::<Value>(&self.answer) else {
+            let message = self.messages.trim();
+            return one(if message.is_empty() {
+                "the solver gave no answer"
+            } else {
+                message
+            });
+        };
+        let problems = answer
+            .as_object_mut()
+            .and_then(|object| object.remove("problems"));
+        let problems: Vec<SceneProblem> = problems
+            .and_then(|problems| serde_json::from_value(problems).ok())
+            .unwrap_or_default();
+        if problems.is_empty() && self.code != Some(0) {
+            return one(self.messages.trim());
+        }
+        // A plan that does not fit has problems besides.
+        let plan = answer.get("time").is_some().then_some(answer);
+        Checked { problems, plan }
+    }
+}
+
+/// Runs the solver in a cage around `folder`, for so long at most.
+pub(crate) fn solve(
+    app: &App,
+    folder: &Folder,
+    arguments: &[String],
+    patience: Duration,
+) -> Result<Said> {
+    let cage = Cage {
+        folder: folder.0.clone(),
+        read: Vec::new(),
+        sandbox: app.options.sandbox,
+        memory: MEMORY,
+        file: 256 << 20,
+        cpu: patience.as_secs() * 2,
+    };
+    let (answer, messages) = (folder.0.join(".answer"), folder.0.join(".messages"));
+    let child = cage
+        .command(&app.options.solver)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(File::create(&answer)?)
+        .stderr(File::create(&messages)?)
+        .spawn()
+        .context("the solver cannot be started")?;
+    let code = wait(child, patience)?;
+    let read = |path| -> Result<String> {
+        let mut bytes = Vec::new();
+        File::open(path)?
+            .take(LARGEST_ANSWER)
+            .read_to_end(&mut bytes)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    };
+    Ok(Said {
+        code,
+        answer: read(answer)?,
+        messages: read(messages)?,
+    })
+}
+
+/// The exit code, or `None` if it had to be killed or was.
+fn wait(mut child: Child, patience: Duration) -> Result<Option<i32>> {
+    let begin = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status.code());
+        }
+        if begin.elapsed() > patience {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}

@@ -1,0 +1,610 @@
+//! What the server remembers: runs, attempts, events, users. SQLite, one writer.
+//!
+//! Every change of a run's state is one transaction that writes the row and an event, through [`Db::apply`].
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use cloud_api::answers::{Attempt, EventRow, RunRow};
+use cloud_api::head::Cause;
+use cloud_api::lifecycle::{self, Event, Illegal, Policy, Run};
+use cloud_api::{Head, RunState, Wish};
+use rusqlite::{Connection, OptionalExtension, Row, Transaction, params};
+use serde_json::{Value, json};
+
+const SCHEMA: &str = "
+CREATE TABLE IF NOT EXISTS users(id INTEGER PRIMARY KEY, name TEXT NOT NULL UNIQUE, hash TEXT, admin INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS secrets(id INTEGER PRIMARY KEY, hash TEXT NOT NULL UNIQUE, kind TEXT NOT NULL, user INTEGER NOT NULL,
+  name TEXT NOT NULL, run TEXT, expires REAL NOT NULL, read_only INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS runs(id TEXT PRIMARY KEY, number INTEGER NOT NULL UNIQUE, owner INTEGER NOT NULL, key TEXT, body TEXT,
+  title TEXT NOT NULL, label TEXT NOT NULL, spec TEXT NOT NULL, threads INTEGER NOT NULL, memory INTEGER NOT NULL,
+  state TEXT NOT NULL, wish TEXT NOT NULL, epoch INTEGER NOT NULL, revision INTEGER NOT NULL, submitted INTEGER NOT NULL,
+  step INTEGER NOT NULL, barren INTEGER NOT NULL, not_before REAL NOT NULL, created REAL NOT NULL, changed REAL NOT NULL,
+  of_steps INTEGER, time REAL NOT NULL, core_seconds REAL NOT NULL, cause TEXT, message TEXT NOT NULL, UNIQUE(owner, key));
+CREATE INDEX IF NOT EXISTS runs_state ON runs(state);
+CREATE INDEX IF NOT EXISTS runs_owner ON runs(owner, number);
+CREATE INDEX IF NOT EXISTS runs_label ON runs(owner, label);
+CREATE TABLE IF NOT EXISTS attempts(run TEXT NOT NULL, epoch INTEGER NOT NULL, engine TEXT NOT NULL, started REAL NOT NULL, ended REAL,
+  cause TEXT, code INTEGER, message TEXT NOT NULL, machine TEXT NOT NULL, step INTEGER, core_seconds REAL NOT NULL,
+  PRIMARY KEY(run, epoch));
+CREATE TABLE IF NOT EXISTS events(id INTEGER PRIMARY KEY AUTOINCREMENT, run TEXT NOT NULL, time REAL NOT NULL, kind TEXT NOT NULL,
+  data TEXT NOT NULL);
+CREATE INDEX IF NOT EXISTS events_run ON events(run, id);
+CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
+";
+
+/// Owner of what belongs to all: the files of templates.
+pub(crate) const ALL: i64 = 0;
+
+/// The most rows of a list.
+pub(crate) const MOST_ROWS: usize = 200;
+
+/// Result of a query.
+pub(crate) type Result<T> = rusqlite::Result<T>;
+
+/// The database.
+pub(crate) struct Db {
+    connection: Mutex<Connection>,
+    policy: Policy,
+}
+
+/// A run as the reconciler needs it.
+#[derive(Clone, Debug)]
+pub(crate) struct Live {
+    pub(crate) id: String,
+    pub(crate) owner: i64,
+    pub(crate) run: Run,
+    pub(crate) threads: u32,
+    pub(crate) memory: u64,
+}
+
+/// A run that is new.
+pub(crate) struct NewRun<'a> {
+    pub(crate) id: &'a str,
+    pub(crate) owner: i64,
+    /// Idempotency key with what was asked for.
+    pub(crate) key: Option<(&'a str, &'a str)>,
+    pub(crate) title: &'a str,
+    pub(crate) label: &'a str,
+    pub(crate) spec: &'a str,
+    pub(crate) threads: u32,
+    pub(crate) memory: u64,
+    pub(crate) of_steps: Option<u64>,
+}
+
+/// What `apply` came to.
+pub(crate) enum Applied {
+    Done(Run, Vec<EventRow>),
+    Missing,
+    Illegal(Illegal),
+}
+
+/// Unix time, in s.
+pub(crate) fn now() -> f64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0.0, |time| time.as_secs_f64())
+}
+
+impl Db {
+    pub(crate) fn open(path: &Path, policy: Policy) -> Result<Self> {
+        let connection = Connection::open(path)?;
+        connection.pragma_update(None, "journal_mode", "WAL")?;
+        connection.pragma_update(None, "synchronous", "FULL")?;
+        connection.execute_batch(SCHEMA)?;
+        Ok(Self {
+            connection: Mutex::new(connection),
+            policy,
+        })
+    }
+
+    pub(crate) fn policy(&self) -> &Policy {
+        &self.policy
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Connection> {
+        self.connection
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+
+    /// All runs that the server has something to do about, those first that wait longest.
+    pub(crate) fn live(&self) -> Result<Vec<Live>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT * FROM runs WHERE state IN ('queued', 'running', 'stopping') ORDER BY number",
+        )?;
+        let rows = query.query_map([], |row| {
+            Ok(Live {
+                id: row.get("id")?,
+                owner: row.get("owner")?,
+                run: run_of(row)?,
+                threads: row.get("threads")?,
+                memory: row.get::<_, i64>("memory")? as u64,
+            })
+        })?;
+        rows.collect()
+    }
+
+    /// Adds runs, all or none.
+    pub(crate) fn insert(&self, runs: &[NewRun]) -> Result<Vec<EventRow>> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let mut events = Vec::new();
+        for run in runs {
+            let number: i64 = transaction.query_row(
+                "SELECT coalesce(max(number), 0) + 1 FROM runs",
+                [],
+                |row| row.get(0),
+            )?;
+            let first = Run::new();
+            transaction.execute(
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'')",
+                params![
+                    run.id,
+                    number,
+                    run.owner,
+                    run.key.map(|key| key.0),
+                    run.key.map(|key| key.1),
+                    run.title,
+                    run.label,
+                    run.spec,
+                    run.threads,
+                    run.memory as i64,
+                    first.state.word(),
+                    wish_word(first.wish),
+                    first.epoch as i64,
+                    first.revision,
+                    first.submitted,
+                    first.step as i64,
+                    first.barren,
+                    first.not_before,
+                    now(),
+                    run.of_steps.map(|steps| steps as i64),
+                ],
+            )?;
+            events.push(add_event(
+                &transaction,
+                run.id,
+                "state",
+                json!({"state": first.state, "title": run.title}),
+            )?);
+        }
+        transaction.commit()?;
+        Ok(events)
+    }
+
+    /// The run of an idempotency key, with what was asked for.
+    pub(crate) fn by_key(&self, owner: i64, key: &str) -> Result<Option<(String, String)>> {
+        self.lock()
+            .query_row(
+                "SELECT id, body FROM runs WHERE owner = ?1 AND key = ?2",
+                params![owner, key],
+                |row| Ok((row.get(0)?, row.get(1)?)),
+            )
+            .optional()
+    }
+
+    /// Records what happened to a run: the row and an event, in one transaction.
+    pub(crate) fn apply(
+        &self,
+        id: &str,
+        event: &Event,
+        head: Option<&Head>,
+        engine: &str,
+    ) -> Result<Applied> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let Some(before) = transaction
+            .query_row("SELECT * FROM runs WHERE id = ?1", [id], run_of)
+            .optional()?
+        else {
+            return Ok(Applied::Missing);
+        };
+        let after = match lifecycle::apply(&before, event, &self.policy, now()) {
+            Ok(after) => after,
+            Err(illegal) => return Ok(Applied::Illegal(illegal)),
+        };
+        transaction.execute(
+            "UPDATE runs SET state=?2, wish=?3, epoch=?4, revision=?5, submitted=?6, step=?7, barren=?8, not_before=?9, changed=?10
+             WHERE id=?1",
+            params![
+                id,
+                after.state.word(),
+                wish_word(after.wish),
+                after.epoch as i64,
+                after.revision,
+                after.submitted,
+                after.step as i64,
+                after.barren,
+                after.not_before,
+                now(),
+            ],
+        )?;
+        let mut events = Vec::new();
+        match event {
+            Event::Launched => {
+                transaction.execute(
+                    "INSERT INTO attempts VALUES (?1, ?2, ?3, ?4, NULL, NULL, NULL, '', '', NULL, 0)",
+                    params![id, after.epoch as i64, engine, now()],
+                )?;
+                events.push(add_event(
+                    &transaction,
+                    id,
+                    "attempt",
+                    json!({"epoch": after.epoch, "began": true}),
+                )?);
+            }
+            Event::Ended(ending, step) => {
+                let cause = serde_json::to_value(ending.cause).ok();
+                let cause = cause.as_ref().and_then(Value::as_str);
+                let machine = head.map_or("", |head| head.machine.as_str());
+                let seconds = head
+                    .filter(|head| head.epoch == before.epoch)
+                    .map_or(0.0, |head| head.core_seconds);
+                transaction.execute(
+                    "UPDATE attempts SET ended=?3, cause=?4, code=?5, message=?6, machine=?7, step=?8, core_seconds=?9
+                     WHERE run=?1 AND epoch=?2",
+                    params![id, before.epoch as i64, now(), cause, ending.code, ending.message, machine, *step as i64, seconds],
+                )?;
+                transaction.execute(
+                    "UPDATE runs SET cause=?2, message=?3,
+                       core_seconds=(SELECT coalesce(sum(core_seconds), 0) FROM attempts WHERE run=?1) WHERE id=?1",
+                    params![id, cause, ending.message],
+                )?;
+                let data = json!({"epoch": before.epoch, "cause": cause, "code": ending.code, "message": ending.message});
+                events.push(add_event(&transaction, id, "attempt", data)?);
+            }
+            Event::Resume | Event::Extend => {
+                transaction.execute("UPDATE runs SET cause=NULL, message='' WHERE id=?1", [id])?;
+            }
+            _ => {}
+        }
+        if let Some(head) = head {
+            transaction.execute(
+                "UPDATE runs SET of_steps=coalesce(?2, of_steps), time=?3 WHERE id=?1",
+                params![id, head.of_steps.map(|steps| steps as i64), head.time],
+            )?;
+        }
+        if after.state != before.state {
+            events.push(add_event(
+                &transaction,
+                id,
+                "state",
+                json!({"state": after.state}),
+            )?);
+        }
+        transaction.commit()?;
+        Ok(Applied::Done(after, events))
+    }
+
+    /// Adds an event that is no change of state.
+    pub(crate) fn event(&self, id: &str, kind: &str, data: Value) -> Result<EventRow> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        let event = add_event(&transaction, id, kind, data)?;
+        transaction.commit()?;
+        Ok(event)
+    }
+
+    /// A further revision of a run's spec, for [`Event::Extend`].
+    pub(crate) fn set_spec(&self, id: &str, spec: &str, of_steps: Option<u64>) -> Result<()> {
+        self.lock().execute(
+            "UPDATE runs SET spec=?2, of_steps=?3 WHERE id=?1",
+            params![id, spec, of_steps.map(|steps| steps as i64)],
+        )?;
+        Ok(())
+    }
+
+    /// One run with owner and spec.
+    pub(crate) fn run(&self, id: &str) -> Result<Option<(i64, Run, RunRow, String)>> {
+        self.lock()
+            .query_row("SELECT * FROM runs WHERE id = ?1", [id], |row| {
+                Ok((
+                    row.get("owner")?,
+                    run_of(row)?,
+                    row_of(row)?,
+                    row.get("spec")?,
+                ))
+            })
+            .optional()
+    }
+
+    /// A page of runs, newest first. `after`: the last row of the page before.
+    pub(crate) fn list(
+        &self,
+        owner: i64,
+        state: Option<&str>,
+        label: Option<&str>,
+        text: Option<&str>,
+        after: Option<&str>,
+    ) -> Result<Vec<RunRow>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT * FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2) AND (?3 IS NULL OR label = ?3)
+             AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
+             AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6",
+        )?;
+        let rows = query.query_map(
+            params![owner, state, label, text, after, MOST_ROWS as i64 + 1],
+            row_of,
+        )?;
+        rows.collect()
+    }
+
+    /// How many runs of a user are in each state.
+    pub(crate) fn states(&self, owner: i64) -> Result<BTreeMap<String, u64>> {
+        let connection = self.lock();
+        let mut query = connection
+            .prepare_cached("SELECT state, count(*) FROM runs WHERE owner = ?1 GROUP BY state")?;
+        let rows = query.query_map([owner], |row| {
+            Ok((row.get(0)?, row.get::<_, i64>(1)? as u64))
+        })?;
+        rows.collect()
+    }
+
+    pub(crate) fn attempts(&self, id: &str) -> Result<Vec<Attempt>> {
+        let connection = self.lock();
+        let mut query =
+            connection.prepare_cached("SELECT * FROM attempts WHERE run = ?1 ORDER BY epoch")?;
+        let rows = query.query_map([id], |row| {
+            Ok(Attempt {
+                epoch: row.get::<_, i64>("epoch")? as u64,
+                engine: row.get("engine")?,
+                started: row.get("started")?,
+                ended: row.get("ended")?,
+                cause: cause_of(row)?,
+                code: row.get("code")?,
+                message: row.get("message")?,
+                machine: row.get("machine")?,
+                step: row.get::<_, Option<i64>>("step")?.map(|step| step as u64),
+            })
+        })?;
+        rows.collect()
+    }
+
+    /// Events of one run, or of all of a user, behind number `after`; at most [`MOST_ROWS`].
+    pub(crate) fn events(
+        &self,
+        owner: Option<i64>,
+        run: Option<&str>,
+        after: i64,
+    ) -> Result<Vec<EventRow>> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT e.* FROM events e JOIN runs r ON r.id = e.run WHERE e.id > ?1 AND (?2 IS NULL OR e.run = ?2)
+             AND (?3 IS NULL OR r.owner = ?3) ORDER BY e.id LIMIT ?4",
+        )?;
+        let rows = query.query_map(params![after, run, owner, MOST_ROWS as i64], |row| {
+            let data: String = row.get("data")?;
+            Ok(EventRow {
+                id: row.get("id")?,
+                run: row.get("run")?,
+                time: row.get("time")?,
+                kind: row.get("kind")?,
+                data: serde_json::from_str(&data).unwrap_or(Value::Null),
+            })
+        })?;
+        rows.collect()
+    }
+
+    /// Number of the newest event.
+    pub(crate) fn newest_event(&self) -> Result<i64> {
+        self.lock()
+            .query_row("SELECT coalesce(max(id), 0) FROM events", [], |row| {
+                row.get(0)
+            })
+    }
+
+    pub(crate) fn patch(&self, id: &str, title: Option<&str>, label: Option<&str>) -> Result<()> {
+        self.lock().execute(
+            "UPDATE runs SET title = coalesce(?2, title), label = coalesce(?3, label), changed = ?4 WHERE id = ?1",
+            params![id, title, label, now()],
+        )?;
+        Ok(())
+    }
+
+    /// Forgets a run with all that belongs to it.
+    pub(crate) fn delete(&self, id: &str) -> Result<()> {
+        let mut connection = self.lock();
+        let transaction = connection.transaction()?;
+        transaction.execute("DELETE FROM runs WHERE id = ?1", [id])?;
+        transaction.execute("DELETE FROM attempts WHERE run = ?1", [id])?;
+        transaction.execute("DELETE FROM events WHERE run = ?1", [id])?;
+        transaction.execute("DELETE FROM secrets WHERE run = ?1", [id])?;
+        transaction.commit()
+    }
+
+    /// Notes that a user has sent a content.
+    pub(crate) fn add_input(&self, sha256: &str, owner: i64, bytes: u64) -> Result<()> {
+        self.lock().execute(
+            "INSERT OR IGNORE INTO inputs VALUES (?1, ?2, ?3)",
+            params![sha256, owner, bytes as i64],
+        )?;
+        Ok(())
+    }
+
+    /// Length of a content that this user (or a template) has sent.
+    pub(crate) fn input(&self, sha256: &str, owner: i64) -> Result<Option<u64>> {
+        self.lock()
+            .query_row(
+                "SELECT bytes FROM inputs WHERE sha256 = ?1 AND owner IN (?2, ?3)",
+                params![sha256, owner, ALL],
+                |row| row.get::<_, i64>(0),
+            )
+            .optional()
+            .map(|bytes| bytes.map(|bytes| bytes as u64))
+    }
+}
+
+fn add_event(transaction: &Transaction, run: &str, kind: &str, data: Value) -> Result<EventRow> {
+    let time = now();
+    transaction.execute(
+        "INSERT INTO events(run, time, kind, data) VALUES (?1, ?2, ?3, ?4)",
+        params![run, time, kind, data.to_string()],
+    )?;
+    Ok(EventRow {
+        id: transaction.last_insert_rowid(),
+        run: run.to_owned(),
+        time,
+        kind: kind.to_owned(),
+        data,
+    })
+}
+
+fn wish_word(wish: Wish) -> &'static str {
+    match wish {
+        Wish::Run => "run",
+        Wish::Stop => "stop",
+        Wish::Kill => "kill",
+    }
+}
+
+fn unknown(column: &str, word: String) -> rusqlite::Error {
+    rusqlite::Error::InvalidColumnType(0, format!("{column} {word:?}"), rusqlite::types::Type::Text)
+}
+
+fn state_of(row: &Row) -> Result<RunState> {
+    let word: String = row.get("state")?;
+    RunState::of(&word).ok_or_else(|| unknown("state", word))
+}
+
+fn cause_of(row: &Row) -> Result<Option<Cause>> {
+    let word: Option<String> = row.get("cause")?;
+    word.map(|word| {
+        serde_json::from_value(Value::String(word.clone())).map_err(|_| unknown("cause", word))
+    })
+    .transpose()
+}
+
+fn run_of(row: &Row) -> Result<Run> {
+    let wish: String = row.get("wish")?;
+    Ok(Run {
+        state: state_of(row)?,
+        wish: match wish.as_str() {
+            "stop" => Wish::Stop,
+            "kill" => Wish::Kill,
+            _ => Wish::Run,
+        },
+        epoch: row.get::<_, i64>("epoch")? as u64,
+        revision: row.get("revision")?,
+        submitted: row.get("submitted")?,
+        step: row.get::<_, i64>("step")? as u64,
+        barren: row.get("barren")?,
+        not_before: row.get("not_before")?,
+    })
+}
+
+fn row_of(row: &Row) -> Result<RunRow> {
+    let spec: String = row.get("spec")?;
+    let spec: Value = serde_json::from_str(&spec).unwrap_or(Value::Null);
+    let set = spec["set"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|set| set.as_str().map(str::to_owned));
+    Ok(RunRow {
+        id: row.get("id")?,
+        title: row.get("title")?,
+        label: row.get("label")?,
+        state: state_of(row)?,
+        created: row.get("created")?,
+        changed: row.get("changed")?,
+        epoch: row.get::<_, i64>("epoch")? as u64,
+        step: row.get::<_, i64>("step")? as u64,
+        of_steps: row
+            .get::<_, Option<i64>>("of_steps")?
+            .map(|steps| steps as u64),
+        time: row.get("time")?,
+        core_seconds: row.get("core_seconds")?,
+        cause: cause_of(row)?,
+        message: row.get("message")?,
+        seconds_left: None,
+        particles: None,
+        set: set.collect(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn db() -> (tempfile::TempDir, Db) {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        (folder, db)
+    }
+
+    fn new<'a>(id: &'a str, key: Option<(&'a str, &'a str)>) -> NewRun<'a> {
+        NewRun {
+            id,
+            owner: 1,
+            key,
+            title: "t",
+            label: "",
+            spec: "{}",
+            threads: 1,
+            memory: 1,
+            of_steps: None,
+        }
+    }
+
+    #[test]
+    fn lists_are_pages_without_gaps_or_repetitions() {
+        let (_folder, db) = db();
+        let ids: Vec<String> = (0..450).map(|k| format!("{k:032x}")).collect();
+        let runs: Vec<NewRun> = ids.iter().map(|id| new(id, None)).collect();
+        db.insert(&runs).unwrap();
+        let mut seen = Vec::new();
+        let mut after: Option<String> = None;
+        loop {
+            let mut page = db.list(1, None, None, None, after.as_deref()).unwrap();
+            let more = page.len() > MOST_ROWS;
+            page.truncate(MOST_ROWS);
+            seen.extend(page.iter().map(|row| row.id.clone()));
+            after = seen.last().cloned();
+            if !more {
+                break;
+            }
+        }
+        seen.reverse();
+        assert_eq!(seen, ids);
+        assert!(db.list(2, None, None, None, None).unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_key_belongs_to_one_run_of_a_user() {
+        let (_folder, db) = db();
+        db.insert(&[new("a", Some(("k", "body")))]).unwrap();
+        assert!(db.insert(&[new("b", Some(("k", "other")))]).is_err());
+        assert_eq!(
+            db.by_key(1, "k").unwrap(),
+            Some(("a".to_owned(), "body".to_owned()))
+        );
+        assert_eq!(db.by_key(2, "k").unwrap(), None);
+    }
+
+    #[test]
+    fn what_is_illegal_leaves_neither_a_change_nor_an_event() {
+        let (_folder, db) = db();
+        db.insert(&[new("a", None)]).unwrap();
+        let before = db.newest_event().unwrap();
+        assert!(matches!(
+            db.apply("a", &Event::Resume, None, "local").unwrap(),
+            Applied::Illegal(_)
+        ));
+        assert!(matches!(
+            db.apply("b", &Event::Stop, None, "local").unwrap(),
+            Applied::Missing
+        ));
+        assert_eq!(db.newest_event().unwrap(), before);
+        assert!(matches!(
+            db.apply("a", &Event::Launched, None, "local").unwrap(),
+            Applied::Done(..)
+        ));
+        assert_eq!(db.attempts("a").unwrap().len(), 1);
+        assert_eq!(db.live().unwrap()[0].run.epoch, 1);
+    }
+}

@@ -1,0 +1,111 @@
+//! The server: page, API, and the loop that brings runs from state to state.
+
+mod access;
+mod charts;
+mod check;
+mod content;
+mod db;
+mod frames;
+mod live;
+mod openapi;
+mod reconcile;
+mod routes;
+mod runs;
+mod secrets;
+mod state;
+mod templates;
+mod web;
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use cloud_engine::Site;
+
+pub use openapi::document as openapi;
+pub use secrets::password_hash;
+
+/// How a server is to be.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder of database, store and scratch.
+    pub data: PathBuf,
+    /// Where to listen.
+    pub listen: SocketAddr,
+    /// The store; without it a folder within `data`.
+    pub store: Option<String>,
+    /// The solver.
+    pub solver: PathBuf,
+    /// Cores for runs.
+    pub cores: u32,
+    /// Memory for runs, in bytes.
+    pub memory: u64,
+    /// The most bytes that one run's files may take.
+    pub disk: u64,
+    /// Slurm instead of processes of this machine.
+    pub slurm: Option<Site>,
+    /// Folder in which workers make theirs; without it one within `data`.
+    pub scratch: Option<PathBuf>,
+    /// Host names besides loopback under which the server is reached.
+    pub hosts: Vec<String>,
+    /// Whether a proxy in front does TLS.
+    pub behind_proxy: bool,
+    /// Whether the solver is confined.
+    pub sandbox: bool,
+    /// Whether every connection counts as the local user.
+    pub no_auth: bool,
+    /// The clock's time between two checkpoints.
+    pub checkpoint_every: String,
+    /// Wait after the first attempt without progress, in s.
+    pub first_wait: f64,
+}
+
+/// Serves until SIGTERM or SIGINT. `ready` gets the link.
+pub async fn serve(options: Options, ready: impl FnOnce(&str)) -> Result<()> {
+    let loopback = options.listen.ip().is_loopback();
+    if options.no_auth && !loopback {
+        anyhow::bail!(
+            "--no-auth is for loopback addresses only: anyone on the network could change all runs"
+        );
+    }
+    if !loopback && !options.behind_proxy {
+        anyhow::bail!(
+            "listening on {} needs --behind-proxy: a proxy that does TLS",
+            options.listen.ip()
+        );
+    }
+    if options.sandbox && !cloud_worker::confine::landlock_is_there() {
+        anyhow::bail!(
+            "the kernel does not enforce Landlock, so a scene could read any file of this user. \
+             --no-sandbox serves all the same{}",
+            if loopback {
+                ""
+            } else {
+                "; do that only where all users may read all of it"
+            }
+        );
+    }
+    let app = state::App::open(options)?;
+    let listener = tokio::net::TcpListener::bind(app.options.listen)
+        .await
+        .with_context(|| format!("{} cannot be listened on", app.options.listen))?;
+    let address = listener.local_addr()?;
+    let link = app.link(address)?;
+    reconcile::begin(app.clone())?;
+    ready(&link);
+    let stop = app.clone();
+    axum::serve(listener, routes::router(app))
+        .with_graceful_shutdown(async move {
+            let mut terminate =
+                tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())
+                    .expect("a signal handler");
+            tokio::select! {
+                _ = terminate.recv() => {}
+                _ = tokio::signal::ctrl_c() => {}
+            }
+            // Streams of events never end by themselves.
+            stop.close();
+        })
+        .await?;
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! What was seen of runs lately: heads, beats, and since when they are silent, by this server's clock.
+
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::time::Instant;
+
+use cloud_api::Beat;
+use cloud_api::lifecycle::Job;
+
+/// What was seen of one run.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    /// The last sign of life.
+    pub(crate) beat: Option<Beat>,
+    /// When head, beat or the state of the job changed last.
+    pub(crate) changed: Instant,
+    /// When the job was handed to the engine, as far as this server knows.
+    pub(crate) submitted: Instant,
+    /// Number of the head's last change.
+    pub(crate) commit: u64,
+    /// Attempt and its job.
+    pub(crate) epoch: u64,
+    pub(crate) job: Job,
+    /// Notes of the head that listeners know.
+    pub(crate) notes: usize,
+    /// When the engine was asked to end the job.
+    pub(crate) interrupted: Option<Instant>,
+    /// When the user's wish was passed on.
+    pub(crate) wished: Option<Instant>,
+}
+
+impl Seen {
+    fn new(epoch: u64) -> Self {
+        let now = Instant::now();
+        Self {
+            beat: None,
+            changed: now,
+            submitted: now,
+            commit: 0,
+            epoch,
+            job: Job::Unknown,
+            notes: 0,
+            interrupted: None,
+            wished: None,
+        }
+    }
+}
+
+/// What was seen of all runs that have an attempt.
+#[derive(Default)]
+pub(crate) struct Lives(Mutex<HashMap<String, Seen>>);
+
+impl Lives {
+    /// Changes what was seen of a run; a new attempt begins without a history.
+    pub(crate) fn with<T>(&self, run: &str, epoch: u64, change: impl FnOnce(&mut Seen) -> T) -> T {
+        let mut all = self
+            .0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        let seen = all
+            .entry(run.to_owned())
+            .or_insert_with(|| Seen::new(epoch));
+        if seen.epoch != epoch {
+            let notes = seen.notes;
+            *seen = Seen {
+                notes,
+                ..Seen::new(epoch)
+            };
+        }
+        change(seen)
+    }
+
+    pub(crate) fn get(&self, run: &str) -> Option<Seen> {
+        self.0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+            .get(run)
+            .cloned()
+    }
+
+    pub(crate) fn forget(&self, run: &str) {
+        self.0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
+            .remove(run);
+    }
+}

@@ -1,0 +1,347 @@
+//! One loop that looks at every live run and does the next thing about it.
+//!
+//! What to do is decided by `cloud_api::lifecycle::next`, from the row in the database, the head in the store and what
+//! the engine says. A server that was killed looks anew and goes on; there is no recovery apart.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use cloud_api::lifecycle::{Event, Job, Seen, Todo, next};
+use cloud_api::{Beat, Control, Head, Phase, RunState, Wish};
+use cloud_engine::{Launch, Observed, Stop, job_name};
+use serde_json::json;
+
+use crate::db::{Applied, Live, now};
+use crate::state::{App, Message};
+
+/// How often the loop looks, if nothing wakes it.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// The most things that are done about one run before the others have their turn.
+const IN_A_ROW: usize = 6;
+
+/// Starts the loop in a thread of its own.
+pub(crate) fn begin(app: Arc<App>) -> Result<()> {
+    let woken = app
+        .woken
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+        .take();
+    let woken = woken.context("the loop runs already")?;
+    thread::Builder::new()
+        .name("reconciler".into())
+        .spawn(move || {
+            loop {
+                let begin = Instant::now();
+                if let Err(error) = look(&app) {
+                    eprintln!("{error:#}");
+                }
+                app.cache.tidy();
+                // A wake-up is heard at once, but the loop does not take more than half of a processor.
+                thread::sleep(begin.elapsed().min(LOOK));
+                let _ = woken.recv_timeout(LOOK);
+            }
+        })?;
+    Ok(())
+}
+
+fn look(app: &App) -> Result<()> {
+    let runs = app.db.live()?;
+    if runs.is_empty() {
+        return Ok(());
+    }
+    let jobs = if runs.iter().any(|live| live.run.state.has_attempt()) {
+        match app.engine.observe() {
+            Ok(jobs) => Some(jobs),
+            Err(error) => {
+                eprintln!("the engine gives no answer: {error}");
+                None
+            }
+        }
+    } else {
+        Some(HashMap::new())
+    };
+    let busy = |wanted: &dyn Fn(&Live) -> u64| -> u64 {
+        runs.iter()
+            .filter(|live| live.run.state.has_attempt())
+            .map(wanted)
+            .sum()
+    };
+    let mut room = Room {
+        cores: app
+            .engine
+            .abilities()
+            .cores
+            .map(|cores| i64::from(cores) - busy(&|live| u64::from(live.threads)) as i64),
+        memory: app.options.memory.saturating_sub(busy(&|live| live.memory)),
+        empty: busy(&|_| 1) == 0,
+    };
+    for live in runs {
+        let place = room.has(&live);
+        // Most of a long queue waits for its turn: nothing has to be read for that.
+        if live.run.state == RunState::Queued && !place && live.run.epoch == 0 {
+            continue;
+        }
+        let began = !live.run.state.has_attempt();
+        match one(app, live.clone(), jobs.as_ref(), place) {
+            Ok(true) if began => room.take(&live),
+            Ok(_) => {}
+            Err(error) => eprintln!("run {}: {error:#}", live.id),
+        }
+    }
+    Ok(())
+}
+
+/// What is free on this machine.
+struct Room {
+    /// `None`: the engine has a queue of its own.
+    cores: Option<i64>,
+    memory: u64,
+    empty: bool,
+}
+
+impl Room {
+    /// A run that is larger than the machine runs alone: it was let in by the check, or the machine was larger then.
+    fn has(&self, live: &Live) -> bool {
+        self.cores.is_none_or(|cores| {
+            self.empty || (i64::from(live.threads) <= cores && live.memory <= self.memory)
+        })
+    }
+
+    fn take(&mut self, live: &Live) {
+        self.cores = self.cores.map(|cores| cores - i64::from(live.threads));
+        self.memory = self.memory.saturating_sub(live.memory);
+        self.empty = false;
+    }
+}
+
+/// Does what is due about a run. Returns whether it has an attempt then.
+fn one(
+    app: &App,
+    mut live: Live,
+    jobs: Option<&HashMap<String, Observed>>,
+    place: bool,
+) -> Result<bool> {
+    for _ in 0..IN_A_ROW {
+        let head_key = format!("runs/{}/head.json", live.id);
+        let versioned = match app.store.get_versioned(&head_key) {
+            Ok(versioned) => versioned,
+            Err(error) => {
+                eprintln!("{error}");
+                // Silence of the store is not silence of the run.
+                app.lives.with(&live.id, live.run.epoch, |seen| {
+                    seen.changed = Instant::now()
+                });
+                return Ok(live.run.state.has_attempt());
+            }
+        };
+        let (head, version) = match versioned {
+            Some((text, version)) => {
+                let head: Head = serde_json::from_slice(&text)
+                    .with_context(|| format!("{head_key} cannot be read"))?;
+                (head, Some(version))
+            }
+            None => (Head::default(), None),
+        };
+        let job = match jobs {
+            None => Job::Unknown,
+            Some(jobs) => match jobs.get(&job_name(&live.id, live.run.epoch)) {
+                None => Job::Absent,
+                Some(Observed::Pending(_)) => Job::Pending,
+                Some(Observed::Running(_)) => Job::Running,
+            },
+        };
+        let beat = if live.run.state.has_attempt() && head.phase == Phase::Running {
+            let text = app
+                .store
+                .get(&format!("runs/{}/beat/{}.json", live.id, live.run.epoch))
+                .ok()
+                .flatten();
+            text.and_then(|text| serde_json::from_slice::<Beat>(&text).ok())
+        } else {
+            None
+        };
+        notice(app, &live, &head, beat, job);
+        let (changed, submitted) = app.lives.with(&live.id, live.run.epoch, |seen| {
+            (seen.changed, seen.submitted)
+        });
+        let seen = Seen {
+            head: Some(&head),
+            job,
+            silent: changed.elapsed().as_secs_f64(),
+            since_submit: submitted.elapsed().as_secs_f64(),
+            place,
+            now: now(),
+        };
+        let event = match next(&live.run, &seen, app.db.policy()) {
+            Todo::Nothing => break,
+            Todo::Launch => Event::Launched,
+            Todo::Claim => {
+                let claimed = Head {
+                    epoch: live.run.epoch,
+                    revision: live.run.revision,
+                    commit: head.commit + 1,
+                    phase: Phase::Launched,
+                    ending: None,
+                    ..head
+                };
+                // Where another was faster (a worker that was given up), the next look sees what it did.
+                app.store.swap(
+                    &head_key,
+                    version.as_ref(),
+                    &serde_json::to_vec_pretty(&claimed)?,
+                )?;
+                continue;
+            }
+            Todo::Submit => {
+                app.engine.submit(&launch(app, &live)?)?;
+                if std::env::var_os("MERCURY_CLOUD_FAIL")
+                    .is_some_and(|point| point == "after-submit")
+                {
+                    // For tests: killed between the engine's yes and its record.
+                    std::process::exit(137);
+                }
+                app.lives.with(&live.id, live.run.epoch, |seen| {
+                    seen.submitted = Instant::now();
+                    seen.changed = Instant::now();
+                });
+                Event::Submitted
+            }
+            Todo::Tell => {
+                let (epoch, wish) = (live.run.epoch, live.run.wish);
+                let wished = app.lives.with(&live.id, epoch, |seen| {
+                    *seen.wished.get_or_insert_with(Instant::now)
+                });
+                let control = serde_json::to_vec(&Control { epoch, wish })?;
+                app.store
+                    .put(&format!("runs/{}/control.json", live.id), &control)?;
+                if wished.elapsed().as_secs_f64() > app.db.policy().stop_grace
+                    || wish == Wish::Kill && wished.elapsed() > LOOK * 20
+                {
+                    app.engine.stop(&job_name(&live.id, epoch), Stop::Hard)?;
+                }
+                break;
+            }
+            Todo::Interrupt => {
+                let epoch = live.run.epoch;
+                // First the gentle way; a job that does not go is ended.
+                let since = app.lives.with(&live.id, epoch, |seen| {
+                    *seen.interrupted.get_or_insert_with(Instant::now)
+                });
+                let grace = app.engine.abilities().grace;
+                let how = if since.elapsed().as_secs_f64() > grace {
+                    Stop::Hard
+                } else {
+                    Stop::Gently
+                };
+                app.engine.stop(&job_name(&live.id, epoch), how)?;
+                break;
+            }
+            Todo::Close(ending) => Event::Ended(ending, head.step),
+        };
+        let closed = matches!(event, Event::Ended(..));
+        match app.db.apply(
+            &live.id,
+            &event,
+            Some(&head_of(app, &live)?),
+            app.engine.name(),
+        )? {
+            Applied::Done(run, events) => {
+                live.run = run;
+                app.tell(live.owner, events);
+            }
+            Applied::Missing => return Ok(false),
+            Applied::Illegal(error) => eprintln!("run {}: {error}", live.id),
+        }
+        if closed {
+            if !live.run.state.is_live() {
+                app.lives.forget(&live.id);
+            }
+            break;
+        }
+    }
+    Ok(live.run.state.has_attempt())
+}
+
+fn head_of(app: &App, live: &Live) -> Result<Head> {
+    let id = live.id.parse()?;
+    Ok(app.head(&id)?.unwrap_or_default())
+}
+
+/// Takes note of signs of life, and passes them on to listeners.
+fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
+    let (news, notes) = app.lives.with(&live.id, live.run.epoch, |seen| {
+        let beats =
+            beat.as_ref().map(|beat| beat.count) != seen.beat.as_ref().map(|beat| beat.count);
+        let changed = beats || head.commit != seen.commit || job != seen.job;
+        if changed {
+            seen.changed = Instant::now();
+        }
+        seen.commit = head.commit;
+        seen.job = job;
+        let first = seen.notes.min(head.notes.len());
+        seen.notes = head.notes.len();
+        let news = beats.then(|| beat.clone()).flatten();
+        if beat.is_some() {
+            seen.beat = beat;
+        }
+        (news, head.notes[first..].to_vec())
+    });
+    if let Some(beat) = news {
+        let text =
+            json!({"run": live.id, "kind": "progress", "time": now(), "data": beat}).to_string();
+        let message = Message {
+            owner: live.owner,
+            id: None,
+            run: live.id.clone(),
+            text,
+        };
+        let _ = app.news.send(Arc::new(message));
+    }
+    for note in notes {
+        // A server that was started anew would say old ones again.
+        let known = app.db.events(None, Some(&live.id), 0).unwrap_or_default();
+        let data = json!(note);
+        if !known
+            .iter()
+            .any(|event| event.kind == "note" && event.data == data)
+            && let Ok(event) = app.db.event(&live.id, "note", data)
+        {
+            app.tell(live.owner, vec![event]);
+        }
+    }
+}
+
+fn launch(app: &App, live: &Live) -> Result<Launch> {
+    let job = job_name(&live.id, live.run.epoch);
+    let options = &app.options;
+    // On this machine by a name that is the program that runs now, also when its file has been replaced by a newer one.
+    let program = match options.slurm {
+        None => "/proc/self/exe".into(),
+        Some(_) => std::env::current_exe().context("the path of mercury-cloud")?,
+    };
+    let mut command: Vec<std::ffi::OsString> = vec![program.into(), "worker".into()];
+    let mut add = |option: &str, value: std::ffi::OsString| command.extend([option.into(), value]);
+    add("--store", (&app.store_url).into());
+    add("--job", (&job).into());
+    add("--run", (&live.id).into());
+    add("--epoch", live.run.epoch.to_string().into());
+    add("--scratch", app.scratch().into());
+    add("--solver", (&options.solver).into());
+    add("--beat", app.engine.abilities().beat.to_string().into());
+    add("--checkpoint-every", (&options.checkpoint_every).into());
+    if !options.sandbox {
+        command.push("--no-sandbox".into());
+    }
+    let log = options.data.join("log").join(format!("{job}.log"));
+    Ok(Launch {
+        job,
+        command,
+        threads: live.threads,
+        memory: live.memory,
+        log,
+    })
+}

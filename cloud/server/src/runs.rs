@@ -1,0 +1,492 @@
+//! What users do with runs: submit, extend, clone, delete.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use axum::http::StatusCode;
+use cloud_api::answers::{Checked, RunRow};
+use cloud_api::lifecycle::Event;
+use cloud_api::requests::{Scene, Study, Submit};
+use cloud_api::{Head, InputFile, RunId, Spec};
+use cloud_store::sha256;
+use serde_json::Value;
+
+use crate::access::Fail;
+use crate::check::{check, inspect};
+use crate::db::{Applied, NewRun};
+use crate::secrets::{self, User};
+use crate::state::App;
+
+/// The most runs of a study.
+const MOST_RUNS: usize = 10_000;
+
+/// The longest title and label, in bytes.
+const LONGEST_TITLE: usize = 200;
+
+/// What a memory forecast is off by at most, and what a solver needs besides, in bytes.
+const MEMORY_MARGIN: u64 = 256 << 20;
+
+/// The least disk that a run may have, in bytes.
+const LEAST_DISK: u64 = 1 << 30;
+
+/// Forecasts of a plan.
+struct Forecast {
+    memory: u64,
+    disk: u64,
+    steps: Option<u64>,
+}
+
+fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
+    let number = |group: &str, name: &str| plan[group][name].as_f64().unwrap_or(0.0);
+    let memory = (number("memory", "at_most") * 1.25) as u64 + MEMORY_MARGIN;
+    let disk = number("disk", "bytes");
+    if app
+        .engine
+        .abilities()
+        .cores
+        .is_some_and(|cores| threads > cores)
+    {
+        return Err(Fail::bad(
+            "too many threads",
+            format!("This server has {} cores for runs.", app.options.cores),
+        ));
+    }
+    if memory > app.options.memory {
+        let (needs, has) = (memory >> 20, app.options.memory >> 20);
+        return Err(Fail::bad(
+            "too large",
+            format!("The run may need {needs} MB of memory; there are {has} MB."),
+        ));
+    }
+    if disk > app.options.disk as f64 {
+        let (needs, has) = (disk / 1e6, app.options.disk / 1_000_000);
+        return Err(Fail::bad(
+            "too large",
+            format!("The run will write {needs:.0} MB; a run may have {has} MB."),
+        ));
+    }
+    Ok(Forecast {
+        memory,
+        disk: app.options.disk.max(LEAST_DISK),
+        steps: plan["time"]["steps"].as_u64(),
+    })
+}
+
+/// A word for a title: what the user says, what the scene says, what the file is called.
+fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fail> {
+    let own = plan["title"].as_str().filter(|title| !title.is_empty());
+    let title = asked
+        .filter(|title| !title.trim().is_empty())
+        .or(own)
+        .unwrap_or(&scene.name);
+    if title.len() > LONGEST_TITLE {
+        return Err(Fail::bad(
+            "the title is too long",
+            format!("A title has at most {LONGEST_TITLE} bytes."),
+        ));
+    }
+    Ok(title.to_owned())
+}
+
+fn label(asked: Option<&str>) -> Result<&str, Fail> {
+    let label = asked.unwrap_or_default();
+    if label.len() > LONGEST_TITLE {
+        return Err(Fail::bad(
+            "the label is too long",
+            format!("A label has at most {LONGEST_TITLE} bytes."),
+        ));
+    }
+    Ok(label)
+}
+
+/// The plan of a scene that can run.
+async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, Fail> {
+    let Checked { problems, plan } = check(app, user.id, scene.clone(), false).await?;
+    match plan {
+        Some(plan) if problems.is_empty() => Ok(plan),
+        _ => Err(Fail::scene(problems)),
+    }
+}
+
+/// A run that is ready to be written.
+struct Ready {
+    id: RunId,
+    title: String,
+    spec: Spec,
+    spec_text: String,
+    steps: Option<u64>,
+}
+
+fn ready(
+    app: &App,
+    user: &User,
+    submit: &Submit,
+    plan: &Value,
+    title: String,
+) -> Result<Ready, Fail> {
+    if !(1..=1024).contains(&submit.threads) {
+        return Err(Fail::bad(
+            "threads are not taken",
+            "A run has 1 to 1024 threads.",
+        ));
+    }
+    let forecast = forecast(app, plan, submit.threads)?;
+    let mut files: BTreeMap<String, InputFile> = inspect(app, user.id, &submit.scene)?
+        .into_iter()
+        .map(|(name, sha256, bytes)| (name, InputFile { sha256, bytes }))
+        .collect();
+    let text = submit.scene.text.as_bytes();
+    let digits = sha256(text);
+    app.store.put(&format!("inputs/{digits}"), text)?;
+    app.db.add_input(&digits, user.id, text.len() as u64)?;
+    files.insert(
+        submit.scene.name.clone(),
+        InputFile {
+            sha256: digits,
+            bytes: text.len() as u64,
+        },
+    );
+    let spec = Spec {
+        revision: 1,
+        title: title.clone(),
+        scene: submit.scene.name.clone(),
+        files,
+        set: submit.scene.set.clone(),
+        result: submit.result.clone(),
+        threads: submit.threads,
+        disk: forecast.disk,
+        memory: forecast.memory,
+        solver: app.version.clone(),
+    };
+    let spec_text = serde_json::to_string(&spec).map_err(Fail::inner)?;
+    Ok(Ready {
+        id: secrets::run_id()?,
+        title,
+        spec,
+        spec_text,
+        steps: forecast.steps,
+    })
+}
+
+/// Writes what the store has to have, before the database knows of the run: a run without its files is never seen.
+fn write(app: &App, run: &Ready) -> Result<(), Fail> {
+    let id = &run.id;
+    app.store.put(
+        &format!("runs/{id}/spec.{}.json", run.spec.revision),
+        run.spec_text.as_bytes(),
+    )?;
+    let head = serde_json::to_vec_pretty(&Head::default()).map_err(Fail::inner)?;
+    app.store
+        .swap(&format!("runs/{id}/head.json"), None, &head)?;
+    Ok(())
+}
+
+/// Submits a run. The same key with the same body is the same run.
+pub(crate) async fn submit(
+    app: &Arc<App>,
+    user: &User,
+    submit: Submit,
+    key: Option<&str>,
+) -> Result<String, Fail> {
+    let body = serde_json::to_string(&submit).map_err(Fail::inner)?;
+    if let Some(id) = known(app, user, key, &body)? {
+        return Ok(id);
+    }
+    let plan = plan(app, user, &submit.scene).await?;
+    let label = label(submit.label.as_deref())?.to_owned();
+    let title = title(submit.title.as_deref(), &plan, &submit.scene)?;
+    let (user, key, app) = (user.clone(), key.map(str::to_owned), Arc::clone(app));
+    blocking(move || {
+        let run = ready(&app, &user, &submit, &plan, title)?;
+        write(&app, &run)?;
+        let id = run.id.to_string();
+        let new = NewRun {
+            id: &id,
+            owner: user.id,
+            key: key.as_deref().map(|key| (key, body.as_str())),
+            title: &run.title,
+            label: &label,
+            spec: &run.spec_text,
+            threads: run.spec.threads,
+            memory: run.spec.memory,
+            of_steps: run.steps,
+        };
+        let inserted = app.db.insert(&[new]);
+        match inserted {
+            Ok(events) => app.tell(user.id, events),
+            // Two requests with one key at once: the other one was faster.
+            Err(error) => {
+                app.store.delete_all(&format!("runs/{id}/"))?;
+                return known(&app, &user, key.as_deref(), &body)?
+                    .ok_or_else(|| Fail::inner(error));
+            }
+        }
+        app.look();
+        Ok(id)
+    })
+    .await
+}
+
+fn known(app: &App, user: &User, key: Option<&str>, body: &str) -> Result<Option<String>, Fail> {
+    let Some(key) = key else { return Ok(None) };
+    if key.is_empty() || key.len() > 200 {
+        return Err(Fail::bad(
+            "Idempotency-Key is not taken",
+            "It has 1 to 200 characters.",
+        ));
+    }
+    match app.db.by_key(user.id, key)? {
+        Some((id, before)) if before == body => Ok(Some(id)),
+        Some(_) => {
+            let detail =
+                "This Idempotency-Key belongs to a run that was submitted with another body.";
+            Err(Fail::new(
+                StatusCode::CONFLICT,
+                "another run has this key",
+                detail,
+            ))
+        }
+        None => Ok(None),
+    }
+}
+
+/// All combinations of the values of a study, the last key fastest.
+pub(crate) fn grid(sweep: &BTreeMap<String, Vec<String>>) -> Vec<Vec<String>> {
+    let mut combinations = vec![Vec::new()];
+    for (key, values) in sweep {
+        combinations = combinations
+            .into_iter()
+            .flat_map(|before| {
+                values.iter().map(move |value| {
+                    let mut set: Vec<String> = before.clone();
+                    set.push(format!("{key}={value}"));
+                    set
+                })
+            })
+            .collect();
+    }
+    combinations
+}
+
+/// Submits the runs of a study, all or none. Returns their names.
+pub(crate) async fn study(app: &Arc<App>, user: &User, study: Study) -> Result<Vec<String>, Fail> {
+    let runs: usize = study
+        .sweep
+        .values()
+        .map(Vec::len)
+        .fold(1, usize::saturating_mul);
+    if study.sweep.is_empty() || runs == 0 || runs > MOST_RUNS {
+        return Err(Fail::bad(
+            "a study has 1 to 10000 runs",
+            "Each key of `sweep` needs at least one value.",
+        ));
+    }
+    let name = study
+        .base
+        .label
+        .clone()
+        .or_else(|| study.base.title.clone());
+    let label = label(name.as_deref().or(Some("study")))?.to_owned();
+    let mut ready_runs = Vec::new();
+    for set in grid(&study.sweep) {
+        let mut one = study.base.clone();
+        one.scene.set.extend(set.clone());
+        let plan = plan(app, user, &one.scene).await?;
+        let title = title(study.base.title.as_deref(), &plan, &one.scene)?;
+        let (user, app) = (user.clone(), Arc::clone(app));
+        let run = blocking(move || {
+            let run = ready(
+                &app,
+                &user,
+                &one,
+                &plan,
+                format!("{title}: {}", set.join(", ")),
+            )?;
+            write(&app, &run)?;
+            Ok(run)
+        });
+        ready_runs.push(run.await?);
+    }
+    let ids: Vec<String> = ready_runs.iter().map(|run| run.id.to_string()).collect();
+    let new: Vec<NewRun> = ready_runs
+        .iter()
+        .zip(&ids)
+        .map(|(run, id)| NewRun {
+            id,
+            owner: user.id,
+            key: None,
+            title: &run.title,
+            label: &label,
+            spec: &run.spec_text,
+            threads: run.spec.threads,
+            memory: run.spec.memory,
+            of_steps: run.steps,
+        })
+        .collect();
+    let events = app.db.insert(&new)?;
+    app.tell(user.id, events);
+    app.look();
+    Ok(ids)
+}
+
+/// A run that the user may see, and whether it may be changed.
+pub(crate) fn mine(
+    app: &App,
+    user: &User,
+    id: &str,
+) -> Result<(RunId, i64, cloud_api::lifecycle::Run, RunRow, Spec), Fail> {
+    let id: RunId = id.parse().map_err(|_| Fail::missing())?;
+    let (owner, run, row, spec) = app.db.run(id.as_str())?.ok_or_else(Fail::missing)?;
+    let shared = user.share.as_deref().map(|share| share == id.as_str());
+    if !shared.unwrap_or(owner == user.id) {
+        return Err(Fail::missing());
+    }
+    Ok((
+        id,
+        owner,
+        run,
+        row,
+        serde_json::from_str(&spec).map_err(Fail::inner)?,
+    ))
+}
+
+/// Records an event that the user wants.
+pub(crate) fn change(app: &App, user: &User, id: &str, event: &Event) -> Result<(), Fail> {
+    let (id, owner, ..) = mine(app, user, id)?;
+    match app.db.apply(id.as_str(), event, None, app.engine.name())? {
+        Applied::Done(_, events) => app.tell(owner, events),
+        Applied::Missing => return Err(Fail::missing()),
+        Applied::Illegal(illegal) => {
+            return Err(Fail::new(
+                StatusCode::CONFLICT,
+                "not in this state",
+                illegal.to_string(),
+            ));
+        }
+    }
+    app.look();
+    Ok(())
+}
+
+/// The scene of a run as it was submitted, to be cloned.
+pub(crate) fn scene(app: &App, spec: &Spec) -> Result<Scene, Fail> {
+    let text = spec.files.get(&spec.scene).ok_or_else(Fail::missing)?;
+    let text = app
+        .store
+        .get(&format!("inputs/{}", text.sha256))?
+        .ok_or_else(Fail::missing)?;
+    let others = spec.files.iter().filter(|(name, _)| **name != spec.scene);
+    Ok(Scene {
+        name: spec.scene.clone(),
+        text: String::from_utf8_lossy(&text).into_owned(),
+        files: others
+            .map(|(name, file)| (name.clone(), file.sha256.clone()))
+            .collect(),
+        set: spec.set.clone(),
+    })
+}
+
+/// Gives a run a later end: a further revision of its spec, on the same data.
+pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> Result<(), Fail> {
+    if !end.is_finite() || end <= 0.0 {
+        return Err(Fail::bad(
+            "the end is not taken",
+            "It is a time in s, larger than 0.",
+        ));
+    }
+    let (id, owner, run, row, mut spec) = mine(app, user, id)?;
+    if end <= row.time {
+        let detail = format!(
+            "The run has come to {} s already; its new end is later than that.",
+            row.time
+        );
+        return Err(Fail::bad("the end is not taken", detail));
+    }
+    let mut scene = scene(app, &spec)?;
+    scene
+        .set
+        .retain(|set| !set.trim_start().starts_with("time.end="));
+    scene.set.push(format!("time.end={end}"));
+    let owner_user = User {
+        id: owner,
+        ..user.clone()
+    };
+    let plan = plan(app, &owner_user, &scene).await?;
+    let forecast = forecast(app, &plan, spec.threads)?;
+    spec.revision = run.revision + 1;
+    spec.set = scene.set;
+    let text = serde_json::to_string(&spec).map_err(Fail::inner)?;
+    let (app, user) = (Arc::clone(app), user.clone());
+    blocking(move || {
+        app.store.put(
+            &format!("runs/{id}/spec.{}.json", spec.revision),
+            text.as_bytes(),
+        )?;
+        change(&app, &user, id.as_str(), &Event::Extend)?;
+        Ok(app.db.set_spec(id.as_str(), &text, forecast.steps)?)
+    })
+    .await
+}
+
+/// Removes a run with all its files. One that has an attempt has to be stopped first.
+pub(crate) fn delete(app: &App, user: &User, id: &str) -> Result<(), Fail> {
+    let (id, _, run, ..) = mine(app, user, id)?;
+    if run.state.is_live() {
+        let detail = "Stop the run first.";
+        return Err(Fail::new(
+            StatusCode::CONFLICT,
+            "the run is not over",
+            detail,
+        ));
+    }
+    app.db.delete(id.as_str())?;
+    app.lives.forget(id.as_str());
+    app.cache.forget(id.as_str());
+    // The head last but one glance: a worker that was given up finds it gone, and ends.
+    app.store.delete_all(&format!("runs/{id}/"))?;
+    Ok(())
+}
+
+/// Work that waits for disks, on a thread that may.
+pub(crate) async fn blocking<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Fail> + Send + 'static,
+) -> Result<T, Fail> {
+    tokio::task::spawn_blocking(work)
+        .await
+        .map_err(Fail::inner)?
+}
+
+/// Adds to a row what was seen of the run lately.
+pub(crate) fn with_life(app: &App, mut row: RunRow) -> RunRow {
+    if row.state.has_attempt()
+        && let Some(seen) = app.lives.get(&row.id)
+        && let Some(beat) = seen.beat
+    {
+        row.step = row.step.max(beat.step);
+        row.of_steps = beat.of_steps.or(row.of_steps);
+        row.time = row.time.max(beat.time);
+        row.seconds_left = beat.seconds_left;
+        row.particles = beat.particles;
+    }
+    row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_has_every_combination_once() {
+        let sweep = BTreeMap::from([
+            ("a".to_owned(), vec!["1".to_owned(), "2".to_owned()]),
+            (
+                "b".to_owned(),
+                vec!["x".to_owned(), "y".to_owned(), "z".to_owned()],
+            ),
+        ]);
+        let grid = grid(&sweep);
+        assert_eq!(grid.len(), 6);
+        assert_eq!(grid[0], ["a=1", "b=x"]);
+        assert_eq!(grid[5], ["a=2", "b=z"]);
+    }
+}

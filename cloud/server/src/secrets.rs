@@ -1,0 +1,313 @@
+//! Passwords, sessions, tokens and links. Secrets are 256 random bits and kept as hashes; passwords by argon2id.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, anyhow};
+use argon2::Argon2;
+use argon2::password_hash::{PasswordHasher, PasswordVerifier, phc::PasswordHash};
+use cloud_store::{hex, sha256};
+use rusqlite::{OptionalExtension, params};
+
+use crate::db::{self, Db, now};
+
+/// Name of the user of a laptop.
+const LOCAL: &str = "local";
+
+/// The most tries to log in within a minute, from all sides together.
+const TRIES: usize = 5;
+
+/// Seconds of a day.
+pub(crate) const DAY: f64 = 86_400.0;
+
+/// What a secret is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// A cookie.
+    Session,
+    /// A bearer token of the API.
+    Token,
+    /// The link that `serve` prints.
+    Link,
+    /// A link to one run, to look at.
+    Share,
+}
+
+impl Kind {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Session => "session",
+            Self::Token => "token",
+            Self::Link => "link",
+            Self::Share => "share",
+        }
+    }
+}
+
+/// A recognised user.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct User {
+    pub(crate) id: i64,
+    pub(crate) name: String,
+    pub(crate) admin: bool,
+    pub(crate) read_only: bool,
+    /// The one run that the secret is for.
+    pub(crate) share: Option<String>,
+}
+
+/// 256 random bits as digits.
+pub(crate) fn random() -> Result<String> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).map_err(|error| anyhow!("no random numbers: {error}"))?;
+    Ok(hex(&bytes))
+}
+
+/// A name for a run.
+pub(crate) fn run_id() -> Result<cloud_api::RunId> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|error| anyhow!("no random numbers: {error}"))?;
+    Ok(cloud_api::RunId::of(bytes))
+}
+
+/// Hash of a password, with its parameters.
+pub fn password_hash(password: &str) -> Result<String> {
+    let hash = Argon2::default().hash_password(password.as_bytes());
+    Ok(hash
+        .map_err(|error| anyhow!("the password cannot be hashed: {error}"))?
+        .to_string())
+}
+
+fn is_password(password: &str, hash: &str) -> bool {
+    PasswordHash::new(hash).is_ok_and(|hash| {
+        Argon2::default()
+            .verify_password(password.as_bytes(), &hash)
+            .is_ok()
+    })
+}
+
+/// The user of a laptop: exists from the beginning, without a password.
+pub(crate) fn first_user(db: &Db) -> db::Result<()> {
+    db.lock().execute(
+        "INSERT OR IGNORE INTO users(id, name, hash, admin) VALUES (1, ?1, NULL, 1)",
+        [LOCAL],
+    )?;
+    Ok(())
+}
+
+/// Adds a user, or gives a user another password.
+pub(crate) fn set_user(db: &Db, name: &str, password: &str, admin: bool) -> Result<()> {
+    let hash = password_hash(password)?;
+    db.lock().execute(
+        "INSERT INTO users(name, hash, admin) VALUES (?1, ?2, ?3) ON CONFLICT(name) DO UPDATE SET hash=?2, admin=?3",
+        params![name, hash, admin],
+    )?;
+    Ok(())
+}
+
+/// A new secret. It is returned, and only its hash is kept.
+pub(crate) fn issue(
+    db: &Db,
+    kind: Kind,
+    user: i64,
+    name: &str,
+    run: Option<&str>,
+    days: f64,
+    read_only: bool,
+) -> Result<(i64, String, f64)> {
+    let secret = match kind {
+        Kind::Token => format!("mc_{}", random()?),
+        _ => random()?,
+    };
+    let expires = now() + days * DAY;
+    let connection = db.lock();
+    connection.execute("DELETE FROM secrets WHERE expires < ?1", [now()])?;
+    connection.execute(
+        "INSERT INTO secrets(hash, kind, user, name, run, expires, read_only) VALUES (?1,?2,?3,?4,?5,?6,?7)",
+        params![sha256(secret.as_bytes()), kind.word(), user, name, run, expires, read_only],
+    )?;
+    Ok((connection.last_insert_rowid(), secret, expires))
+}
+
+/// The user whose secret of this kind it is. The comparison is by hash, so its time tells nothing of the secret.
+pub(crate) fn recognise(db: &Db, kind: Kind, secret: &str) -> db::Result<Option<User>> {
+    db.lock()
+        .query_row(
+            "SELECT u.id, u.name, u.admin, s.read_only, s.run FROM secrets s JOIN users u ON u.id = s.user
+             WHERE s.hash = ?1 AND s.kind = ?2 AND s.expires > ?3",
+            params![sha256(secret.as_bytes()), kind.word(), now()],
+            |row| {
+                Ok(User {
+                    id: row.get(0)?,
+                    name: row.get(1)?,
+                    admin: row.get(2)?,
+                    read_only: row.get(3)?,
+                    share: row.get(4)?,
+                })
+            },
+        )
+        .optional()
+}
+
+/// The user of a laptop, for `--no-auth`.
+pub(crate) fn local() -> User {
+    User {
+        id: 1,
+        name: LOCAL.to_owned(),
+        admin: true,
+        read_only: false,
+        share: None,
+    }
+}
+
+/// The user with this password. Takes as long where there is no such user.
+pub(crate) fn log_in(db: &Db, name: &str, password: &str) -> Result<Option<User>> {
+    let found = db
+        .lock()
+        .query_row(
+            "SELECT id, admin, hash FROM users WHERE name = ?1",
+            [name],
+            |row| {
+                Ok((
+                    row.get::<_, i64>(0)?,
+                    row.get::<_, bool>(1)?,
+                    row.get::<_, Option<String>>(2)?,
+                ))
+            },
+        )
+        .optional()?;
+    match found {
+        Some((id, admin, Some(hash))) if is_password(password, &hash) => Ok(Some(User {
+            id,
+            name: name.to_owned(),
+            admin,
+            read_only: false,
+            share: None,
+        })),
+        Some((_, _, Some(_))) => Ok(None),
+        _ => {
+            password_hash(password)?;
+            Ok(None)
+        }
+    }
+}
+
+pub(crate) fn revoke(db: &Db, kind: Kind, secret: &str) -> db::Result<()> {
+    let hash = sha256(secret.as_bytes());
+    db.lock().execute(
+        "DELETE FROM secrets WHERE hash = ?1 AND kind = ?2",
+        params![hash, kind.word()],
+    )?;
+    Ok(())
+}
+
+/// The secret of the link: kept in the data folder, readable by its owner alone, so that the link stays the same.
+pub(crate) fn link_token(db: &Db, data: &Path) -> Result<String> {
+    let path = data.join("link-token");
+    if let Ok(token) = fs::read_to_string(&path)
+        && recognise(db, Kind::Link, token.trim())?.is_some()
+    {
+        return Ok(token.trim().to_owned());
+    }
+    let (_, token, _) = issue(db, Kind::Link, 1, "link", None, 3650.0, false)?;
+    write_secret(&path, &token)?;
+    Ok(token)
+}
+
+/// Writes a file that its owner alone may read.
+pub(crate) fn write_secret(path: &Path, text: &str) -> Result<()> {
+    let written = fs::OpenOptions::new()
+        .create(true)
+        .truncate(true)
+        .write(true)
+        .mode(0o600)
+        .open(path)
+        .and_then(|mut file| writeln!(file, "{text}"));
+    written.with_context(|| format!("{}", path.display()))
+}
+
+/// Counts tries to log in.
+#[derive(Default)]
+pub(crate) struct Tries(Mutex<HashMap<String, Vec<Instant>>>);
+
+impl Tries {
+    /// Whether one more try for this name is allowed now.
+    pub(crate) fn allowed(&self, name: &str) -> bool {
+        let mut all = self
+            .0
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
+        all.retain(|_, tries| {
+            tries.retain(|at| at.elapsed() < Duration::from_secs(60));
+            !tries.is_empty()
+        });
+        let tries = all.entry(name.to_owned()).or_default();
+        if tries.len() >= TRIES {
+            return false;
+        }
+        tries.push(Instant::now());
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloud_api::lifecycle::Policy;
+
+    use super::*;
+
+    #[test]
+    fn secrets_are_good_for_one_thing_and_one_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        first_user(&db).unwrap();
+        let (_, token, _) = issue(&db, Kind::Token, 1, "x", None, 1.0, true).unwrap();
+        assert!(
+            recognise(&db, Kind::Token, &token)
+                .unwrap()
+                .unwrap()
+                .read_only
+        );
+        assert_eq!(recognise(&db, Kind::Session, &token).unwrap(), None);
+        assert_eq!(recognise(&db, Kind::Token, "mc_0").unwrap(), None);
+        let (_, old, _) = issue(&db, Kind::Token, 1, "x", None, -1.0, false).unwrap();
+        assert_eq!(recognise(&db, Kind::Token, &old).unwrap(), None);
+        revoke(&db, Kind::Token, &token).unwrap();
+        assert_eq!(recognise(&db, Kind::Token, &token).unwrap(), None);
+        let kept: i64 = db
+            .lock()
+            .query_row(
+                "SELECT count(*) FROM secrets WHERE hash = ?1",
+                [&token],
+                |row| row.get(0),
+            )
+            .unwrap();
+        assert_eq!(kept, 0, "a secret is never kept in the clear");
+    }
+
+    #[test]
+    fn passwords_are_compared_by_their_hashes() {
+        let folder = tempfile::tempdir().unwrap();
+        let db = Db::open(&folder.path().join("db"), Policy::default()).unwrap();
+        first_user(&db).unwrap();
+        set_user(&db, "ada", "correct horse", false).unwrap();
+        assert!(log_in(&db, "ada", "correct horse").unwrap().is_some());
+        assert!(log_in(&db, "ada", "wrong horse").unwrap().is_none());
+        assert!(log_in(&db, "local", "").unwrap().is_none());
+        assert!(log_in(&db, "nemo", "x").unwrap().is_none());
+    }
+
+    #[test]
+    fn the_sixth_try_within_a_minute_is_refused() {
+        let tries = Tries::default();
+        assert_eq!(
+            (0..6).map(|_| tries.allowed("ada")).collect::<Vec<_>>(),
+            [true, true, true, true, true, false]
+        );
+        assert!(tries.allowed("bob"));
+    }
+}

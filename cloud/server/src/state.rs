@@ -1,0 +1,217 @@
+//! What all requests share.
+
+use std::collections::HashMap;
+use std::fs::{self, File, OpenOptions};
+use std::net::SocketAddr;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use cloud_api::answers::{EventRow, Template};
+use cloud_api::lifecycle::Policy;
+use cloud_api::{Head, RunId};
+use cloud_engine::{Engine, Local, Slurm};
+use cloud_store::{FolderStore, Store};
+use tokio::sync::{Semaphore, broadcast, watch};
+
+use crate::db::Db;
+use crate::frames::Cache;
+use crate::live::Lives;
+use crate::secrets::Tries;
+use crate::{Options, secrets, templates};
+
+/// How many messages a slow listener may be behind before it is told that it missed some.
+const BACKLOG: usize = 1024;
+
+/// How many scenes are checked at once.
+const CHECKS: usize = 2;
+
+/// Something that listeners of `GET /events` hear of.
+#[derive(Clone, Debug)]
+pub(crate) struct Message {
+    /// User whose run it is.
+    pub(crate) owner: i64,
+    /// Number of it, where it is kept and can be replayed.
+    pub(crate) id: Option<i64>,
+    pub(crate) run: String,
+    /// As it is sent.
+    pub(crate) text: String,
+}
+
+/// The server's state.
+pub(crate) struct App {
+    pub(crate) options: Options,
+    pub(crate) db: Db,
+    pub(crate) store: Box<dyn Store>,
+    /// URL of the store as workers get it.
+    pub(crate) store_url: String,
+    pub(crate) engine: Box<dyn Engine>,
+    pub(crate) version: String,
+    pub(crate) templates: Vec<Template>,
+    pub(crate) lives: Lives,
+    pub(crate) cache: Cache,
+    pub(crate) tries: Tries,
+    pub(crate) checks: Semaphore,
+    pub(crate) news: broadcast::Sender<Arc<Message>>,
+    pub(crate) wake: std::sync::mpsc::SyncSender<()>,
+    pub(crate) woken: Mutex<Option<std::sync::mpsc::Receiver<()>>>,
+    closed: watch::Sender<bool>,
+    /// Held for as long as the server lives: a second one on the same data is refused.
+    _lock: File,
+}
+
+impl App {
+    pub(crate) fn open(mut options: Options) -> Result<Arc<Self>> {
+        fs::create_dir_all(&options.data).with_context(|| format!("{}", options.data.display()))?;
+        options.data = options.data.canonicalize()?;
+        let data = options.data.clone();
+        let lock = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .mode(0o600)
+            .open(data.join("lock"))
+            .with_context(|| format!("{}", data.join("lock").display()))?;
+        if rustix::fs::flock(&lock, rustix::fs::FlockOperation::NonBlockingLockExclusive).is_err() {
+            bail!("another server serves {}", data.display());
+        }
+        for folder in ["scratch", "checks", "cache", "log"] {
+            fs::create_dir_all(data.join(folder))?;
+        }
+        // What checks and viewers of a server that was killed have left.
+        for folder in ["checks", "cache"] {
+            for entry in fs::read_dir(data.join(folder))? {
+                fs::remove_dir_all(entry?.path())?;
+            }
+        }
+        let store_url = match &options.store {
+            Some(url) => url.clone(),
+            None => data.join("store").display().to_string(),
+        };
+        let store: Box<dyn Store> = Box::new(FolderStore::create(&store_url)?);
+        let version = version(&options.solver)?;
+        let engine: Box<dyn Engine> = match &options.slurm {
+            Some(site) => Box::new(Slurm::new(site.clone())),
+            None => Box::new(Local::new(options.cores, &store_url)),
+        };
+        let policy = Policy {
+            beat: engine.abilities().beat,
+            first_wait: options.first_wait,
+            ..Policy::default()
+        };
+        let db = Db::open(&data.join("db.sqlite"), policy)?;
+        secrets::first_user(&db)?;
+        let templates = templates::all(&options.solver, &data.join("checks"), store.as_ref(), &db)?;
+        let (wake, woken) = std::sync::mpsc::sync_channel(1);
+        Ok(Arc::new(Self {
+            cache: Cache::new(data.join("cache")),
+            options,
+            db,
+            store,
+            store_url,
+            engine,
+            version,
+            templates,
+            lives: Lives::default(),
+            tries: Tries::default(),
+            checks: Semaphore::new(CHECKS),
+            news: broadcast::channel(BACKLOG).0,
+            wake,
+            woken: Mutex::new(Some(woken)),
+            closed: watch::channel(false).0,
+            _lock: lock,
+        }))
+    }
+
+    /// The link that logs in.
+    pub(crate) fn link(&self, address: SocketAddr) -> Result<String> {
+        let host = self
+            .options
+            .hosts
+            .first()
+            .map_or_else(|| address.to_string(), Clone::clone);
+        let scheme = if self.options.behind_proxy {
+            "https"
+        } else {
+            "http"
+        };
+        let link = if self.options.no_auth {
+            format!("{scheme}://{host}/")
+        } else {
+            format!(
+                "{scheme}://{host}/#token={}",
+                secrets::link_token(&self.db, &self.options.data)?
+            )
+        };
+        secrets::write_secret(&self.options.data.join("link"), &link)?;
+        Ok(link)
+    }
+
+    /// Ends all streams of events.
+    pub(crate) fn close(&self) {
+        self.closed.send_replace(true);
+    }
+
+    /// Resolves when the server ends.
+    pub(crate) fn closing(&self) -> watch::Receiver<bool> {
+        self.closed.subscribe()
+    }
+
+    /// Has the reconciler look at once.
+    pub(crate) fn look(&self) {
+        // One that is pending already is enough.
+        let _ = self.wake.try_send(());
+    }
+
+    /// Tells listeners about events that are in the database.
+    pub(crate) fn tell(&self, owner: i64, events: Vec<EventRow>) {
+        for event in events {
+            let text = serde_json::to_string(&event).unwrap_or_default();
+            // Without listeners there is no error.
+            let _ = self.news.send(Arc::new(Message {
+                owner,
+                id: Some(event.id),
+                run: event.run,
+                text,
+            }));
+        }
+    }
+
+    /// The head of a run, or `None` where the store has none.
+    pub(crate) fn head(&self, run: &RunId) -> cloud_store::Result<Option<Head>> {
+        let text = self.store.get(&format!("runs/{run}/head.json"))?;
+        Ok(text.and_then(|text| serde_json::from_slice(&text).ok()))
+    }
+
+    /// Where workers make their folders.
+    pub(crate) fn scratch(&self) -> PathBuf {
+        self.options
+            .scratch
+            .clone()
+            .unwrap_or_else(|| self.options.data.join("scratch"))
+    }
+}
+
+/// Caches by run, each with the instant of its last use.
+pub(crate) type ByRun<T> = Mutex<HashMap<String, (Instant, T)>>;
+
+fn version(solver: &std::path::Path) -> Result<String> {
+    let output = Command::new(solver)
+        .arg("--version")
+        .output()
+        .with_context(|| {
+            format!(
+                "the solver {} cannot be started; --solver says where it is",
+                solver.display()
+            )
+        })?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let version = text.split_whitespace().last().unwrap_or_default();
+    if !output.status.success() || version.is_empty() {
+        bail!("{} --version says nothing", solver.display());
+    }
+    Ok(version.to_owned())
+}

@@ -1,0 +1,767 @@
+"""Acceptance of Mercury Cloud: whole programs, killed at random. Each check is a function named check_NAME.
+
+Standard library only. Every check has a server on a free port, with data in a folder of its own, and leaves nothing.
+The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the cloud must have.
+"""
+
+import contextlib
+import hashlib
+import http.client
+import http.server
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SEED = int(os.environ.get("ACCEPT_SEED", random.randrange(10**6)))
+RANDOM = random.Random(SEED)
+
+# A drum that takes some seconds, with frames often enough to be cut anywhere.
+SCENE = (ROOT / "scenes/drum.toml").read_text()
+LONG = ["time.end=0.4", "output.interval=0.004", "output.pictures=false"]
+SHORT = ["output.pictures=false"]
+
+
+class Failed(Exception):
+    pass
+
+
+class Skipped(Exception):
+    pass
+
+
+def must(condition, message):
+    if not condition:
+        raise Failed(message)
+
+
+def program(name):
+    folders = os.environ.get("MERCURY_BIN", "").split(":") + [
+        str(ROOT / place) for place in ("cloud/target/release", "cloud/target/debug", "target/release", "target/debug")
+    ]
+    for folder in filter(None, folders):
+        if (path := Path(folder) / name).is_file():
+            return str(path.resolve())
+    raise SystemExit(f"{name} is not built")
+
+
+CLOUD = program("mercury-cloud")
+SOLVE = program("mercury-solve")
+
+
+def wait_for(what, seconds, message):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if found := what():
+            return found
+        time.sleep(0.1)
+    raise Failed(f"{message} within {seconds} s")
+
+
+class Server:
+    """`mercury-cloud serve` on a free port, and requests to it."""
+
+    def __init__(self, folder, *options, environment=None):
+        self.folder, self.options = Path(folder), options
+        self.environment = dict(os.environ) | (environment or {})
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = free.getsockname()[1]
+        self.process = None
+        self.start()
+
+    def start(self):
+        self.log = open(self.folder / "server.log", "a")
+        command = [CLOUD, "serve", "--data", str(self.folder / "data"), "--port", str(self.port), "--solver", SOLVE,
+                   "--checkpoint-every", "1s", "--retry-wait", "0.2", *self.options]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.log, env=self.environment, text=True)
+        link = self.process.stdout.readline()
+        must(link, f"the server did not start:\n{(self.folder / 'server.log').read_text()}")
+        self.link = link.strip()
+        self.cookie = None
+        answer = self.request("POST", "/session", {"token": self.link.split("#token=")[1]})
+        self.cookie = answer.headers["set-cookie"].split(";")[0]
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def request(self, method, path, body=None, headers=None, expect=None, raw=False):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        head = {"Sec-Fetch-Site": "same-origin", "Content-Type": "application/json"}
+        if self.cookie:
+            head["Cookie"] = self.cookie
+        head |= headers or {}
+        data = body if raw or body is None else json.dumps(body)
+        connection.request(method, ("" if path.startswith("/api/") or raw == "path" else "/api/v1") + path, data, head)
+        answer = connection.getresponse()
+        answer.body = answer.read()
+        connection.close()
+        if expect is not None:
+            must(answer.status == expect, f"{method} {path}: {answer.status}, expected {expect}: {answer.body[:500]!r}")
+        return answer
+
+    def json(self, method, path, body=None, expect=200, headers=None):
+        return json.loads(self.request(method, path, body, expect=expect, headers=headers).body or b"null")
+
+    def submit(self, text=SCENE, sets=LONG, name="drum.toml", **more):
+        body = {"scene": {"name": name, "text": text, "set": list(sets)}, **more}
+        return self.json("POST", "/runs", body, expect=201)["id"]
+
+    def run(self, run):
+        return self.json("GET", f"/runs/{run}")
+
+    def wait(self, run, state="finished", seconds=240):
+        def over():
+            found = self.run(run)
+            if found["state"] == state:
+                return found
+            must(found["state"] in ("queued", "running", "stopping"),
+                 f"the run is {found['state']}: {found['cause']} {found['message']} {found['notes']}")
+        return wait_for(over, seconds, f"not {state}")
+
+    def attempts(self, run):
+        return self.json("GET", f"/runs/{run}/attempts")
+
+    def head(self, run):
+        return json.loads((self.folder / "data/store/runs" / run / "head.json").read_text())
+
+    def fetch(self, run, to):
+        subprocess.run([CLOUD, "get", "--link", self.link, run, "-o", str(to)], check=True)
+
+    def same_as_alone(self, run, alone):
+        to = self.folder / f"got-{run}"
+        self.fetch(run, to)
+        diff = subprocess.run([CLOUD, "diff", str(alone), str(to)], capture_output=True, text=True)
+        must(diff.returncode == 0, f"other bytes than the solver alone:\n{diff.stdout}\n{self.run(run)['notes']}")
+        notes = [note for note in self.run(run)["notes"] if note["kind"] in ("not-reproduced", "damaged", "cut")]
+        must(not notes, f"notes: {notes}")
+
+    def worker(self, run):
+        """Ids of the workers of a run, and of their solvers."""
+        found = []
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit():
+                continue
+            try:
+                words = (entry / "cmdline").read_bytes().split(b"\0")
+            except OSError:
+                continue
+            if words[1:2] == [b"worker"] and run.encode() in words:
+                found.append(int(entry.name))
+        return found
+
+
+@contextlib.contextmanager
+def server(*options, **more):
+    folder = tempfile.mkdtemp(prefix="accept-")
+    started = Server(folder, *options, **more)
+    try:
+        yield started
+    except Exception:
+        print((Path(folder) / "server.log").read_text()[-3000:])
+        for log in sorted((Path(folder) / "data/log").glob("*")):
+            print(log.name, log.read_text()[-1000:])
+        raise
+    finally:
+        for run in started.json("GET", "/runs")["runs"] if started.process.poll() is None else []:
+            for pid in started.worker(run["id"]):
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+        started.kill()
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+ALONE = {}
+
+
+def alone(sets=LONG, text=SCENE, name="drum"):
+    """The folder of a run of the solver alone, made once."""
+    key = (tuple(sets), text, name)
+    if key not in ALONE:
+        folder = Path(tempfile.mkdtemp(prefix="accept-alone-"))
+        (folder / f"{name}.toml").write_text(text)
+        options = [f"--set={one}" for one in sets]
+        subprocess.run([SOLVE, f"{name}.toml", "--output", "out", "--quiet", "--threads", "1", *options], cwd=folder, check=True)
+        ALONE[key] = folder / "out"
+    return ALONE[key]
+
+
+def step_of(served, run):
+    return served.run(run)["step"]
+
+
+def committed(served, run):
+    return served.head(run)["step"]
+
+
+def check_server_killed():
+    """The server is killed thrice at random: the worker goes on, one attempt, no event lost or twice, the same bytes."""
+    reference = alone()
+    with server() as served:
+        run = served.submit()
+        wait_for(lambda: served.worker(run), 30, "no worker")
+        workers = served.worker(run)
+        seen = []
+        for _ in range(3):
+            time.sleep(RANDOM.uniform(0.1, 1.5))
+            seen += [event["id"] for event in served.json("GET", f"/runs/{run}/events?after={seen[-1] if seen else 0}")["events"]]
+            served.kill()
+            time.sleep(RANDOM.uniform(0, 1))
+            still = served.worker(run)
+            must(still in (workers, []), f"another worker: {still}, was {workers}")
+            served.start()
+        served.wait(run)
+        seen += [event["id"] for event in served.json("GET", f"/runs/{run}/events?after={seen[-1] if seen else 0}")["events"]]
+        everything = served.json("GET", f"/runs/{run}/events")["events"]
+        must(seen == [event["id"] for event in everything], "events are lost or twice")
+        states = [event["data"]["state"] for event in everything if event["kind"] == "state"]
+        must(states == ["queued", "running", "finished"], f"states: {states}")
+        must(len(served.attempts(run)) == 1, f"attempts: {served.attempts(run)}")
+        served.same_as_alone(run, reference)
+
+
+def check_submit_killed():
+    """The server dies between the engine's yes and its record: the job is adopted, not started again."""
+    reference = alone()
+    with server(environment={"MERCURY_CLOUD_FAIL": "after-submit"}) as served:
+        run = served.submit()
+        wait_for(lambda: served.process.poll() is not None, 30, "the failpoint was not reached")
+        workers = wait_for(lambda: served.worker(run), 10, "no worker")
+        served.process.stdout.close()
+        del served.environment["MERCURY_CLOUD_FAIL"]
+        served.start()
+        served.wait(run)
+        must(len(workers) == 1, f"workers: {workers}")
+        must(len(served.attempts(run)) == 1, f"attempts: {served.attempts(run)}")
+        served.same_as_alone(run, reference)
+
+
+def check_lost():
+    """Worker and solver are killed at random, 20 times: never an older step than committed, and the same bytes."""
+    reference = alone()
+    with server() as served:
+        run = served.submit()
+        most = 0
+        kills = 0
+        while kills < 20:
+            if served.run(run)["state"] == "finished":
+                run = served.submit()
+                most = 0
+            workers = served.worker(run)
+            if workers:
+                time.sleep(RANDOM.uniform(0, 2.5))
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(workers[0], signal.SIGKILL)
+                    kills += 1
+            step = committed(served, run)
+            must(step >= most, f"the committed step went back from {most} to {step}")
+            most = step
+            if served.run(run)["state"] == "failed":
+                # Twenty losses in a row may use up the budget, which is right; the user resumes.
+                served.json("POST", f"/runs/{run}/resume", {})
+            time.sleep(0.2)
+        wait_for(lambda: served.run(run)["state"] in ("finished", "failed"), 240, "no end")
+        if served.run(run)["state"] == "failed":
+            served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        causes = {attempt["cause"] for attempt in served.attempts(run)}
+        must(causes <= {"lost", "finished", "engine"}, f"causes: {causes}")
+        served.same_as_alone(run, reference)
+
+
+def check_split():
+    """A worker is frozen until a second one runs, then let go: it ends without a trace, and the bytes are the same."""
+    reference = alone()
+    with server() as served:
+        run = served.submit()
+        first = wait_for(lambda: served.worker(run), 30, "no worker")[0]
+        wait_for(lambda: committed(served, run) > 0, 60, "no checkpoint")
+        os.kill(first, signal.SIGSTOP)
+        # Ten beats without a sign of life.
+        wait_for(lambda: len(served.attempts(run)) == 2 and len(served.worker(run)) == 2, 60, "no second worker")
+        time.sleep(1)
+        os.kill(first, signal.SIGCONT)
+        wait_for(lambda: first not in served.worker(run), 30, "the first worker did not end")
+        served.wait(run)
+        must([a["cause"] for a in served.attempts(run)] == ["lost", "finished"], f"{served.attempts(run)}")
+        served.same_as_alone(run, reference)
+
+
+def check_store_gone():
+    """The store is away for a while in the middle: nothing fails, nothing runs twice, and it goes on."""
+    reference = alone()
+    with server("--store", tempfile.mkdtemp(prefix="accept-store-") + "/store") as served:
+        store = Path(served.options[served.options.index("--store") + 1])
+        run = served.submit()
+        wait_for(lambda: served.worker(run), 30, "no worker")
+        time.sleep(1)
+        os.rename(store, store.with_name("away"))
+        time.sleep(40)
+        must(not store.exists(), "a store was made where there was none")
+        must(len(served.attempts(run)) == 1, "something was run twice")
+        os.rename(store.with_name("away"), store)
+        served.wait(run)
+        must(len(served.attempts(run)) == 1, f"attempts: {served.attempts(run)}")
+        served.same_as_alone(run, reference)
+        shutil.rmtree(store.parent)
+
+
+class Metadata(http.server.BaseHTTPRequestHandler):
+    """The instance metadata service, version 2, with a notice once `taken` is set."""
+
+    taken = False
+
+    def answer(self, status, body=b""):
+        self.send_response(status)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def do_PUT(self):
+        self.answer(200, b"token") if self.path == "/latest/api/token" else self.answer(404)
+
+    def do_GET(self):
+        if self.headers.get("X-aws-ec2-metadata-token") != "token":
+            self.answer(401)
+        elif self.path == "/latest/meta-data/spot/instance-action" and Metadata.taken:
+            self.answer(200, b'{"action": "terminate", "time": "2026-01-01T00:00:00Z"}')
+        else:
+            self.answer(404)
+
+    def log_message(self, *_):
+        pass
+
+
+def check_spot():
+    """A notice of the provider: the attempt ends within 20 s with cause `spot`, and the next one, in another folder,
+    goes on to the same bytes."""
+    reference = alone()
+    service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Metadata)
+    threading.Thread(target=service.serve_forever, daemon=True).start()
+    endpoint = {"AWS_EC2_METADATA_SERVICE_ENDPOINT": f"http://127.0.0.1:{service.server_port}"}
+    Metadata.taken = False
+    with server(environment=endpoint) as served:
+        run = served.submit()
+        wait_for(lambda: served.worker(run), 30, "no worker")
+        time.sleep(1)
+        Metadata.taken = True
+        begin = time.monotonic()
+        wait_for(lambda: served.attempts(run)[0]["ended"], 20, "the attempt did not end")
+        Metadata.taken = False
+        print(f"    {time.monotonic() - begin:.1f} s from the notice to the end of the attempt")
+        served.wait(run)
+        must(served.attempts(run)[0]["cause"] == "spot", f"{served.attempts(run)}")
+        served.same_as_alone(run, reference)
+    service.shutdown()
+
+
+def check_extend():
+    """A finished run to a later end gives the bytes of `mercury-solve --resume --set time.end`."""
+    first, later = LONG, LONG + ["time.end=0.5"]
+    with server() as served:
+        run = served.submit(sets=first)
+        served.wait(run)
+        served.json("POST", f"/runs/{run}/extend", {"end": 0.3}, expect=400)
+        served.json("POST", f"/runs/{run}/extend", {"end": 0.5})
+        served.wait(run)
+        folder = Path(tempfile.mkdtemp(prefix="accept-extend-"))
+        (folder / "drum.toml").write_text(SCENE)
+        for sets in (first, later):
+            options = [f"--set={one}" for one in sets]
+            command = [SOLVE, "drum.toml", "--output", "out", "--quiet", "--threads", "1", "--resume", *options]
+            subprocess.run(command, cwd=folder, check=True)
+        served.same_as_alone(run, folder / "out")
+        shutil.rmtree(folder)
+
+
+def check_stop_resume():
+    """Stop from the page, resume: stopped in between, the same bytes; stop and resume as often as one likes."""
+    reference = alone()
+    with server() as served:
+        run = served.submit()
+        for _ in range(3):
+            wait_for(lambda: served.worker(run), 60, "no worker")
+            time.sleep(RANDOM.uniform(0.5, 2))
+            if served.run(run)["state"] != "running":
+                break
+            served.json("POST", f"/runs/{run}/stop", {})
+            wait_for(lambda: served.run(run)["state"] in ("stopped", "finished"), 60, "not stopped")
+            if served.run(run)["state"] == "finished":
+                break
+            served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        served.json("POST", f"/runs/{run}/stop", {}, expect=409)
+        served.same_as_alone(run, reference)
+
+
+def check_idempotent():
+    """The same key and body is the same run, also at once; another body is refused."""
+    with server() as served:
+        body = {"scene": {"name": "drum.toml", "text": SCENE, "set": LONG}}
+        key = {"Idempotency-Key": "one"}
+        found = []
+        threads = [threading.Thread(target=lambda: found.append(served.json("POST", "/runs", body, 201, key)["id"])) for _ in range(8)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        must(len(found) == 8 and len(set(found)) == 1, f"{found}")
+        served.json("POST", "/runs", body | {"title": "another"}, expect=409, headers=key)
+        must(len(served.json("GET", "/runs")["runs"]) == 1, "more than one run")
+
+
+SPHERES = (ROOT / "scenes/two-spheres.toml").read_text()
+PARTICLES = ROOT / "scenes/particles.csv"
+
+
+def upload(served, path):
+    content = path.read_bytes()
+    digits = hashlib.sha256(content).hexdigest()
+    served.request("PUT", f"/inputs/{digits}", content, {"Content-Type": "application/octet-stream"}, 201, raw=True)
+    return digits
+
+
+def check_thousand():
+    """1,000 runs of one study, the server killed at 300: all finished once, lists under 100 ms, under 150 MB."""
+    number = int(os.environ.get("ACCEPT_RUNS", 1000))
+    with server() as served:
+        files = {path.name: upload(served, path) for path in [PARTICLES] if f'"{path.name}"' in SPHERES}
+        values = [repr(100.0 + k) for k in range(number)]
+        base = {"scene": {"name": "two.toml", "text": SPHERES, "set": SHORT, "files": files}, "label": "thousand"}
+        begin = time.monotonic()
+        ids = served.json("POST", "/studies", {"base": base, "sweep": {"materials.0.normal.dissipation": values}}, 201)
+        must(len(set(ids)) == number, f"{len(set(ids))} runs")
+        submitted = time.monotonic() - begin
+        finished = lambda: served.json("GET", "/runs")["states"].get("finished", 0)
+        wait_for(lambda: finished() >= 0.3 * number, 600, "not 30 % finished")
+        served.kill()
+        served.start()
+        slowest = 0
+        def over():
+            nonlocal slowest
+            asked = time.monotonic()
+            states = served.json("GET", "/runs?label=thousand")["states"]
+            slowest = max(slowest, time.monotonic() - asked)
+            time.sleep(1)
+            return states.get("finished", 0) == number or set(states) - {"queued", "running", "finished"}
+        wait_for(over, 1200, "not all finished")
+        states = served.json("GET", "/runs")["states"]
+        must(states == {"finished": number}, f"{states}")
+        memory = [line for line in Path(f"/proc/{served.process.pid}/status").read_text().splitlines() if line.startswith("VmHWM")]
+        attempts = [len(served.attempts(run)) for run in ids]
+        must(set(attempts) == {1}, f"attempts: {[(ids[k], n) for k, n in enumerate(attempts) if n != 1][:5]}")
+        print(f"    submitted in {submitted:.1f} s, all in {time.monotonic() - begin:.0f} s, slowest list {1000 * slowest:.0f} ms, {memory}")
+        must(int(memory[0].split()[1]) < 150_000, f"{memory}")
+
+
+def texts(served, *answers):
+    """All that the server has said and written into logs."""
+    logs = [path.read_bytes() for path in (served.folder / "data/log").glob("*")]
+    return b"\n".join([*(answer.body for answer in answers), *logs, (served.folder / "server.log").read_bytes()])
+
+
+def check_passwd():
+    """No byte of a file of the machine gets into any answer or log."""
+    passwd = Path("/etc/passwd").read_bytes()
+    marks = [line for line in passwd.split(b"\n")[:5] if line] + [b"root:"]
+    with server() as served:
+        answers = []
+        (served.folder / "secret.csv").write_text("root:secret-content")
+        table = '\n[[particles]]\nfile = "{}"\nmaterial = "glass"\n'
+        for name in ["/etc/passwd", "../../../../../etc/passwd", "../x", "../../../secret.csv", "x/../../etc/passwd", "/proc/self/environ", "/dev/stdin"]:
+            for text, sets in [(SCENE + table.format(name), []), (SCENE, [f"insertions.0.psd.file={name}", "insertions.0.psd.kind=file"]),
+                               (SCENE, [f'walls.0.file="{name}"', 'walls.0.shape="mesh"'])]:
+                scene = {"name": "drum.toml", "text": text, "set": sets}
+                answers.append(served.request("POST", "/check", {"scene": scene}, expect=200))
+                problems = json.loads(answers[-1].body)["problems"]
+                must(problems, f"{name} was taken")
+                answers.append(served.request("POST", "/runs", {"scene": scene}, expect=422))
+                body = {"base": {"scene": scene}, "sweep": {"time.end": ["0.1", "0.2"]}}
+                answers.append(served.request("POST", "/studies", body, expect=422))
+            answers.append(served.request("POST", "/check", {"scene": {"name": name, "text": SCENE}}, expect=400))
+            answers.append(served.request("POST", "/check", {"scene": {"text": SCENE, "files": {name: "0" * 64}}}, expect=400))
+        everything = texts(served, *answers)
+        for mark in marks + [b"secret-content"]:
+            must(mark not in everything, f"{mark!r} got out")
+        data = str(served.folder).encode()
+        for answer in answers:
+            must(data not in answer.body, f"a path of the server got out: {answer.body!r}")
+
+
+def check_hostile():
+    """Names, bodies and scenes that mean harm: a 4xx with a reason, nothing outside, no growth of memory or disk."""
+    with server() as served:
+        def memory():
+            text = Path(f"/proc/{served.process.pid}/status").read_text()
+            return int([line for line in text.splitlines() if line.startswith("VmRSS")][0].split()[1])
+        def disk():
+            return sum(path.stat().st_size for path in served.folder.rglob("*") if path.is_file())
+        served.json("POST", "/check", {"scene": {"text": SCENE}})
+        memory_before, disk_before = memory(), disk()
+        for name in ["../x.toml", "/etc/x.toml", "a\0b", "x" * 300, "ü.toml", "<img src=x onerror=alert(1)>.stl", ".hidden", "", "a/b"]:
+            served.request("POST", "/check", {"scene": {"name": name, "text": SCENE}}, expect=400)
+            served.request("POST", "/runs", {"scene": {"text": SCENE, "files": {name: "0" * 64}}}, expect=400)
+        served.request("POST", "/check", b'{"scene": {"text": "\xff\xfe"}}', expect=400, raw=True)
+        served.request("POST", "/check", b"{" * 100_000, expect=400, raw=True)
+        served.request("POST", "/check", {"scene": {"text": "x" * (1 << 20) + "x"}}, expect=413)
+        served.request("POST", "/check", b"x" * (5 << 20), expect=413, raw=True)
+        for text in ["a = " + "[" * 100_000, "[" + "a." * 100_000 + "b]", SCENE.replace("number = 900", "number = 1e18"), "\0", "=" * 1000]:
+            answer = served.json("POST", "/check", {"scene": {"text": text}})
+            served.request("POST", "/runs", {"scene": {"text": text}})
+            must(answer["problems"] or answer["plan"], f"no reason: {answer}")
+        # A billion grains of dust, for which there is room in the drum.
+        huge = SCENE.replace("number = 900", "number = 1000000000").replace("1.8e-3", "1.8e-6").replace("2.2e-3", "2.2e-6")
+        answer = served.request("POST", "/runs", {"scene": {"text": huge}})
+        must(answer.status in (400, 422), f"1e9 particles: {answer.status}")
+        # An STL whose head promises 2^32 triangles.
+        stl = b"\0" * 80 + b"\xff\xff\xff\xff" + b"\0" * 50
+        path = served.folder / "huge.stl"
+        path.write_bytes(stl)
+        files = {"huge.stl": upload(served, path)}
+        text = SCENE + '\n[[walls]]\nname = "<img src=x onerror=alert(1)>"\nshape = "mesh"\nfile = "huge.stl"\nmaterial = "glass"\n'
+        must(served.json("POST", "/check", {"scene": {"text": text, "files": files}})["problems"], "the mesh was taken")
+        # A body that is longer than it says, by length and by chunks; a digest that is another's.
+        head = {"Content-Type": "application/octet-stream"}
+        served.request("PUT", "/inputs/" + "0" * 64, b"x", head, 400, raw=True)
+        served.request("PUT", "/inputs/../../x", b"x", head, 400 if False else None, raw=True)
+        with socket.create_connection(("127.0.0.1", served.port)) as raw:
+            raw.sendall(f"PUT /api/v1/inputs/{'0' * 64} HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\nCookie: {served.cookie}\r\n"
+                        "Sec-Fetch-Site: same-origin\r\nContent-Length: 10000000000\r\n\r\n".encode())
+            with contextlib.suppress(OSError):
+                for _ in range(64):
+                    raw.sendall(b"x" * (1 << 20))
+        title = "<script>alert(1)</script>"
+        run = served.submit(sets=SHORT + ["time.end=0.001"], title=title)
+        must(served.run(run)["title"] == title, "the title is another")
+        served.wait(run)
+        for name in ["../head.json", "%2e%2e/head.json", "/etc/passwd", "x" * 300, "drum.ene%00"]:
+            answer = served.request("GET", f"/runs/{run}/files/{name}")
+            must(answer.status in (400, 404), f"{name}: {answer.status} {answer.body[:100]}")
+        time.sleep(1)
+        print(f"    {memory() - memory_before} kB of memory, {(disk() - disk_before) >> 10} kB of disk more")
+        must(memory() - memory_before < 50_000, "memory grew")
+        must(disk() - disk_before < 50 << 20, "the disk filled")
+
+
+def paths(served):
+    return json.loads(served.request("GET", "/openapi.json", expect=200).body)["paths"]
+
+
+def check_others():
+    """Another user gets 404 for all that is not hers; a token that expired or is foreign gets 401."""
+    with server() as served:
+        run = served.submit(sets=LONG)
+        served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
+        mine, served.cookie = served.cookie, None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        tried = 0
+        for path, methods in paths(served).items():
+            if "{run}" not in path:
+                continue
+            path = path.replace("{run}", run).replace("{name}", "drum.ene").replace("{k}", "0").replace("{id}", "0")
+            for method in methods:
+                body = {"end": 9.0} if path.endswith("extend") else {"days": 1}
+                query = "?file=drum.ene&column=elasticEnergy" if path.endswith("charts") else ""
+                body = body if path.endswith(("extend", "share")) else {}
+                answer = served.request(method.upper(), path + query, body)
+                must(answer.status == 404, f"{method} {path}: {answer.status} {answer.body[:200]!r}")
+                tried += 1
+        must(tried >= 15, f"{tried} paths")
+        served.request("GET", f"/events?runs={run}", expect=404)
+        served.request("GET", "/users", expect=403)
+        must(served.json("GET", "/runs")["runs"] == [], "runs of others in the list")
+        served.cookie = None
+        for token in ["mc_" + "0" * 64, "x", ""]:
+            served.request("GET", f"/runs/{run}", headers={"Authorization": f"Bearer {token}"}, expect=401)
+        served.request("GET", f"/runs/{run}", expect=401)
+        # A share link shows one run, to look at.
+        served.cookie = mine
+        token = served.json("POST", f"/runs/{run}/share", {"days": 1})["token"]
+        other = served.submit(sets=LONG, title="other")
+        answer = served.request("POST", "/session", {"token": token}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("GET", f"/runs/{run}", expect=200)
+        served.request("GET", f"/runs/{other}", expect=404)
+        served.request("POST", f"/runs/{run}/stop", {}, expect=403)
+        served.request("POST", "/tokens", {"name": "x"}, expect=403)
+        served.cookie = mine
+        # One of the five tries of this minute was the one above.
+        for _ in range(4):
+            served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=401)
+        served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
+
+
+def check_csrf():
+    """Unsafe requests from another page get 403, requests for another host 421."""
+    with server() as served:
+        tried = 0
+        for path, methods in paths(served).items():
+            for method in set(methods) - {"get"}:
+                path = path.replace("{run}", "0" * 32).replace("{sha256}", "0" * 64).replace("{id}", "1")
+                for headers in [{"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site"}, {"Sec-Fetch-Site": "cross-site"},
+                                {"Sec-Fetch-Site": "same-site"}, {"Sec-Fetch-Site": "none"}]:
+                    answer = served.request(method.upper(), path, {}, headers)
+                    must(answer.status == 403, f"{method} {path} {headers}: {answer.status}")
+                answer = served.request(method.upper(), path, {}, {"Host": "evil.example"})
+                must(answer.status == 421, f"{method} {path}: {answer.status}")
+                tried += 1
+        must(tried >= 10, f"{tried} paths")
+        served.request("GET", "/runs", headers={"Host": f"evil.example:{served.port}"}, expect=421)
+
+
+def check_watchers():
+    """200 listeners for 60 s on a run, 20 of which read nothing: p99 of the delay under 250 ms, under 100 MB."""
+    seconds = float(os.environ.get("ACCEPT_SECONDS", 60))
+    with server() as served:
+        run = served.submit(sets=["time.end=4", "output.interval=0.01", "output.pictures=false"])
+        wait_for(lambda: served.worker(run), 30, "no worker")
+        delays, stop = [], time.monotonic() + seconds
+        def listen(reads):
+            with socket.create_connection(("127.0.0.1", served.port)) as raw:
+                raw.sendall(f"GET /api/v1/events?runs={run} HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: {served.cookie}\r\n\r\n".encode())
+                raw.settimeout(1)
+                rest = b""
+                while time.monotonic() < stop:
+                    if not reads:
+                        time.sleep(0.5)
+                        continue
+                    try:
+                        rest += raw.recv(1 << 16)
+                    except TimeoutError:
+                        continue
+                    *lines, rest = rest.split(b"\n")
+                    for line in lines:
+                        if line.startswith(b"data: {") and b'"progress"' in line:
+                            delays.append(time.time() - json.loads(line[6:])["time"])
+        threads = [threading.Thread(target=listen, args=(k >= 20,)) for k in range(200)]
+        [thread.start() for thread in threads]
+        [thread.join() for thread in threads]
+        memory = [line for line in Path(f"/proc/{served.process.pid}/status").read_text().splitlines() if line.startswith("VmHWM")]
+        must(len(delays) > 180 * seconds / 5, f"{len(delays)} messages")
+        p99 = sorted(delays)[int(0.99 * len(delays))]
+        print(f"    {len(delays)} messages, p99 {1000 * p99:.0f} ms, {memory}")
+        must(p99 < 0.25, "too slow")
+        must(int(memory[0].split()[1]) < 100_000, "too large")
+
+
+def check_start():
+    """The server is up in less than 1 s and takes less than 40 MB."""
+    with server() as served:
+        served.kill()
+        begin = time.monotonic()
+        served.start()
+        seconds = time.monotonic() - begin
+        memory = [line for line in Path(f"/proc/{served.process.pid}/status").read_text().splitlines() if line.startswith("VmRSS")]
+        print(f"    {seconds:.2f} s, {memory}")
+        must(seconds < 1, "slow")
+        must(int(memory[0].split()[1]) < 40_000, "large")
+
+
+def check_second_server():
+    """A second server on the same data is refused."""
+    with server() as served:
+        command = [CLOUD, "serve", "--data", str(served.folder / "data"), "--port", "0", "--solver", SOLVE]
+        second = subprocess.run(command, capture_output=True, text=True, timeout=20)
+        must(second.returncode == 1 and "another server" in second.stderr, f"{second}")
+
+
+def check_slurm():
+    """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed; the same bytes, and at
+    most one squeue in 10 s."""
+    if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
+        raise Skipped("Slurm is not installed")
+    reference = alone()
+    folder = Path(tempfile.mkdtemp(prefix="accept-slurm-"))
+    folder.chmod(0o755)
+    here = Path(__file__).parent
+    subprocess.run([here / "slurm-up.sh", folder / "slurm"], check=True)
+    count = folder / "bin/count"
+    count.parent.mkdir()
+    wrapper = folder / "bin/squeue"
+    wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which("squeue")} "$@"\n')
+    wrapper.chmod(0o755)
+    site = folder / "site.toml"
+    site.write_text("grace = 60\npoll = 10.0\n")
+    environment = {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
+    slurm = lambda *words: subprocess.run(words, env=dict(os.environ) | environment, check=True, capture_output=True, text=True).stdout
+    try:
+        begin = time.monotonic()
+        with server("--slurm", str(site), environment=environment) as served:
+            run = served.submit(sets=LONG)
+            wait_for(lambda: committed(served, run) > 0, 120, "no checkpoint")
+            job, node = slurm(shutil.which("squeue"), "-h", "-t", "R", "-o", "%i %N").split()
+            slurm("scontrol", "update", f"nodename={node}", "state=drain", "reason=test")
+            slurm("scancel", "--signal=TERM", "--batch", job)
+            wait_for(lambda: served.attempts(run)[0]["ended"], 60, "the attempt did not end")
+            must(served.attempts(run)[0]["cause"] in ("preempted", "finished"), f"{served.attempts(run)}")
+            os.kill(int((folder / "slurm/run/ctld.pid").read_text()), signal.SIGTERM)
+            time.sleep(2)
+            slurm("slurmctld")
+            served.wait(run, seconds=240)
+            slurm("scontrol", "update", f"nodename={node}", "state=resume")
+            served.same_as_alone(run, reference)
+            second = served.submit(sets=LONG)
+            worker = wait_for(lambda: served.worker(second), 120, "no worker")[0]
+            time.sleep(1)
+            os.kill(worker, signal.SIGKILL)
+            wait_for(lambda: served.attempts(second)[0]["ended"], 120, "the lost attempt was not seen")
+            must(served.attempts(second)[0]["cause"] in ("lost", "engine"), f"{served.attempts(second)}")
+            wait_for(lambda: served.worker(second), 120, "no second worker")
+            served.json("POST", f"/runs/{second}/stop", {})
+            wait_for(lambda: served.run(second)["state"] in ("stopped", "finished"), 90, "not stopped")
+            if served.run(second)["state"] == "stopped":
+                served.json("POST", f"/runs/{second}/resume", {})
+            served.wait(second, seconds=240)
+            served.same_as_alone(second, reference)
+            seconds = time.monotonic() - begin
+            calls = len(count.read_text().splitlines())
+            print(f"    {calls} calls of squeue in {seconds:.0f} s")
+            must(calls <= seconds / 10 + 3, "too many calls of squeue")
+    finally:
+        subprocess.run([here / "slurm-down.sh", folder / "slurm"])
+        time.sleep(1)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+CHECKS = {name.removeprefix("check_").replace("_", "-"): check for name, check in list(globals().items()) if name.startswith("check_")}
+
+
+def main(names):
+    if not names or any(name not in CHECKS and name != "all" for name in names):
+        for name, check in CHECKS.items():
+            print(f"{name:15} {' '.join(check.__doc__.split())}")
+        return 2
+    names = list(CHECKS) if "all" in names else names
+    print(f"seed {SEED} (ACCEPT_SEED repeats it)")
+    failed, skipped = [], []
+    for name in names:
+        begin = time.monotonic()
+        try:
+            CHECKS[name]()
+            print(f"passed  {name}  {time.monotonic() - begin:.0f} s", flush=True)
+        except Skipped as reason:
+            skipped.append(name)
+            print(f"skipped {name}: {reason}", flush=True)
+        except Exception as error:
+            failed.append(name)
+            if not isinstance(error, Failed):
+                traceback.print_exc()
+            print(f"FAILED  {name}: {error}", flush=True)
+    for folder in ALONE.values():
+        shutil.rmtree(folder.parent)
+    print(f"{len(names) - len(failed) - len(skipped)} passed, {len(failed)} failed, {len(skipped)} skipped" + (f": {', '.join(failed)}" if failed else ""))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

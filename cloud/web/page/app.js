@@ -1,0 +1,96 @@
+// The page: which part is shown at which path.
+import { get, post, Problem } from "./api.js";
+import { el, put, toast } from "./dom.js";
+import { showList } from "./list.js";
+import { showNew } from "./new.js";
+import { showRun } from "./run.js";
+import { showCompare } from "./compare.js";
+
+const main = /** @type {HTMLElement} */ (document.getElementById("main"));
+/** Ends what the part that is shown has begun. @type {() => void} */
+let leave = () => {};
+/** @type {any} */
+let session = null;
+
+/** Goes to a path of the page. @param {string} path */
+export function go(path) {
+  history.pushState(null, "", path);
+  show();
+}
+
+async function show() {
+  leave();
+  leave = () => {};
+  const { pathname, searchParams } = new URL(location.href);
+  for (const link of document.querySelectorAll("nav a")) {
+    if (link.getAttribute("href") === pathname) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  try {
+    const run = pathname.match(/^\/runs\/([0-9a-f]{32})$/);
+    if (run) leave = await showRun(main, run[1]);
+    else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
+    else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
+    else leave = await showList(main, searchParams);
+  } catch (error) {
+    if (error instanceof Problem && error.status === 401) return logIn();
+    put(main, el("div", { class: "card empty" }, el("h1", {}, "That did not work"), el("p", {}, String(error instanceof Error ? error.message : error)),
+      el("a", { class: "button", href: "/" }, "All runs")));
+  }
+}
+
+function logIn() {
+  document.title = "Log in · Mercury";
+  const name = el("input", { autocomplete: "username", required: true, class: "grow" });
+  const password = el("input", { type: "password", autocomplete: "current-password", required: true, class: "grow" });
+  const form = el("form", { class: "card", onsubmit: async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    await begin({ name: name.value, password: password.value });
+  } }, el("h1", {}, "Log in"),
+  el("p", { class: "quiet" }, "On a laptop, open the link that ", el("code", {}, "mercury-cloud serve"), " prints."),
+  el("p", {}, el("label", {}, "Name", name)), el("p", {}, el("label", {}, "Password", password)), el("button", { class: "main" }, "Log in"));
+  put(main, form);
+}
+
+/** @param {any} body */
+async function begin(body) {
+  try {
+    session = await post("/session", body);
+    known();
+    show();
+  } catch (error) {
+    toast(error instanceof Error ? error.message : String(error), true);
+    if (!session) logIn();
+  }
+}
+
+function known() {
+  const place = /** @type {HTMLElement} */ (document.getElementById("who"));
+  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · solver ${session.solver}`);
+}
+
+document.addEventListener("click", (event) => {
+  const link = event.target instanceof Element ? event.target.closest("a") : null;
+  const plain = event.button === 0 && !event.metaKey && !event.ctrlKey && !event.shiftKey;
+  if (link && plain && link.origin === location.origin && !link.hasAttribute("download") && !link.target && !link.pathname.startsWith("/api/") && !link.hash) {
+    event.preventDefault();
+    go(link.pathname + link.search);
+    main.focus();
+    scrollTo(0, 0);
+  }
+});
+addEventListener("popstate", show);
+// Charts and walls have the colours of the scheme in which they were drawn.
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => show());
+
+const token = new URLSearchParams(location.hash.slice(1)).get("token");
+if (token) {
+  history.replaceState(null, "", location.pathname + location.search);
+  await begin({ token });
+} else {
+  try {
+    session = await get("/session");
+    known();
+  } catch { /* shown below */ }
+  show();
+}

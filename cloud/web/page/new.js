@@ -1,0 +1,232 @@
+// A new run: a template, its text with the solver's own problems at their places, files, forecast, Submit.
+import { get, post, Problem, upload } from "./api.js";
+import { duration, el, put, size, toast, whole } from "./dom.js";
+import { go } from "./app.js";
+import { Viewer } from "./viewer.js";
+
+/**
+ * @param {HTMLElement} main
+ * @param {string | null} from a run to start from
+ * @returns {Promise<() => void>}
+ */
+export async function showNew(main, from) {
+  document.title = "New run · Mercury";
+  const templates = await get("/templates");
+  let name = "scene.toml";
+  /** @type {Record<string, string>} */
+  let files = {};
+  /** @type {any} */
+  let plan = null;
+  let ended = false;
+
+  const gutter = el("div", { class: "gutter code", "aria-hidden": "true" });
+  const text = el("textarea", { class: "code", spellcheck: false, autocapitalize: "off", autocomplete: "off", "aria-label": "Scene", "aria-describedby": "problems" });
+  const problems = el("ul", { class: "problems", id: "problems", "aria-live": "polite" });
+  const facts = el("div", { class: "card" });
+  const title = el("input", { class: "grow", placeholder: "as in the scene", maxlength: "200" });
+  const label = el("input", { class: "grow", placeholder: "none", maxlength: "100" });
+  const threads = el("input", { type: "number", min: "1", max: "1024", value: "1" });
+  const sweep = el("input", { class: "grow code", placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5", "aria-label": "Vary a key" });
+  const results = el("input", { class: "grow code", placeholder: "height = max(particles.z)", "aria-label": "Result" });
+  const submit = el("button", { class: "main", onclick: send }, "Submit");
+  const chips = el("div", { class: "chips" });
+  const picker = el("input", { type: "file", multiple: true, hidden: true, onchange: () => add([...(picker.files ?? [])]) });
+  const drop = el("div", { class: "drop" }, el("div", { class: "row spread" }, el("span", {}, "Files that the scene names: surfaces (STL, OBJ), tables (CSV), clumps."),
+    el("button", { onclick: () => picker.click() }, "Add files"), picker), chips);
+  drop.addEventListener("dragover", (/** @type {DragEvent} */ event) => { event.preventDefault(); drop.classList.add("over"); });
+  drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+  drop.addEventListener("drop", (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    drop.classList.remove("over");
+    add([...(event.dataTransfer?.files ?? [])]);
+  });
+  const choices = templates.map((/** @type {any} */ template) => el("button", { "aria-pressed": "false", onclick: () => use(template) }, el("b", {}, template.name), el("span", { class: "small quiet" }, template.title)));
+  const preview = el("div");
+  const viewer = new Viewer(preview, { height: "16rem" });
+
+  put(main, el("h1", {}, "New run"),
+    el("p", { class: "quiet" }, "Start from a scene, change it, and submit. It is checked while you type."),
+    el("div", { class: "templates" }, ...choices),
+    el("div", { class: "columns" },
+      el("div", {}, el("div", { class: "editor" }, gutter, text), problems, el("p", {}), drop),
+      el("div", {}, el("div", { class: "card" },
+        el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads)),
+        el("details", {}, el("summary", {}, "A study: a run for each value"), el("p", { class: "small quiet" }, "Key = values with commas between. Results are columns of its table."), el("p", { class: "row" }, sweep), el("p", { class: "row" }, results)),
+        el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))), facts,
+      el("div", { class: "card" }, el("h2", {}, "Preview"), preview))));
+
+  function scene() {
+    return { name, text: text.value, files, set: [] };
+  }
+
+  /** @param {any} template */
+  function use(template) {
+    name = template.scene;
+    files = { ...template.files };
+    text.value = template.text;
+    choices.forEach((/** @type {HTMLElement} */ choice, /** @type {number} */ k) => choice.setAttribute("aria-pressed", String(templates[k] === template)));
+    named();
+    changed(0);
+  }
+
+  function named() {
+    put(chips, ...Object.keys(files).map((file) => el("span", { class: "chip" }, file, el("button", { "aria-label": `Remove ${file}`, onclick: () => { delete files[file]; named(); changed(0); } }, "×"))));
+  }
+
+  /** @param {File[]} added */
+  async function add(added) {
+    for (const file of added) {
+      try {
+        // Names are flat and plain; others would be refused.
+        const plain = file.name.replace(/[^A-Za-z0-9._-]/g, "_").replace(/^[.-]+/, "");
+        files[plain] = await upload(file);
+        if (plain !== file.name) toast(`${file.name} is called ${plain} here`);
+      } catch (error) {
+        toast(`${file.name}: ${error instanceof Error ? error.message : error}`, true);
+      }
+    }
+    named();
+    changed(0);
+  }
+
+  /** Lines with problems. @type {Set<number>} */
+  let marked = new Set();
+  function lines() {
+    const count = text.value.split("\n").length;
+    const parts = [];
+    let run = "";
+    for (let k = 1; k <= count; k += 1) {
+      if (marked.has(k)) {
+        if (run) parts.push(run);
+        run = "";
+        parts.push(el("span", { class: "bad" }, k));
+      } else run += `${k}\n`;
+    }
+    put(gutter, ...parts, run, "\n\n");
+    gutter.scrollTop = text.scrollTop;
+  }
+  text.addEventListener("scroll", () => { gutter.scrollTop = text.scrollTop; });
+
+  /** @param {any} problem */
+  function place(problem) {
+    const before = text.value.split("\n").slice(0, problem.line - 1).join("\n").length + (problem.line > 1 ? 1 : 0);
+    const line = text.value.split("\n")[problem.line - 1] ?? "";
+    const at = before + Math.min(line.length, Math.max(0, (problem.column ?? 1) - 1));
+    const end = problem.end_line === problem.line && problem.end_column > problem.column ? at + problem.end_column - problem.column : before + line.length;
+    text.focus();
+    text.setSelectionRange(at, end);
+    text.scrollTop = Math.max(0, (problem.line - 6) * 19.5);
+  }
+
+  /** @param {any[]} found */
+  function tell(found) {
+    marked = new Set(found.filter((problem) => problem.line && (!problem.file || problem.file === name)).map((problem) => problem.line));
+    put(problems, ...found.map((problem) => el("li", {},
+      problem.line ? el("button", { onclick: () => place(problem) }, `${problem.file && problem.file !== name ? `${problem.file} ` : ""}line ${problem.line}`) : null,
+      problem.line ? ": " : "", problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "small quiet" }, problem.help))));
+    lines();
+  }
+
+  /** @type {any} */
+  let timer;
+  /** @type {AbortController | null} */
+  let asking = null;
+  /** @param {number} wait */
+  function changed(wait) {
+    lines();
+    clearTimeout(timer);
+    timer = setTimeout(check, wait);
+  }
+  async function check() {
+    asking?.abort();
+    asking = new AbortController();
+    try {
+      const found = await post("/check", { scene: scene() }, { signal: asking.signal });
+      plan = found.plan;
+      tell(found.problems);
+      forecast(found);
+      if (plan && !found.problems.length) look(asking.signal);
+    } catch (error) {
+      if (error instanceof DOMException) return;
+      tell(error instanceof Problem && error.problems.length ? error.problems : [{ message: error instanceof Error ? error.message : String(error) }]);
+    }
+  }
+
+  /** @param {AbortSignal} signal */
+  async function look(signal) {
+    try {
+      const seen = await post("/preview", { scene: scene() }, { signal });
+      if (!ended) viewer.still(seen);
+    } catch { /* a scene without a preview can still run */ }
+  }
+
+  /** @param {any} found */
+  function forecast(found) {
+    submit.disabled = found.problems.length > 0;
+    if (!plan) return put(facts, el("h2", {}, "Check"), el("p", { class: "bad-text" }, `${found.problems.length === 1 ? "1 problem" : `${found.problems.length} problems`}`));
+    /** Least and most, in s. @type {[number, number] | null} */
+    const time = plan.trial?.seconds ?? null;
+    put(facts, el("h2", {}, "Check"), el("p", { class: found.problems.length ? "bad-text" : "good" }, found.problems.length ? "cannot run" : "can run"),
+      el("dl", { class: "facts" },
+        el("dt", {}, "Particles"), el("dd", {}, plan.particles?.expected ? `about ${whole(Math.round(plan.particles.expected))}` : "none"),
+        el("dt", {}, "Steps"), el("dd", {}, plan.time?.steps ? whole(plan.time.steps) : "–"),
+        el("dt", {}, "Time step"), el("dd", {}, plan.time ? `${plan.time.step.toPrecision(3)} s` : "–"),
+        el("dt", {}, "Memory"), el("dd", {}, size(plan.memory?.at_most)),
+        el("dt", {}, "Disk"), el("dd", {}, size(plan.disk?.bytes)),
+        time && el("dt", {}, "Time"), time && el("dd", {}, duration(time[0]) === duration(time[1]) ? duration(time[0]) : `${duration(time[0])} to ${duration(time[1])}`)),
+      plan.warnings?.length > 0 && el("ul", { class: "warn-text" }, ...plan.warnings.map((/** @type {any} */ warning) => el("li", {}, typeof warning === "string" ? warning : warning.message ?? JSON.stringify(warning)))));
+  }
+
+  async function trial() {
+    toast("Making the first steps …");
+    try {
+      const found = await post("/check", { scene: scene(), trial: true });
+      plan = found.plan;
+      tell(found.problems);
+      forecast(found);
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  async function send() {
+    submit.disabled = true;
+    /** @type {any} */
+    const body = { scene: scene(), threads: Number(threads.value) || 1 };
+    if (title.value.trim()) body.title = title.value.trim();
+    if (label.value.trim()) body.label = label.value.trim();
+    const wanted = results.value.trim();
+    if (wanted) body.result = wanted.split(";").map((/** @type {string} */ one) => one.trim().replace(/\s*=\s*/, "="));
+    try {
+      const [key, values] = sweep.value.split("=").map((/** @type {string} */ part) => part.trim());
+      if (key && values) {
+        await post("/studies", { base: { ...body, label: body.label ?? body.title ?? name.replace(/\.toml$/, "") }, sweep: { [key]: values.split(",").map((/** @type {string} */ v) => v.trim()) } });
+        go(`/?label=${encodeURIComponent(body.label ?? body.title ?? name.replace(/\.toml$/, ""))}`);
+      } else {
+        const key = crypto.randomUUID();
+        const run = await post("/runs", body, { headers: { "idempotency-key": key } });
+        go(`/runs/${run.id}`);
+      }
+    } catch (error) {
+      submit.disabled = false;
+      if (error instanceof Problem && error.problems.length) tell(error.problems);
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  text.addEventListener("input", () => changed(300));
+  if (from) {
+    const submitted = await post(`/runs/${from}/clone`, {});
+    name = submitted.scene.name;
+    files = submitted.scene.files;
+    // What was set beside the scene is part of it; the text has to be changed by hand then.
+    text.value = submitted.scene.text;
+    title.value = submitted.title ?? "";
+    label.value = submitted.label ?? "";
+    threads.value = String(submitted.threads);
+    if (submitted.scene.set.length) text.value += `\n# The run was submitted with --set ${submitted.scene.set.join(" --set ")}\n`;
+    named();
+    changed(0);
+  } else use(templates[0]);
+  return () => { ended = true; clearTimeout(timer); asking?.abort(); viewer.end(); };
+}

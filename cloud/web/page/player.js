@@ -1,0 +1,147 @@
+// The frames of one run: slider, play, colour, cut; the viewer draws them.
+import { bytes, get, Problem } from "./api.js";
+import { el, number, put, whole } from "./dom.js";
+import { Viewer } from "./viewer.js";
+
+/** How many particles are asked for at most. */
+const MOST = 100000;
+
+/**
+ * A frame as the server sends it: length of the head, head, ids, columns of 16 bits within their ranges.
+ * @param {ArrayBuffer} buffer
+ */
+export function read(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  let at = 4 + length;
+  const ids = new Uint32Array(buffer, at, head.rows);
+  at += 4 * head.rows;
+  /** @type {Record<string, {values: Float32Array, min: number, max: number}>} */
+  const columns = {};
+  for (const { name, min, max } of head.columns) {
+    const raw = new Uint16Array(buffer, at, head.rows);
+    const values = new Float32Array(head.rows);
+    const scale = (max - min) / 65535;
+    for (let k = 0; k < head.rows; k += 1) values[k] = min + raw[k] * scale;
+    columns[name] = { values, min, max };
+    at += Math.ceil((2 * head.rows) / 4) * 4;
+  }
+  return { time: head.time, step: head.step, rows: head.rows, of: head.of, ids, columns };
+}
+
+export class Player {
+  /**
+   * @param {HTMLElement} box
+   * @param {{id: string}} run
+   * @param {{title?: string}} [options]
+   */
+  constructor(box, run, options = {}) {
+    this.run = run;
+    /** @type {any} */
+    this.list = { frames: [], columns: [], version: "" };
+    this.at = -1;
+    this.follow = true;
+    this.playing = 0;
+    this.busy = false;
+    /** @type {[number, number] | null} */
+    this.range = null;
+    const stage = el("div");
+    this.viewer = new Viewer(stage, { pick: (id) => this.pick(id) });
+    this.slider = el("input", { type: "range", min: "0", max: "0", value: "0", class: "grow", "aria-label": "Frame", oninput: () => this.show(Number(this.slider.value), true) });
+    this.play = el("button", { "aria-label": "Play", onclick: () => this.toggle() }, "▶");
+    this.time = el("span", { class: "small quiet" });
+    this.colour = el("select", { "aria-label": "Colour", onchange: () => { this.range = null; this.show(this.at, false, true); } });
+    this.cut = el("input", { type: "range", min: "0", max: "1000", value: "1000", "aria-label": "Cut", oninput: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) });
+    this.axis = el("select", { "aria-label": "Axis of the cut", onchange: () => this.viewer.cut(this.axis.value, Number(this.cut.value) / 1000) }, ["x", "y", "z"].map((axis) => el("option", { value: axis }, axis)));
+    this.axis.value = "y";
+    this.grain = el("div", { class: "small" });
+    const walls = el("input", { type: "checkbox", checked: true, onchange: () => this.viewer.showWalls(walls.checked) });
+    put(box, el("div", { class: "card" }, options.title && el("h2", {}, options.title), stage,
+      el("div", { class: "row controls" }, this.play, this.slider, this.time),
+      el("div", { class: "row small" }, el("label", {}, "Colour", this.colour), el("label", {}, "Cut", this.axis, this.cut), el("label", {}, walls, "Walls"),
+        el("button", { onclick: () => this.viewer.home() }, "Reset view")), this.grain));
+  }
+
+  /** Looks for new frames, and shows the last one unless the user looks at another. */
+  async load() {
+    const list = await get(`/runs/${this.run.id}/frames`).catch((error) => { if (error instanceof Problem && error.status === 404) return null; throw error; });
+    if (!list) return;
+    const anew = list.version !== this.list.version;
+    this.list = list;
+    const names = list.columns.map((/** @type {any} */ column) => column.name).filter((/** @type {string} */ name) => name !== "id");
+    if (this.colour.options.length !== names.length) {
+      const before = this.colour.value;
+      put(this.colour, ...names.map((/** @type {string} */ name) => el("option", { value: name }, name)));
+      if (names.includes(before)) this.colour.value = before;
+    }
+    this.slider.max = String(Math.max(0, list.frames.length - 1));
+    if (!list.frames.length) { this.viewer.say("The first frame is still to come."); return; }
+    if (this.follow || this.at < 0 || anew) await this.show(list.frames.length - 1, false, anew);
+  }
+
+  /**
+   * @param {number} k
+   * @param {boolean} [chosen] by the user
+   * @param {boolean} [again]
+   */
+  async show(k, chosen = false, again = false) {
+    k = Math.max(0, Math.min(k, this.list.frames.length - 1));
+    if (chosen) this.follow = k === this.list.frames.length - 1;
+    if ((k === this.at && !again) || this.list.frames.length === 0) return;
+    // One at a time: the last wish counts.
+    this.wanted = k;
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      while (this.wanted !== undefined) {
+        const now = this.wanted;
+        this.wanted = undefined;
+        const name = this.colour.value || "speed";
+        const columns = name === "radius" ? "" : name;
+        const [frame, walls] = await Promise.all([
+          bytes(`/runs/${this.run.id}/frames/${now}?columns=${columns}&most=${MOST}&v=${this.list.version}`).then(read),
+          get(`/runs/${this.run.id}/frames/${now}/walls`).catch(() => null),
+        ]);
+        this.at = now;
+        this.slider.value = String(now);
+        const unit = this.list.columns.find((/** @type {any} */ column) => column.name === name)?.unit ?? "";
+        const colour = frame.columns[name];
+        // While frames follow each other the legend grows with what is seen, and does not jump.
+        this.range = this.range && this.playing ? [Math.min(this.range[0], colour.min), Math.max(this.range[1], colour.max)] : [colour.min, colour.max];
+        this.viewer.frame(frame, colour.values, this.range, `${name}${unit && unit !== "1" ? ` / ${unit}` : ""}`, this.list.domain);
+        if (walls) this.viewer.walls(walls.walls);
+        this.viewer.say(frame.rows < frame.of ? `${whole(frame.rows)} of ${whole(frame.of)} particles` : `${whole(frame.of)} particles`);
+        put(this.time, `${number(frame.time)} s · ${now + 1} of ${this.list.frames.length}`);
+      }
+    } catch (error) {
+      this.viewer.say(error instanceof Error ? error.message : String(error));
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  toggle() {
+    if (this.playing) { clearInterval(this.playing); this.playing = 0; } else {
+      if (this.at >= this.list.frames.length - 1) this.show(0, true);
+      this.playing = window.setInterval(() => {
+        if (this.busy) return;
+        if (this.at >= this.list.frames.length - 1) this.toggle();
+        else this.show(this.at + 1, true);
+      }, 80);
+    }
+    put(this.play, this.playing ? "⏸" : "▶");
+    this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
+  }
+
+  /** @param {number | null} id */
+  async pick(id) {
+    if (id === null) return put(this.grain);
+    const row = await get(`/runs/${this.run.id}/frames/${this.at}/grains/${id}`).catch(() => null);
+    if (row) put(this.grain, el("h2", {}, `Particle ${id}`), el("dl", { class: "facts" }, row.flatMap((/** @type {any} */ one) => [el("dt", {}, one.name), el("dd", {}, `${number(one.value)} ${one.unit === "1" ? "" : one.unit}`)])));
+  }
+
+  end() {
+    clearInterval(this.playing);
+    this.viewer.end();
+  }
+}

@@ -1,0 +1,224 @@
+// The page of one run: progress, particles, charts, log, attempts, files; what can be done with it.
+import { get, listen, post, remove } from "./api.js";
+import { box, draw } from "./chart.js";
+import { ago, ask, duration, el, number, put, size, state, toast, whole } from "./dom.js";
+import { go } from "./app.js";
+import { Player } from "./player.js";
+
+const LIVE = ["queued", "running", "stopping"];
+const CAUSES = /** @type {Record<string, string>} */ ({
+  finished: "came to its end", spot: "the machine was taken away", user: "stopped by its user", time: "the limit of time", preempted: "stopped from outside", lost: "no sign of life",
+  hung: "no steps any more", disk: "too much output", memory: "too little memory", failed: "the solver failed", input: "the input is not taken", engine: "could not be started",
+});
+
+/**
+ * @param {HTMLElement} main
+ * @param {string} id
+ * @returns {Promise<() => void>}
+ */
+export async function showRun(main, id) {
+  let run = await get(`/runs/${id}`);
+  document.title = `${run.title} · Mercury`;
+  const head = el("div", { class: "card" });
+  const panes = /** @type {Record<string, HTMLElement>} */ ({});
+  const tabs = el("div", { role: "tablist", "aria-label": "Parts of the run" });
+  let tab = "Overview";
+  /** @type {(() => void)[]} */
+  let charts = [];
+  const stage = el("div");
+  const viewer = new Player(stage, run);
+  const chartBox = el("div", { class: "charts" });
+  const log = el("pre", { tabindex: "0", "aria-label": "Log" }, "");
+  const attempts = el("tbody");
+  const files = el("tbody");
+  const pictures = el("div", { class: "gallery" });
+  const chooser = el("select", { "aria-label": "Column to plot" });
+  const extra = el("div", { class: "charts" });
+  const facts = el("div", { class: "card" });
+
+  const parts = ["Overview", "Charts", "Log", "Attempts", "Files", "Scene"];
+  for (const part of parts) {
+    panes[part] = el("section", { role: "tabpanel", id: `pane-${part}`, "aria-labelledby": `tab-${part}`, hidden: part !== tab });
+    tabs.append(el("button", { role: "tab", id: `tab-${part}`, "aria-controls": `pane-${part}`, "aria-selected": String(part === tab), tabindex: part === tab ? "0" : "-1", onclick: () => choose(part),
+      onkeydown: (/** @type {KeyboardEvent} */ event) => {
+        const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+        if (step) { choose(parts[(parts.indexOf(tab) + step + parts.length) % parts.length]); /** @type {any} */ (tabs.querySelector("[aria-selected=true]")).focus(); }
+      } }, part));
+  }
+  put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, el("div", { class: "card" }, chartBox))), pictures);
+  put(panes.Charts, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Column", chooser)), extra));
+  put(panes.Log, el("div", { class: "card" }, log));
+  put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["", "Began", "Lasted", "Machine", "Why it ended", "Step"].map((text) => el("th", {}, text)))), attempts)));
+  put(panes.Files, el("div", { class: "card" }, el("div", { class: "row spread" }, el("h2", {}, "Files"), el("a", { class: "button", href: `/api/v1/runs/${id}/archive`, download: "" }, "Download all (.zip)")),
+    el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"))), files))));
+  put(panes.Scene, el("div", { class: "card" }, run.spec.set.length > 0 && el("p", {}, "Set beside it: ", run.spec.set.map((/** @type {string} */ one) => el("code", { class: "chip" }, one))), el("pre", { tabindex: "0" }, run.scene)));
+  put(main, head, tabs, ...parts.map((part) => panes[part]));
+
+  /** @param {string} part */
+  function choose(part) {
+    tab = part;
+    for (const button of tabs.children) {
+      const on = button.id === `tab-${part}`;
+      button.setAttribute("aria-selected", String(on));
+      button.setAttribute("tabindex", on ? "0" : "-1");
+    }
+    for (const [name, pane] of Object.entries(panes)) pane.hidden = name !== part;
+    refresh();
+  }
+
+  /** @param {string} what @param {any} [body] */
+  async function act(what, body = {}) {
+    try {
+      run = { ...run, ...(await post(`/runs/${id}/${what}`, body)) };
+      top();
+      refresh();
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  function top() {
+    const live = LIVE.includes(run.state);
+    const share = run.of_steps ? Math.min(1, run.step / run.of_steps) : null;
+    const buttons = run.writable ? [
+      ["running", "queued"].includes(run.state) && el("button", { onclick: () => act("stop") }, "Stop"),
+      run.state === "stopping" && el("button", { class: "danger", onclick: async () => { if (await ask("End at once", "What was made since the last commit is lost.", "End") !== null) act("kill"); } }, "End at once"),
+      ["stopped", "failed", "cancelled"].includes(run.state) && el("button", { class: "main", onclick: () => act("resume") }, "Resume"),
+      !live && run.time > 0 && el("button", { onclick: async () => {
+        const end = await ask("Extend", `The run has come to ${number(run.time)} s. It goes on from there.`, "Extend", { label: "New end / s", value: String(Number((run.time * 2).toPrecision(3))), type: "number" });
+        if (end !== null) act("extend", { end: Number(end) });
+      } }, "Extend"),
+      el("button", { onclick: () => go(`/new?from=${id}`) }, "Clone"),
+      el("button", { onclick: shareLink }, "Share"),
+      !live && el("button", { class: "danger", onclick: async () => {
+        if (await ask("Delete", `${run.title} with all its files. This cannot be taken back.`, "Delete") === null) return;
+        await remove(`/runs/${id}`).then(() => go("/"), (error) => toast(error.message, true));
+      } }, "Delete"),
+    ] : [el("span", { class: "quiet" }, "to look at only")];
+    const doing = run.state === "queued" ? "waits for a free place" : run.beat?.doing || "";
+    put(head, el("div", { class: "row spread" }, el("div", {}, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
+      run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8)))), el("div", { class: "row" }, buttons)),
+    run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
+    !live && run.cause && run.cause !== "finished" && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)),
+    live && el("div", {}, el("p", { class: "row spread small" }, el("span", {}, share !== null ? `${(100 * share).toFixed(1)} % · ${number(run.time)} s of simulated time` : `${number(run.time)} s of simulated time`, doing && ` · ${doing}`),
+      el("span", { class: "quiet" }, run.seconds_left ? `about ${duration(run.seconds_left)} left` : "")), el("progress", { max: 1, value: share ?? 0, "aria-label": "Progress" })));
+    const bad = run.notes.filter((/** @type {any} */ note) => ["not-reproduced", "damaged"].includes(note.kind));
+    put(facts, el("h2", {}, "Run"), el("dl", { class: "facts" },
+      el("dt", {}, "Steps"), el("dd", {}, run.of_steps ? `${whole(run.step)} of ${whole(run.of_steps)}` : whole(run.step)),
+      el("dt", {}, "Time"), el("dd", {}, `${number(run.time)} s`),
+      run.particles != null && [el("dt", {}, "Particles"), el("dd", {}, whole(run.particles))],
+      run.beat?.rate && live && [el("dt", {}, "Speed"), el("dd", {}, `${whole(Math.round(run.beat.rate))} particle steps/s`)],
+      el("dt", {}, "Attempts"), el("dd", {}, run.epoch),
+      el("dt", {}, "Threads"), el("dd", {}, run.spec.threads),
+      run.core_seconds > 0 && [el("dt", {}, "Spent"), el("dd", {}, `${duration(run.core_seconds)} of a core`)],
+      el("dt", {}, "Solver"), el("dd", {}, run.spec.solver)),
+    bad.length > 0 && el("ul", { class: "problems" }, ...bad.map((/** @type {any} */ note) => el("li", {}, note.text))));
+  }
+
+  async function shareLink() {
+    const days = await ask("Share", "With the link others can look at this run and fetch its files.", "Make a link", { label: "Days", value: "30", type: "number" });
+    if (days === null) return;
+    try {
+      const made = await post(`/runs/${id}/share`, { days: Number(days) });
+      const link = `${location.origin}/runs/${id}#token=${made.token}`;
+      await navigator.clipboard?.writeText(link).catch(() => {});
+      await ask("Link", "It is in the clipboard, where the browser allows that.", "Done", { label: "Link", value: link });
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /** @type {any[]} */
+  let tables = [];
+  /** What is drawn in the pane Charts. */
+  let drawn = "";
+  /** @param {string} file @param {string} column @param {string | null} [name] */
+  const curve = async (file, column, name) => {
+    const query = new URLSearchParams({ file, column });
+    if (name) query.set("name", name);
+    return { label: column, chart: await get(`/runs/${id}/charts?${query}`) };
+  };
+  async function plot() {
+    tables = await get(`/runs/${id}/tables`);
+    const energies = tables.find((table) => table.file.endsWith(".ene"));
+    /** @type {[HTMLElement, string, any[]][]} */
+    const wanted = [];
+    if (energies && tab === "Overview") {
+      const curves = await Promise.all(["traKineticEnergy", "rotKineticEnergy", "elasticEnergy"].map(async (column) => ({ ...(await curve(energies.file, column)), label: column.replace("Energy", "") })));
+      wanted.push([chartBox, "Energies / J", curves]);
+    }
+    if (tab === "Charts") {
+      const choices = tables.flatMap((table) => (table.names.length ? table.names : [null]).flatMap((/** @type {string | null} */ name) => table.columns.map((/** @type {string} */ column) => ({ file: table.file, column, name }))));
+      if (chooser.options.length !== choices.length) {
+        put(chooser, ...choices.map((choice, k) => el("option", { value: k }, `${choice.file.slice(choice.file.indexOf(".") + 1)}: ${choice.name ? `${choice.name} ` : ""}${choice.column}`)));
+      }
+      const choice = choices[Number(chooser.value) || 0];
+      if (choice) wanted.push([extra, `${choice.name ? `${choice.name} ` : ""}${choice.column}`, [await curve(choice.file, choice.column, choice.name)]]);
+    }
+    charts.forEach((end) => end());
+    charts = wanted.map(([place, title, curves]) => {
+      const one = box();
+      put(place, one);
+      return draw(one, title, curves);
+    });
+    drawn = tab;
+  }
+  chooser.onchange = () => plot();
+
+  async function showLog() {
+    const found = await get(`/runs/${id}/log`);
+    const end = log.scrollTop + log.clientHeight >= log.scrollHeight - 30;
+    put(log, found.text || "Nothing yet.");
+    if (end) log.scrollTop = log.scrollHeight;
+  }
+
+  async function showAttempts() {
+    const all = await get(`/runs/${id}/attempts`);
+    put(attempts, ...all.map((/** @type {any} */ one) => el("tr", {}, el("td", {}, one.epoch), el("td", {}, new Date(one.started * 1000).toLocaleString()), el("td", {}, duration((one.ended ?? Date.now() / 1000) - one.started)),
+      el("td", {}, one.machine || one.engine), el("td", {}, one.cause ? CAUSES[one.cause] ?? one.cause : "on its way", one.code ? ` (exit code ${one.code})` : "", one.message && el("div", { class: "small quiet" }, one.message)), el("td", { class: "number" }, one.step != null ? whole(one.step) : ""))));
+    if (!all.length) put(attempts, el("tr", {}, el("td", { colspan: "6", class: "quiet" }, "None yet.")));
+  }
+
+  async function showFiles() {
+    const all = await get(`/runs/${id}/files`);
+    const path = (/** @type {string} */ name) => `/api/v1/runs/${id}/files/${name.split("/").map(encodeURIComponent).join("/")}`;
+    put(files, ...all.map((/** @type {any} */ file) => el("tr", {}, el("td", {}, el("a", { href: path(file.name), download: file.name.split("/").pop() }, file.name), file.grows && el("span", { class: "small quiet" }, " grows")), el("td", { class: "number" }, size(file.bytes)))));
+    const shown = all.filter((/** @type {any} */ file) => file.name.endsWith(".png"));
+    put(pictures, ...shown.map((/** @type {any} */ file) => el("a", { href: path(file.name), download: "" }, el("img", { src: path(file.name), alt: file.name, loading: "lazy" }))));
+  }
+
+  let busy = false;
+  /** Brings what is in view up to date. */
+  async function refresh() {
+    if (busy) return;
+    busy = true;
+    try {
+      if (tab === "Overview") await viewer.load();
+      if (tab === "Overview" || tab === "Charts") await plot();
+      if (tab === "Log") await showLog();
+      if (tab === "Attempts") await showAttempts();
+      if (tab === "Files" || (tab === "Overview" && run.state === "finished")) await showFiles();
+    } catch (error) {
+      if (drawn) console.info(error);
+    } finally {
+      busy = false;
+    }
+  }
+
+  const again = async () => {
+    run = await get(`/runs/${id}`).catch(() => run);
+    top();
+    refresh();
+  };
+  top();
+  refresh();
+  let last = 0;
+  const end = listen([id], (news) => {
+    if (news.kind === "progress") {
+      run = { ...run, beat: news.data, step: Math.max(run.step, news.data.step), of_steps: news.data.of_steps ?? run.of_steps, time: Math.max(run.time, news.data.time), particles: news.data.particles, seconds_left: news.data.seconds_left };
+      top();
+      if (Date.now() - last > 4000) { last = Date.now(); refresh(); }
+    } else again();
+  }, again);
+  return () => { end(); charts.forEach((stop) => stop()); viewer.end(); };
+}

@@ -1,0 +1,171 @@
+//! The solver as a process.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ExitStatus, Stdio};
+
+use anyhow::{Context, Result};
+use cloud_api::{Cause, Ending, Spec};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::Attempt;
+use crate::confine::Cage;
+
+/// Name of the run's folder within that of the attempt. No input begins with a dot, so it collides with none.
+pub(crate) const OUTPUT: &str = ".run";
+
+/// Room for code, stacks and what an allocator keeps, on top of the memory that a run may have, in bytes.
+const OVERHEAD: u64 = 1 << 30;
+
+/// How much of the solver's messages an ending keeps, in bytes.
+const LAST_WORDS: u64 = 2000;
+
+/// A solver that runs.
+pub(crate) struct Solver {
+    child: Child,
+    messages: PathBuf,
+}
+
+impl Solver {
+    pub(crate) fn start(
+        attempt: &Attempt,
+        spec: &Spec,
+        folder: &Path,
+        progress: &Path,
+    ) -> Result<Self> {
+        let threads = u64::from(spec.threads);
+        let cage = Cage {
+            folder: folder.to_owned(),
+            read: Vec::new(),
+            sandbox: attempt.sandbox,
+            memory: spec.memory + OVERHEAD + threads * (64 << 20),
+            file: spec.disk,
+            cpu: 0,
+        };
+        let messages = folder.join(".messages");
+        let mut command = cage.command(&attempt.solver);
+        command
+            .arg(&spec.scene)
+            .args(["--resume", "--json", "--within", "."]);
+        command
+            .arg("--output")
+            .arg(OUTPUT)
+            .arg("--progress")
+            .arg(progress);
+        command
+            .arg("--threads")
+            .arg(spec.threads.to_string())
+            .args(["--checkpoint-every", &attempt.checkpoint]);
+        for set in &spec.set {
+            command.arg(format!("--set={set}"));
+        }
+        for result in &spec.result {
+            command.arg(format!("--result={result}"));
+        }
+        if let Some(limit) = &attempt.limit {
+            command.args(["--time-limit", limit]);
+        }
+        let written = File::create(&messages).with_context(|| format!("{}", messages.display()))?;
+        let answer = File::create(folder.join(".answer"))
+            .context("the folder of the attempt cannot be written")?;
+        let child = command
+            .stdin(Stdio::null())
+            .stdout(answer)
+            .stderr(written)
+            .spawn()
+            .with_context(|| format!("{} cannot be started", attempt.solver.display()))?;
+        Ok(Self { child, messages })
+    }
+
+    /// Its end, if it has ended.
+    pub(crate) fn ended(&mut self) -> Result<Option<ExitStatus>> {
+        self.child
+            .try_wait()
+            .context("the solver cannot be waited for")
+    }
+
+    /// SIGTERM: it writes a checkpoint and ends.
+    pub(crate) fn stop(&self) {
+        self.signal(Signal::TERM);
+    }
+
+    /// SIGUSR1: it writes a checkpoint and goes on.
+    pub(crate) fn checkpoint(&self) {
+        self.signal(Signal::USR1);
+    }
+
+    /// SIGKILL, and waits for its end.
+    pub(crate) fn kill(&mut self) {
+        // One that has ended already cannot be killed, which is what is wanted.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    fn signal(&self, signal: Signal) {
+        if let Some(pid) = Pid::from_raw(self.child.id() as i32) {
+            let _ = kill_process(pid, signal);
+        }
+    }
+
+    /// Processor time so far, in core seconds.
+    pub(crate) fn core_seconds(&self) -> Option<f64> {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).ok()?;
+        // Behind the name in brackets: state is field 3, user and system time are 14 and 15 (proc(5)).
+        let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+        let ticks = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
+        Some(ticks / rustix::param::clock_ticks_per_second() as f64)
+    }
+
+    /// What it said last.
+    pub(crate) fn last_words(&self) -> String {
+        let read = || {
+            let mut file = File::open(&self.messages)?;
+            let length = file.metadata()?.len();
+            file.seek(SeekFrom::Start(length.saturating_sub(LAST_WORDS)))?;
+            let mut bytes = Vec::new();
+            file.read_to_end(&mut bytes)?;
+            std::io::Result::Ok(String::from_utf8_lossy(&bytes).trim().to_owned())
+        };
+        read().unwrap_or_default()
+    }
+
+    /// What its end means. `wanted`: why this worker has stopped it, if it has.
+    pub(crate) fn ending(
+        &self,
+        status: ExitStatus,
+        wanted: Option<Cause>,
+        end_cause: Option<&str>,
+    ) -> Ending {
+        let words = self.last_words();
+        let (cause, message) = match (status.code(), status.signal()) {
+            (Some(0), _) => (Cause::Finished, String::new()),
+            (Some(75), _) => match (wanted, end_cause) {
+                (Some(cause), _) => (cause, String::new()),
+                (None, Some("time_limit")) => (Cause::Time, String::new()),
+                (None, _) => (Cause::Preempted, String::new()),
+            },
+            (Some(1), _) => (Cause::Failed, words),
+            (Some(2), _) => (Cause::Input, words),
+            (Some(code), _) => (
+                wanted.unwrap_or(Cause::Failed),
+                format!("exit code {code}. {words}"),
+            ),
+            (None, signal) => {
+                let signal = signal.unwrap_or(0);
+                let memory = words.contains("memory allocation of");
+                let cause = wanted.unwrap_or(if memory { Cause::Memory } else { Cause::Lost });
+                (
+                    cause,
+                    format!("the solver was ended by signal {signal}. {words}"),
+                )
+            }
+        };
+        Ending {
+            cause,
+            code: status.code(),
+            message,
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! The loop of an attempt: watch, beat, commit, and stop where something says so.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use cloud_api::{Beat, Cause, Control, Ending, Phase, Spec, Wish};
+
+use crate::claim::{Held, Swapped};
+use crate::notice::{Notice, Notices};
+use crate::progress::Progress;
+use crate::restore::{Place, restore};
+use crate::solver::{OUTPUT, Solver};
+use crate::sync::{Sync, size, sweep};
+use crate::{Attempt, Outcome};
+
+/// How often the loop looks at the solver.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How often it looks whether the server wants something.
+const LISTEN: Duration = Duration::from_secs(1);
+
+/// How often it adds up what the outputs take.
+const MEASURE: Duration = Duration::from_secs(10);
+
+/// How long a solver may take from SIGTERM to its end where it has shown no sign of life.
+const HUNG_GRACE: Duration = Duration::from_secs(60);
+
+/// Something that is due every so often.
+struct Every {
+    period: Duration,
+    last: Option<Instant>,
+}
+
+impl Every {
+    fn new(period: Duration) -> Self {
+        Self { period, last: None }
+    }
+
+    fn due(&mut self) -> bool {
+        let due = self.last.is_none_or(|last| last.elapsed() >= self.period);
+        if due {
+            self.last = Some(Instant::now());
+        }
+        due
+    }
+}
+
+/// Does an attempt from its claim to its end.
+pub fn work(attempt: &Attempt) -> Result<Outcome> {
+    let Some(mut held) = Held::take(attempt)? else {
+        return Ok(Outcome::Superseded);
+    };
+    match run(attempt, &mut held) {
+        Ok(outcome) => Ok(outcome),
+        // What the worker cannot do says so in the store: an attempt that ends in silence is a riddle.
+        Err(error) => {
+            let ending = Ending {
+                cause: Cause::Engine,
+                code: None,
+                message: format!("{error:#}"),
+            };
+            end(attempt, &mut held, ending, None)?;
+            Err(error)
+        }
+    }
+}
+
+fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
+    let terminated = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, Arc::clone(&terminated))
+            .context("signals cannot be caught")?;
+    }
+    let notices = Notices::begin();
+    let key = attempt.key(&format!("spec.{}.json", held.head.revision));
+    let text = attempt
+        .store
+        .get(&key)?
+        .with_context(|| format!("the store has no {key}"))?;
+    let spec: Spec =
+        serde_json::from_slice(&text).with_context(|| format!("{key} cannot be read"))?;
+    sweep(attempt, held)?;
+    let place = restore(attempt, held, &spec)?;
+    let mut sync = Sync::new(held);
+    if held
+        .head
+        .checkpoint
+        .as_ref()
+        .is_some_and(|checkpoint| checkpoint.revision != held.head.revision)
+    {
+        sync.forget_tails(attempt, held, &place)?;
+    }
+    let progress = place.folder.join(".progress");
+    let solver = Solver::start(attempt, &spec, &place.folder, &progress)?;
+    let mut progress = Progress::new(&progress);
+    progress.grows = held.head.streams.keys().cloned().collect();
+    let mut watch = Watch {
+        attempt,
+        spec,
+        place,
+        progress,
+        solver,
+        wanted: None,
+        killed_at: None,
+        beats: 0,
+    };
+    watch.until_it_ends(held, &mut sync, &notices, &terminated)
+}
+
+struct Watch<'a> {
+    attempt: &'a Attempt<'a>,
+    spec: Spec,
+    place: Place,
+    progress: Progress,
+    solver: Solver,
+    /// Why the solver was told to stop.
+    wanted: Option<Cause>,
+    /// When it is killed, if it has not ended by then.
+    killed_at: Option<Instant>,
+    beats: u64,
+}
+
+impl Watch<'_> {
+    fn until_it_ends(
+        &mut self,
+        held: &mut Held,
+        sync: &mut Sync,
+        notices: &Notices,
+        terminated: &AtomicBool,
+    ) -> Result<Outcome> {
+        let attempt = self.attempt;
+        let mut beat = Every::new(attempt.beat);
+        let mut commit = Every::new(attempt.commit);
+        let mut listen = Every::new(LISTEN);
+        let mut measure = Every::new(MEASURE);
+        let mut rebalanced = false;
+        let status = loop {
+            self.progress.read().context("progress of the solver")?;
+            if let Some(status) = self.solver.ended()? {
+                break status;
+            }
+            if terminated.load(Ordering::Relaxed) {
+                self.stop(Cause::Preempted);
+            }
+            match notices.newest() {
+                Some(Notice::Spot) => self.stop(Cause::Spot),
+                Some(Notice::Rebalance) if !rebalanced => {
+                    rebalanced = true;
+                    self.solver.checkpoint();
+                }
+                _ => {}
+            }
+            if listen.due() {
+                match self.wish() {
+                    Wish::Run => {}
+                    Wish::Stop => self.stop(Cause::User),
+                    Wish::Kill => {
+                        self.wanted = Some(Cause::User);
+                        self.solver.kill();
+                        continue;
+                    }
+                }
+            }
+            if self.progress.alive.elapsed() > attempt.patience && self.wanted.is_none() {
+                self.stop(Cause::Hung);
+                self.killed_at = Some(Instant::now() + HUNG_GRACE);
+            }
+            if measure.due() && size(&self.place.output)? > self.spec.disk {
+                self.stop(Cause::Disk);
+            }
+            if self.killed_at.is_some_and(|at| Instant::now() >= at) {
+                self.solver.kill();
+                continue;
+            }
+            if beat.due() {
+                self.beat(held);
+            }
+            if commit.due() || self.progress.checkpoint.is_some() {
+                match self.commit(held, sync, false) {
+                    Ok(Swapped::Done) => {}
+                    Ok(Swapped::Superseded) => return Ok(self.give_up()),
+                    // The store may come back; the solver has lost nothing.
+                    Err(error) => eprintln!("not committed: {error:#}"),
+                }
+            }
+            thread::sleep(LOOK);
+        };
+        // Of a solver that was ended from outside, the wish is the cause.
+        if self.wanted.is_none() && terminated.load(Ordering::Relaxed) {
+            self.wanted = Some(Cause::Preempted);
+        }
+        self.progress.read().context("progress of the solver")?;
+        let ending = self
+            .solver
+            .ending(status, self.wanted, self.progress.end_cause.as_deref());
+        self.closing(held, sync, ending)
+    }
+
+    /// Data first, then the head: an end without its data does not exist.
+    fn closing(&mut self, held: &mut Held, sync: &mut Sync, ending: Ending) -> Result<Outcome> {
+        let mut wait = Duration::from_millis(500);
+        loop {
+            match self.commit(held, sync, true) {
+                Ok(Swapped::Done) => break,
+                Ok(Swapped::Superseded) => return Ok(self.give_up()),
+                Err(error) => eprintln!(
+                    "not committed: {error:#}; again in {} s",
+                    wait.as_secs_f64()
+                ),
+            }
+            thread::sleep(wait);
+            wait = (wait * 2).min(Duration::from_secs(15));
+            self.beat(held);
+        }
+        if ending.cause == Cause::Finished {
+            held.head.step = held.head.step.max(self.progress.step);
+        }
+        end(self.attempt, held, ending, Some(self))
+    }
+
+    fn commit(&mut self, held: &mut Held, sync: &mut Sync, last: bool) -> Result<Swapped> {
+        held.head.of_steps = self.progress.of_steps.or(held.head.of_steps);
+        held.head.time = self.progress.time.max(held.head.time);
+        if let Some(seconds) = self.solver.core_seconds() {
+            held.head.core_seconds = seconds;
+        }
+        // The newest counts; it is taken only once it is committed.
+        let checkpoint = self.progress.checkpoint.clone();
+        let swapped = sync.commit(
+            self.attempt,
+            held,
+            &self.place,
+            checkpoint.as_ref(),
+            &self.progress.grows,
+            last,
+        )?;
+        if self.progress.checkpoint == checkpoint {
+            self.progress.checkpoint = None;
+        }
+        Ok(swapped)
+    }
+
+    fn stop(&mut self, cause: Cause) {
+        if self.wanted.is_none() {
+            self.wanted = Some(cause);
+            self.solver.stop();
+        }
+    }
+
+    /// What the server wants of this attempt. A store that gives no answer wants nothing.
+    fn wish(&self) -> Wish {
+        let text = self.attempt.store.get(&self.attempt.key("control.json"));
+        let control = text
+            .ok()
+            .flatten()
+            .and_then(|text| serde_json::from_slice::<Control>(&text).ok());
+        control
+            .filter(|control| control.epoch == self.attempt.epoch)
+            .map_or(Wish::Run, |control| control.wish)
+    }
+
+    fn beat(&mut self, held: &Held) {
+        self.beats += 1;
+        let progress = &self.progress;
+        let beat = Beat {
+            count: self.beats,
+            interval: self.attempt.beat.as_secs_f64(),
+            doing: progress.doing.clone(),
+            step: progress.step,
+            of_steps: progress.of_steps.or(held.head.of_steps),
+            time: progress.time,
+            rate: progress.rate,
+            seconds_left: progress.seconds_left,
+            particles: progress.particles,
+        };
+        let key = self
+            .attempt
+            .key(&format!("beat/{}.json", self.attempt.epoch));
+        let put = serde_json::to_vec(&beat).map(|text| self.attempt.store.put(&key, &text));
+        if let Ok(Err(error)) = put {
+            eprintln!("no beat: {error}");
+        }
+    }
+
+    /// The run belongs to another attempt: this one must not go on.
+    fn give_up(&mut self) -> Outcome {
+        self.solver.kill();
+        Outcome::Superseded
+    }
+}
+
+/// Writes the end into the head.
+fn end(
+    attempt: &Attempt,
+    held: &mut Held,
+    ending: Ending,
+    watch: Option<&Watch>,
+) -> Result<Outcome> {
+    held.head.phase = Phase::Ended;
+    // Paths of this machine stay on it.
+    let mut ending = ending;
+    if let Some(watch) = watch {
+        let folder = watch.place.folder.display().to_string();
+        ending.message = ending
+            .message
+            .replace(&format!("{folder}/"), "")
+            .replace(&folder, ".");
+    }
+    ending.message = ending.message.replace(&format!("{OUTPUT}/"), "");
+    held.head.ending = Some(ending);
+    let mut wait = Duration::from_millis(500);
+    loop {
+        match held.swap(attempt) {
+            Ok(Swapped::Done) => return Ok(Outcome::Committed),
+            Ok(Swapped::Superseded) => return Ok(Outcome::Superseded),
+            Err(error) if !Held::is_ours(attempt).unwrap_or(true) => return Err(error),
+            Err(error) => eprintln!(
+                "the end is not committed: {error:#}; again in {} s",
+                wait.as_secs_f64()
+            ),
+        }
+        thread::sleep(wait);
+        wait = (wait * 2).min(Duration::from_secs(15));
+    }
+}
