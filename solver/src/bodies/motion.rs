@@ -5,7 +5,7 @@ use mercury_common::turns::by_vector;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::rotation::{angular_velocity, free_rotation};
+use super::rotation::free_motion;
 use crate::forces::MotionBound;
 use crate::neighbours::HalfSkins;
 use crate::state::{
@@ -162,17 +162,14 @@ impl BodyStep {
 
     /// The free rotation of a body over the drift.
     fn rotate(&self, body: &mut Body) {
-        let spin =
-            |body: &Body| angular_velocity(body.orientation, body.angular_momentum, body.moments);
-        body.angular_velocity = spin(body);
+        let before = body.orientation;
+        let inverse = body.moments.recip();
+        let momentum = before.inverse() * body.angular_momentum;
+        body.angular_velocity = before * (momentum * inverse);
         if self.drift > 0.0 {
-            body.orientation = free_rotation(
-                body.orientation,
-                body.angular_momentum,
-                body.moments,
-                self.drift,
-            );
-            body.angular_velocity = (body.angular_velocity + spin(body)) * 0.5;
+            let (after, momentum) = free_motion(before, momentum, inverse, self.drift);
+            body.orientation = after;
+            body.angular_velocity = (body.angular_velocity + after * (momentum * inverse)) * 0.5;
         }
     }
 

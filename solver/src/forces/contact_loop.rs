@@ -31,6 +31,7 @@ use crate::contact::{
 use crate::neighbours::CandidateList;
 use crate::state::{Load, Particles, Pieces, Row, WallIndex};
 use block::Block;
+use found::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
@@ -49,6 +50,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     sources: Vec<Vec<usize>>,
     /// Loads on features of mesh walls of blocks that were cut anew since.
     feature_loads: FeatureLoads,
+    /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
+    numbers: Box<Numbers>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
@@ -63,6 +66,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             blocks: Vec::new(),
             sources: Vec::new(),
             feature_loads: FeatureLoads::default(),
+            numbers: Box::new(Numbers::new()),
         }
     }
 
@@ -243,7 +247,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 finish,
                 pool,
             ),
-            _ => pass.in_turn(&mut self.blocks, &self.sources, records, loads, finish),
+            _ => pass.in_turn(
+                &mut self.blocks,
+                &self.sources,
+                records,
+                loads,
+                finish,
+                &mut self.numbers,
+            ),
         }
     }
 

@@ -39,7 +39,7 @@ impl ExtraSkins {
         self.levels.get(level).copied().unwrap_or_default()
     }
 
-    /// By how far each particle went while the last list lasted. `mean`: mean radius, m. Makes the skin thinner if those that went farthest may not go so far.
+    /// By how far each particle went while the last list lasted. `widest`: largest skin of the lowest level, m. Makes the skin thinner if those that went farthest may not go so far.
     ///
     /// The list is built anew when a particle has used up its part of the skin. Where particles of some size move much farther than all others (balls in a mill, dust that
     /// is blown about between stones), or a few of any size (a stone that falls into a bed, and the grains that it pushes away), they would set the pace for all.
@@ -50,12 +50,18 @@ impl ExtraSkins {
         particles: &Particles,
         skin: &mut Skin,
         levels: &Levels,
-        mean: f64,
+        widest: f64,
         parallel: bool,
     ) -> Self {
-        // Small particles have at most half a mean radius, large ones half of their own: they are few.
+        // Small particles have at most half the widest skin, large ones half of their own: they are few.
         let most: Vec<f64> = (levels.largest.iter().enumerate())
-            .map(|(level, &radius)| if level == 0 { mean } else { radius })
+            .map(|(level, &radius)| {
+                if level == 0 {
+                    widest
+                } else {
+                    radius.max(widest)
+                }
+            })
             .map(|most| 0.5 * most.min(skin.largest))
             .collect();
         if most.len() == 1 && particles.len() < FEW {

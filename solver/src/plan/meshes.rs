@@ -11,6 +11,7 @@ use mercury_common::turns::about_axis;
 
 use crate::boundaries::Solid;
 use crate::contact::parameter::short;
+use crate::neighbours::Skin;
 use crate::walls::{Mesh, Shape, Wall};
 
 /// Reads the triangles of a wall.
@@ -58,9 +59,9 @@ fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
     }
 }
 
-/// How far beyond its faces a mesh that goes on for ever is asked, in largest radii: one radius and the skin, which is at most another
-/// one.
-const REACH: f64 = 2.1;
+/// How far beyond its faces a mesh that goes on for ever is queried, in largest radii: one radius and the widest skin, and a twentieth more, as
+/// far as its corners may move.
+const REACH: f64 = 1.05 * (1.0 + Skin::widest(1.0));
 /// Meshes that miss a period by less than this part of it may have been meant to span it.
 const NEARLY: f64 = 0.01;
 

@@ -68,10 +68,15 @@ impl Engine {
         Ok(())
     }
 
+    /// Largest thickness of the skin of the smallest particles, m.
+    fn widest_skin(&self) -> f64 {
+        let [_, mean, _] = self.plan.physics().radii();
+        Skin::widest(mean)
+    }
+
     /// How far surfaces of walls may get from where they were listed, m: as far as most particles, not as large ones that need more.
     fn skin_of_walls(&self) -> f64 {
-        let [_, mean, _] = self.plan.physics().radii();
-        0.5 * self.lists.skin.thickness.min(mean)
+        0.5 * self.lists.skin.thickness.min(self.widest_skin())
     }
 
     /// Sorts the particles and builds the candidate lists.
@@ -95,10 +100,10 @@ impl Engine {
         let parallel = in_pool();
         let removed = self.boundaries.take_row_map(self.particles.len());
         self.rename_images(&removed);
-        let [_, mean, _] = self.plan.physics().radii();
+        let widest = self.widest_skin();
         let Lists { skin, .. } = &mut self.lists;
-        let levels = Levels::choose(&self.particles.records, skin.thickness.min(mean));
-        let mut extra = ExtraSkins::measure(&self.particles, skin, &levels, mean, parallel);
+        let levels = Levels::choose(&self.particles.records, skin.thickness.min(widest));
+        let mut extra = ExtraSkins::measure(&self.particles, skin, &levels, widest, parallel);
         let skin = skin.thickness;
         // Forces that act across a gap need their pairs listed that much farther out.
         let range = self.forces.needs().range;

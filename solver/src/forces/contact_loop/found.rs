@@ -28,6 +28,7 @@ const IN_ORDER: [u8; ROOM] = {
 };
 
 /// A number of each contact found.
+#[derive(Debug)]
 #[repr(align(64))]
 pub(super) struct Column(pub(super) [f64; ROOM]);
 
@@ -55,6 +56,7 @@ pub(super) struct Found<'a> {
 }
 
 /// The numbers of the contacts found in a chunk of slots. One for all blocks that a thread evaluates: making it takes as long as some contacts.
+#[derive(Debug)]
 pub(super) struct Numbers {
     // As they were found, in the order of the slots.
     /// x_A - x_B, of the image of B that is listed, m.

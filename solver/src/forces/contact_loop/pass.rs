@@ -58,16 +58,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         records: &mut [Particle],
         loads: &mut [Load],
         finish: &Finish<'_>,
+        numbers: &mut Numbers,
     ) -> MotionBound {
         let mut fastest = MotionBound::default();
-        let mut numbers = Numbers::new();
         for (index, sources) in sources.iter().enumerate() {
             let (earlier, rest) = blocks.split_at_mut(index);
             let block = &mut rest[0];
             let loads = &mut loads[block.rows.clone()];
             // Later blocks read neither the records nor the loads of earlier ones, so a block can be finished at once.
             let rows = Rows::together(&records[block.rows.start..]);
-            self.compute(block, &rows, loads, &mut numbers);
+            self.compute(block, &rows, loads, numbers);
             for &source in sources {
                 earlier[source].outbox.deliver(index - source - 1, loads);
             }
