@@ -262,11 +262,30 @@ impl Simulation {
                 _ => None,
             })
             .collect();
+        // A point on an edge belongs to both of its triangles, and round-off decides by which one it is called: it keeps what it
+        // remembers before any other feature can take it over.
+        let mut renamed = BTreeMap::new();
+        if let Shape::Triangles(triangles) = &self.walls[wall].shape {
+            let position = self.particles[particle].position;
+            let centre = self.walls[wall].carried_back(position, self.time());
+            for &(feature, _) in touched {
+                let is_new = !previous.contains_key(&key(feature));
+                let same = |&(other, _): &(usize, History)| {
+                    triangles::share_foot(triangles[other], triangles[feature], centre)
+                };
+                if is_new && let Some(index) = left.iter().position(same) {
+                    renamed.insert(feature, left.remove(index).1);
+                }
+            }
+        }
         touched
             .iter()
             .map(|&(feature, _)| {
                 if let Some(contact) = previous.get(&key(feature)) {
                     return contact.history;
+                }
+                if let Some(&history) = renamed.get(&feature) {
+                    return history;
                 }
                 let near = |&(other, _): &(usize, History)| {
                     self.walls[wall].shape.adjacent(other, feature)

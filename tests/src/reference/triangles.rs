@@ -123,6 +123,12 @@ pub(super) fn continued(
         .map(|(index, _)| index)
 }
 
+/// Whether the points of two triangles that are nearest to `centre` are one, to round-off: a point of the edge or corner that they share.
+pub(super) fn share_foot(one: [DVec3; 3], other: [DVec3; 3], centre: DVec3) -> bool {
+    let foot = nearest_point(one, centre);
+    nearest_point(other, centre).distance(foot) <= 1e-14 * (centre.length() + foot.length())
+}
+
 /// The point of a triangle that is nearest to `x`: the foot of the perpendicular if it falls inside, else the nearest point of
 /// the sides.
 fn nearest_point([a, b, c]: [DVec3; 3], x: DVec3) -> DVec3 {

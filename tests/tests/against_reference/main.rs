@@ -194,7 +194,7 @@ fn trajectories(part: usize, parts: usize) {
             most = most.max(compare(
                 uniform(law),
                 around,
-                (k + 2000 * turn) as u64,
+                (k + 1000 * turn) as u64,
                 1000,
             ));
         }
