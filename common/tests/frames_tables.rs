@@ -123,6 +123,7 @@ fn contacts_come_back_and_have_one_partner_each() {
     };
     let columns = ContactColumns {
         torque: true,
+        bridge: true,
         history: vec![spring("x"), spring("y"), spring("z")],
     };
     let frame = ContactFrame {
@@ -137,6 +138,9 @@ fn contacts_come_back_and_have_one_partner_each() {
         force: vectors(3, 4.0),
         overlap: vec![1e-6, -1e-7, 0.0],
         torque: Some(vectors(3, 5.0)),
+        bridge_volume: Some(vec![1e-12, 0.0, 2e-12]),
+        bridge_normal: Some(vec![-1e-5, 0.0, 1e-6]),
+        bridge_shear: Some(vectors(3, 6.0)),
         history: vec![vec![1.0; 3], vec![2.0; 3], vec![3.0; 3]],
     };
     let mut writer = ContactWriter::create(&path, &header(), &columns).unwrap();

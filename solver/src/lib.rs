@@ -1,7 +1,7 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
+//! [`bodies`], [`liquid`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
@@ -11,6 +11,7 @@ pub mod boundaries;
 pub mod contact;
 pub mod forces;
 pub mod lanes;
+pub mod liquid;
 mod memory;
 pub mod neighbours;
 pub mod output;

@@ -16,13 +16,13 @@ fn repository() -> PathBuf {
 /// `scenes/keys.toml`, which has every key once, without what this version does not run.
 fn all_keys() -> String {
     let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
-    let refused = ["liquid ", "wear ", "film_volume "];
+    let refused = ["wear ", "evaporation "];
     let runs = |line: &&str| !refused.iter().any(|key| line.starts_with(key));
     text.lines().filter(runs).collect::<Vec<_>>().join("\n")
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.
-const ALTERNATIVES: [&str; 47] = [
+const ALTERNATIVES: [&str; 49] = [
     "materials.a.normal={ law = \"hertz\", effective_modulus = 1e7, damping = 0.1 }\nmaterials.a.tangential={ law = \"mindlin\", friction = 0.5, effective_shear_modulus = 1e6 }",
     "materials.b.normal={ law = \"linear\", collision_time = 1e-3, mass = 1e-3, restitution = 0.5 }",
     "materials.b.tangential={ law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }",
@@ -36,6 +36,8 @@ const ALTERNATIVES: [&str; 47] = [
     "sleeping={ after = 0.1, speed = 1e-3, imbalance = 0.1 }",
     "guard={ policy = \"warn\", overlap = 0.5, way = 0.5 }",
     "contact.clamp_tension=true",
+    "contacts[0].liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }",
+    "materials.a.liquid={ law = \"bagheri\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11, roughness = 1e-6 }",
     "particles[0].prescribed={ angular_velocity = [0.0, \"free\", \"free\"] }",
     "particles[3]={ file = \"still.csv\", material = \"a\", fixed = true }",
     "particles[4]={ clump = \"rod\", lattice = { min = [0.3, 0.3, 0.7], max = [0.5, 0.3, 0.7], spacing = 0.1, jitter = 0.001 }, orientation = \"random\" }",
@@ -73,11 +75,9 @@ const ALTERNATIVES: [&str; 47] = [
 ];
 
 /// What this version does not run.
-const REFUSED: [&str; 6] = [
-    "materials.a.liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, viscosity = 1e-3, max_bridge_volume = 1e-11, min_bridge_volume = 0.0, distribution = 1.0, roughness = 1e-6 }",
-    "contacts[0].liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }",
+const REFUSED: [&str; 4] = [
+    "liquid.evaporation=1e-9",
     "walls.mesh.wear={ law = \"archard\", coefficient = 1e-3, hardness = 1e6, acceleration = 1.0, basis = \"normal-load\" }",
-    "particles.first.film_volume=1e-12",
     "membranes=[{ name = \"skin\", file = \"plate.stl\", scale = 1.0, rotate = { axis = [0, 0, 1], degrees = 0.0 }, offset = [0, 0, 0], material = \"a\", thickness = 1e-4, youngs_modulus = 1e6, damping_ratio = 0.1, bending = { law = \"bridson\", stiffness = 1e-6, damping = 0.0 }, fixed = \"rim\" }]",
     "sprays=[{ name = \"jet\", position = [0.5, 0.5, 0.9], axis = [0, 0, -1], pattern = { kind = \"flat-fan\", wide_axis = [1, 0, 0], half_angles_degrees = [30.0, 5.0] }, flow_rate = 1e-6, speed = 2.0, droplets = { kind = \"monodisperse\", diameter = 1e-4 }, liquid_density = 1000.0, from = 0.0, until = 1.0 }]",
 ];

@@ -8,9 +8,9 @@ use mercury_common::formats::mesh::TriangleMesh;
 use mercury_common::random::Stream;
 use mercury_solver::contact::registry::AnyPairLaw;
 use mercury_solver::contact::{
-    AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits,
-    History, HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling, NormalForce, PairLaw,
-    SpringRotation, TangentialLaw,
+    AdhesionForce, AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact,
+    CoulombLimits, History, HistoryNumber, Linear, LinearFriction, NoFriction, NoRolling,
+    NormalForce, PairLaw, SpringRotation, TangentialLaw,
 };
 use mercury_solver::forces::{ContactForces, ContactLoop, SlotState, Watch};
 use mercury_solver::lanes::{Mask, Real};
@@ -94,17 +94,22 @@ impl AdhesionLaw for Bridge {
         self.range
     }
 
-    fn force<L: Real>(&self, contact: &Contact<L>, dt: f64, bond: &mut Bond<L>) -> NormalForce<L> {
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        dt: f64,
+        bond: &mut Bond<L>,
+    ) -> AdhesionForce<L> {
         let touches = L::ZERO.below(contact.overlap);
         let older = bond.age + dt;
         bond.age = L::select(bond.formed.equals(L::ZERO), bond.age, older);
         if touches.any() {
             bond.formed = L::select(touches, L::ONE, bond.formed);
         }
-        NormalForce {
+        AdhesionForce::along(NormalForce {
             elastic: self.part(contact, bond) * -self.pull,
             viscous: L::ZERO,
-        }
+        })
     }
 
     /// -pull range/2 at the moment of contact: what it takes to tear the bridge.
@@ -131,15 +136,15 @@ impl AdhesionLaw for Attraction {
         self.0.range
     }
 
-    fn force<L: Real>(&self, contact: &Contact<L>, _: f64, (): &mut ()) -> NormalForce<L> {
+    fn force<L: Real>(&self, contact: &Contact<L>, _: f64, (): &mut ()) -> AdhesionForce<L> {
         let always = Bond {
             formed: L::ONE,
             age: L::ZERO,
         };
-        NormalForce {
+        AdhesionForce::along(NormalForce {
             elastic: self.0.part(contact, &always) * -self.0.pull,
             viscous: L::ZERO,
-        }
+        })
     }
 
     fn energy<L: Real>(&self, contact: &Contact<L>, (): &()) -> L {

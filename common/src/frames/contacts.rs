@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::{ColumnKind, ColumnSpec, ColumnVisitor, FrameSchema, Table, TableReader, TableWriter};
 
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
+const BRIDGE_VOLUME: [&str; 1] = ["bridge_volume"];
 
 /// Unit and meaning of one number that a contact law remembers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,6 +21,8 @@ pub struct HistoryColumn {
 pub struct ContactColumns {
     /// Couple on particle i beyond the lever arm of the force.
     pub torque: bool,
+    /// Liquid bridges.
+    pub bridge: bool,
     /// The numbers that the contact laws remember, columns `h0`, `h1`, ...
     pub history: Vec<HistoryColumn>,
 }
@@ -52,6 +55,12 @@ pub struct ContactFrame {
     pub overlap: Vec<f64>,
     /// Couple on i, in N m, beyond the lever arm of the force: rolling and torsion resistance.
     pub torque: Option<Vec<DVec3>>,
+    /// Volume of the liquid bridge, in m^3; 0 where there is none.
+    pub bridge_volume: Option<Vec<f64>>,
+    /// Capillary and viscous force of the bridge on i along the normal, in N; negative pulls.
+    pub bridge_normal: Option<Vec<f64>>,
+    /// Its viscous force on i in the tangent plane, in N.
+    pub bridge_shear: Option<Vec<DVec3>>,
     /// What the contact laws remember: one list per entry of [`ContactColumns::history`].
     pub history: Vec<Vec<f64>>,
 }
@@ -107,6 +116,27 @@ impl Table for ContactFrame {
             "overlap, negative over a gap",
         );
         visitor.optional(has.torque, &mut self.torque, &TORQUE, "N m", torque);
+        visitor.optional(
+            has.bridge,
+            &mut self.bridge_volume,
+            &BRIDGE_VOLUME,
+            "m3",
+            "volume of the liquid bridge, 0 where there is none",
+        );
+        visitor.optional(
+            has.bridge,
+            &mut self.bridge_normal,
+            &["bridge_normal"],
+            "N",
+            "force of the bridge on i along the normal, negative pulls",
+        );
+        visitor.optional(
+            has.bridge,
+            &mut self.bridge_shear,
+            &["bridge_shear_x", "bridge_shear_y", "bridge_shear_z"],
+            "N",
+            "viscous force of the bridge on i in the tangent plane",
+        );
         let history = has.history.iter().enumerate().map(|(k, column)| {
             ColumnSpec::new(format!("h{k}"), ColumnKind::F64, column.unit.as_str())
                 .described(column.description.as_str())
@@ -125,6 +155,7 @@ impl Table for ContactFrame {
         };
         Ok(ContactColumns {
             torque: schema.index_of(TORQUE[0]).is_some(),
+            bridge: schema.index_of(BRIDGE_VOLUME[0]).is_some(),
             history: (0..).map_while(history).collect(),
         })
     }

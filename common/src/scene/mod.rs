@@ -23,6 +23,7 @@ mod item;
 mod key_path;
 mod law_reader;
 mod laws;
+mod liquid;
 mod materials;
 mod membranes;
 mod motion;
@@ -57,6 +58,7 @@ pub use fields::{FieldTable, FieldWidth};
 pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
+pub use liquid::{LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
 pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
 pub use motion::{Load, Motion, MotionKind, ServoTarget};
@@ -116,6 +118,8 @@ pub struct Scene {
     pub guard: Guard,
     /// `[sleeping]`
     pub sleeping: Option<Sleeping>,
+    /// `[liquid]`
+    pub liquid: LiquidSettings,
     /// `[materials.NAME]`
     pub materials: Vec<Material>,
     /// `[[contacts]]`
@@ -371,6 +375,14 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         None => Some(None),
     };
 
+    let liquid = match root.get("liquid") {
+        Some(item) => item.table().and_then(|fields| liquid::read(&fields)),
+        None => {
+            let nothing = tree::Table::default();
+            liquid::read(&Fields::new(context, &nothing, root.absent("liquid")))
+        }
+    };
+
     let materials = read_named(&root, "materials", materials::read);
     let clumps = read_named(&root, "clumps", particles::read_clump);
     let contacts = list(&root, "contacts");
@@ -409,6 +421,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
         contact: contact?,
         guard: guard?,
         sleeping: sleeping?,
+        liquid: liquid?,
         materials,
         contacts,
         walls,

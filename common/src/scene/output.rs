@@ -28,6 +28,8 @@ pub struct Output {
     pub walls: bool,
     /// Loads on the triangles of mesh walls; default false.
     pub triangle_loads: bool,
+    /// `.liquid.csv` where there is liquid; default true.
+    pub liquid: bool,
     /// Pictures at the end; default true.
     pub pictures: bool,
     /// Names of particles or clumps with rows in `.track.csv`, each a single one; default none.
@@ -74,6 +76,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
     let frames = flag(fields, "frames", true);
     let walls = flag(fields, "walls", true);
     let triangle_loads = flag(fields, "triangle_loads", false);
+    let liquid = flag(fields, "liquid", true);
     let pictures = flag(fields, "pictures", true);
     let track = fields.get("track").map_or(Some(Vec::new()), |item| {
         let read: Vec<Option<Located<String>>> = item
@@ -131,6 +134,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
         frames,
         walls,
         triangle_loads,
+        liquid,
         pictures,
         track: track?,
         clumps_as,

@@ -143,6 +143,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         ["time", "end" | "step"] => D::TIME,
         ["time", "v_ref"] => D::SPEED,
         ["sleeping", "after"] => D::TIME,
+        ["liquid", "evaporation"] => D::SPEED,
         [
             "output",
             "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::cursor::Fields;
+use super::liquid::{self, LianSevilleVolume, Lubrication};
 use super::source::{Located, Place};
 
 /// `[time]`.
@@ -116,6 +117,10 @@ pub struct Conventions {
     pub coulomb_limits: CoulombLimits,
     /// Against which normal the sliding velocity is taken; default half-step.
     pub sliding_normal: SlidingNormal,
+    /// How viscous forces of liquid behave at small gaps; default clamped.
+    pub lubrication: Lubrication,
+    /// What stands for the volume in the fit of Lian & Seville; default V/R_D^3.
+    pub lian_seville_volume: LianSevilleVolume,
     /// Whether R* includes the curvature of walls; default false.
     pub wall_curvature: bool,
     /// Overlap at the start, in smaller radii, that is an error; default 0.5.
@@ -336,6 +341,8 @@ pub(super) fn read_conventions(fields: &Fields<'_>) -> Option<Conventions> {
                 )
             })
             .unwrap_or_default(),
+        lubrication: liquid::lubrication(fields),
+        lian_seville_volume: liquid::lian_seville_volume(fields),
         wall_curvature: flag(fields, "wall_curvature", false),
         overlap_error: overlap_error?,
         overlap_warning: overlap_warning?,

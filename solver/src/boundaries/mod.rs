@@ -83,6 +83,9 @@ crate::state::plain!(BoundaryState {
     crossed
 });
 
+/// What is called before rows are removed: with each of them, and whether it leaves through a face of the domain.
+pub type Leaving<'a> = dyn FnMut(&mut Particles, &[(u32, bool)]) + 'a;
+
 /// Insertions, deletions and flux planes of a run, and what they counted.
 #[derive(Debug, Clone)]
 pub struct Boundaries {
@@ -137,7 +140,7 @@ impl Boundaries {
     }
 
     /// Counts, removes and inserts particles at this time (s); returns whether rows changed. Inserted ones are appended. `insertions` and
-    /// `setting` are those of [`Boundaries::new`].
+    /// `setting` are those of [`Boundaries::new`]. `leaving` is called before anything is removed.
     pub fn exchange(
         &mut self,
         particles: &mut Particles,
@@ -146,9 +149,10 @@ impl Boundaries {
         images: &Images,
         walls: &[WallNow],
         time: f64,
+        leaving: &mut Leaving<'_>,
     ) -> bool {
         self.fluxes.count(particles, images);
-        let mut changed = self.delete(particles, setting.dimensions, images);
+        let mut changed = self.delete(particles, setting.dimensions, images, leaving);
         let around = Surroundings {
             setting,
             images,
@@ -167,7 +171,13 @@ impl Boundaries {
     }
 
     /// Removes what has left; returns whether anything had.
-    fn delete(&mut self, particles: &mut Particles, dimensions: u8, images: &Images) -> bool {
+    fn delete(
+        &mut self,
+        particles: &mut Particles,
+        dimensions: u8,
+        images: &Images,
+        leaving: &mut Leaving<'_>,
+    ) -> bool {
         self.left_by_face.clear();
         let gone = self.deletion.find(particles, images);
         if gone.is_empty() {
@@ -200,6 +210,21 @@ impl Boundaries {
                 }
             }
         }
+        let rows_of = |&(leaver, exit): &(Leaver, Exit)| {
+            let by_face = matches!(exit, Exit::Face(_));
+            let rows = match leaver {
+                Leaver::Row(row) => vec![row],
+                Leaver::Body(index) => {
+                    let body = &particles.bodies()[index as usize];
+                    let bodies = particles.bodies.iter();
+                    let pebbles = bodies.flat_map(|bodies| &bodies.pebbles[body.pebbles()]);
+                    pebbles.map(|pebble| pebble.row.index() as u32).collect()
+                }
+            };
+            rows.into_iter().map(move |row| (row, by_face))
+        };
+        let leavers: Vec<(u32, bool)> = gone.iter().flat_map(rows_of).collect();
+        leaving(particles, &leavers);
         let rows = particles.len();
         let stay = deletion::remove(particles, &gone);
         self.rows.keep(&stay, rows);

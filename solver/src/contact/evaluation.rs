@@ -1,6 +1,9 @@
 //! The composition of one contact from its parts.
 
-use super::{AdhesionLaw, Contact, NoAdhesion, NormalForce, NormalLaw, RollingLaw, TangentialLaw};
+use super::{
+    AdhesionForce, AdhesionLaw, Contact, NoAdhesion, NormalForce, NormalLaw, RollingLaw,
+    TangentialLaw,
+};
 use crate::lanes::{Real, Vector};
 
 /// The law of one pair of materials.
@@ -29,24 +32,35 @@ pub type Histories<N, T, R, A = NoAdhesion, L = f64> = (
 pub struct Action<L = f64> {
     /// Whole force on A, N.
     pub force: Vector<L>,
-    /// Its part in the tangent plane, N.
+    /// Its part in the tangent plane by friction, N.
     pub tangential: Vector<L>,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: Vector<L>,
     /// Normal part: elastic and viscous, N.
     pub normal: NormalForce<L>,
-    /// Adhesion, along the normal too: elastic and viscous, N.
-    pub adhesion: NormalForce<L>,
+    /// Adhesion.
+    pub adhesion: AdhesionForce<L>,
 }
 
 impl<L: Real> Action<L> {
+    /// The force in the tangent plane, which turns the particles, N: friction, and that of adhesion where it `shears`.
+    #[inline(always)]
+    #[must_use]
+    pub fn shear(&self, shears: bool) -> Vector<L> {
+        if shears {
+            self.tangential + self.adhesion.tangential
+        } else {
+            self.tangential
+        }
+    }
+
     /// Nothing.
     pub const NONE: Self = Self {
         force: Vector::ZERO,
         tangential: Vector::ZERO,
         couple: Vector::ZERO,
         normal: NormalForce::NONE,
-        adhesion: NormalForce::NONE,
+        adhesion: AdhesionForce::NONE,
     };
 
     /// `action(k)` in lane `k`.
@@ -58,7 +72,7 @@ impl<L: Real> Action<L> {
             tangential: Vector::gather(|k| action(k).tangential),
             couple: Vector::gather(|k| action(k).couple),
             normal: NormalForce::gather(|k| action(k).normal),
-            adhesion: NormalForce::gather(|k| action(k).adhesion),
+            adhesion: AdhesionForce::gather(|k| action(k).adhesion),
         }
     }
 
@@ -104,10 +118,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         if self.tangential.acts() {
             force += tangential;
         }
-        let mut adhesion = NormalForce::NONE;
+        let mut adhesion = AdhesionForce::NONE;
         if A::ACTIVE {
             adhesion = self.adhesion.force(contact, dt, &mut history.3);
-            force += contact.normal * adhesion.total();
+            force += adhesion_on_a::<A, L>(contact, &adhesion);
         }
         Action {
             force,
@@ -131,7 +145,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         history.3 = bond;
         let adhesion = self.adhesion.force(contact, dt, &mut history.3);
         Action {
-            force: contact.normal * adhesion.total(),
+            force: adhesion_on_a::<A, L>(contact, &adhesion),
             tangential: Vector::ZERO,
             couple: Vector::ZERO,
             normal: NormalForce::NONE,
@@ -182,24 +196,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
             self.tangential.energy(contact, &after.1) - self.tangential.energy(&last, &before.1);
         -(action.tangential.dot(contact.tangential_velocity) * dt) - gain
     }
+}
 
-    /// What adhesion has dissipated since the geometry was `last`, J: its elastic work, by the trapezoidal rule over the overlaps, which is
-    /// exact for straight branches, less what the energy of the bond has gained. Histories: before and after the step. A bond that forms on contact sets its energy free at once.
-    pub fn adhesion_loss(
-        &self,
-        contact: &Contact,
-        last: &Contact,
-        action: &Action,
-        before: &Histories<N, T, R, A>,
-        after: &Histories<N, T, R, A>,
-    ) -> f64 {
-        let mut gain = self.adhesion.energy(contact, &after.3);
-        let mut elastic = action.adhesion.elastic;
-        if -last.overlap < self.adhesion.range() {
-            let mut bond = before.3;
-            elastic += self.adhesion.force(last, 0.0, &mut bond).elastic;
-            gain -= self.adhesion.energy(last, &before.3);
-        }
-        0.5 * elastic * (contact.overlap - last.overlap) - gain
+/// The whole force of adhesion on A, N.
+#[inline(always)]
+fn adhesion_on_a<A: AdhesionLaw, L: Real>(
+    contact: &Contact<L>,
+    adhesion: &AdhesionForce<L>,
+) -> Vector<L> {
+    let along = contact.normal * adhesion.normal.total();
+    if A::SHEARS {
+        along + adhesion.tangential
+    } else {
+        along
     }
 }

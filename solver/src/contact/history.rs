@@ -1,5 +1,6 @@
 //! What a contact remembers.
 
+use super::Bridge;
 use crate::lanes::{Real, Vector};
 
 /// Unit and meaning of one number of a history.
@@ -34,6 +35,14 @@ pub trait History<L: Real = f64>:
     /// That of the contact in lane `k`.
     #[must_use]
     fn lane(&self, k: usize) -> Self::One;
+    /// The liquid bridge in it; the default where it has no room for one.
+    #[must_use]
+    #[inline(always)]
+    fn bridge(&self) -> Bridge<L> {
+        Bridge::default()
+    }
+    /// Replaces the liquid bridge, where it has room for one.
+    fn set_bridge(&mut self, _: Bridge<L>) {}
 }
 
 impl<L: Real> History<L> for () {
@@ -102,6 +111,15 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
             self.2.lane(k),
             self.3.lane(k),
         )
+    }
+
+    #[inline(always)]
+    fn bridge(&self) -> Bridge<L> {
+        self.3.bridge()
+    }
+
+    fn set_bridge(&mut self, bridge: Bridge<L>) {
+        self.3.set_bridge(bridge);
     }
 }
 

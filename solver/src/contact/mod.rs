@@ -15,7 +15,6 @@ pub mod adhesion;
 mod any;
 mod evaluation;
 mod history;
-mod liquid;
 pub mod mixing;
 pub mod normal;
 pub mod parameter;
@@ -26,7 +25,7 @@ pub mod tangential;
 #[cfg(test)]
 mod tests;
 
-pub use adhesion::{AdhesionLaw, AnyAdhesion, NoAdhesion};
+pub use adhesion::{AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, NoAdhesion};
 pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
@@ -48,7 +47,7 @@ use crate::lanes::{Mask, Real, Vector};
 #[must_use]
 pub fn law_keys() -> Vec<&'static LawKeys> {
     let laws = [AnyNormal::KEYS, AnyTangential::KEYS, AnyRolling::KEYS];
-    [&laws.concat()[..], &liquid::KEYS].concat()
+    [&laws.concat()[..], &adhesion::liquid::KEYS].concat()
 }
 
 /// Geometry and kinematics of one contact, or of several in lanes, shared by all laws.

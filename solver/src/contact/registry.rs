@@ -23,13 +23,23 @@ impl LawTable {
         self.laws[one as usize * self.materials + other as usize].as_ref()
     }
 
+    /// Whether liquid bridges form between any pair.
+    #[must_use]
+    pub fn has_liquid(&self) -> bool {
+        (self.laws.iter().flatten()).any(|law| law.adhesion.liquid().is_some())
+    }
+
     /// Whether any pair feels friction or rolling resistance, so that particles turn.
     #[must_use]
     pub fn turns(&self) -> bool {
-        self.laws
-            .iter()
-            .flatten()
-            .any(|law| law.tangential != AnyTangential::None || law.rolling != AnyRolling::None)
+        self.laws.iter().flatten().any(|law| {
+            law.tangential != AnyTangential::None
+                || law.rolling != AnyRolling::None
+                || law
+                    .adhesion
+                    .liquid()
+                    .is_some_and(|liquid| liquid.viscosity > 0.0)
+        })
     }
 
     /// The table for a loop that knows no other laws than `N`, `T`, `R` and `A`, if it has none; pairs that never meet get the law of

@@ -5,10 +5,10 @@ use proptest::strategy::ValueTree;
 
 use super::rolling::FrictionSpring;
 use super::{
-    Action, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact, CoulombLimits, Hertz,
-    Histories, History, HistoryNumber, Linear, LinearFriction, Luding, Mindlin, MindlinRescaled,
-    NoAdhesion, NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw, Plastic, RollingLaw,
-    SpringRotation, TangentialLaw,
+    Action, AdhesionForce, AdhesionLaw, AnyNormal, AnyRolling, AnyTangential, Contact,
+    CoulombLimits, Hertz, Histories, History, HistoryNumber, Linear, LinearFriction, Luding,
+    Mindlin, MindlinRescaled, NoAdhesion, NoFriction, NoRolling, NormalForce, NormalLaw, PairLaw,
+    Plastic, RollingLaw, SpringRotation, TangentialLaw,
 };
 use crate::lanes::{Lanes, Mask, Real, Vector};
 
@@ -112,7 +112,7 @@ fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, L: Rea
     history.write(&mut answers);
     answers.push(law.energy(contact, &history));
     answers.push(law.friction_energy(contact, &history));
-    answers.extend([adhesion.elastic, adhesion.viscous]);
+    answers.extend([adhesion.normal.elastic, adhesion.normal.viscous]);
     let swapped = history.swapped();
     swapped.write(&mut answers);
     // The same pair, as far apart as it overlapped.
@@ -123,7 +123,7 @@ fn answers<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw, L: Rea
         force, adhesion, ..
     } = law.act_apart(&apart, STEP, &mut history);
     answers.extend(force.to_array());
-    answers.extend([adhesion.elastic, adhesion.viscous]);
+    answers.extend([adhesion.normal.elastic, adhesion.normal.viscous]);
     answers.push(law.adhesion.energy(&apart, &history.3));
     history.write(&mut answers);
     answers
@@ -267,16 +267,16 @@ impl AdhesionLaw for Bridge {
         contact: &Contact<L>,
         _: f64,
         history: &mut Bond<L>,
-    ) -> NormalForce<L> {
+    ) -> AdhesionForce<L> {
         let touches = L::ZERO.below(contact.overlap);
         if touches.any() {
             history.0 = L::select(touches, L::ONE, history.0);
         }
         let part = self.part(contact, history);
-        NormalForce {
+        AdhesionForce::along(NormalForce {
             elastic: part * -self.pull,
             viscous: part * -self.viscosity * contact.normal_velocity,
-        }
+        })
     }
 
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Bond<L>) -> L {

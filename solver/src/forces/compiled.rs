@@ -1,10 +1,10 @@
 //! From the laws that a scene names to a contact loop.
 
 use super::{ContactForces, ContactLoop};
-use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::contact::registry::LawTable;
 use crate::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Mindlin, NoAdhesion, NoRolling, NormalLaw, OneOf,
-    RollingLaw, TangentialLaw,
+    AnyNormal, AnyRolling, AnyTangential, Hertz, Liquid, Mindlin, NoAdhesion, NoRolling, NormalLaw,
+    OneOf, PairLaw, RollingLaw, TangentialLaw,
 };
 #[cfg(not(test))]
 use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
@@ -47,8 +47,18 @@ pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
 /// The loop that chooses the law at each contact: for any table.
 #[must_use]
 pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
-    let laws: Vec<AnyPairLaw> = table.narrow().unwrap_or_default();
-    Box::new(ContactLoop::new(laws, table.materials))
+    type Any<A> = PairLaw<AnyNormal, AnyTangential, AnyRolling, A>;
+    // Scenes without adhesion keep nothing of it in memory.
+    match table.narrow() {
+        Some(laws) => Box::new(ContactLoop::new(
+            laws as Vec<Any<NoAdhesion>>,
+            table.materials,
+        )),
+        None => {
+            let laws: Vec<Any<Liquid>> = table.narrow().unwrap_or_default();
+            Box::new(ContactLoop::new(laws, table.materials))
+        }
+    }
 }
 
 /// The loop compiled for these three laws without adhesion, if the table has no others.

@@ -3,6 +3,7 @@
 mod ahead;
 mod alarming;
 mod block;
+mod bonds;
 mod carrying;
 mod contact_point;
 mod found;
@@ -21,12 +22,13 @@ use rayon::prelude::*;
 
 use super::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use super::{
-    Alarms, ContactForces, FeatureKey, FeatureLoad, FeatureLoads, Finish, MotionBound, NearWall,
-    Needs, Observation, SavedLoads, SavedSlot, SavedSlots, SlotState, StepContext, block_size,
+    Alarms, Bond, BondPlace, ContactEvent, ContactForces, FeatureKey, FeatureLoad, FeatureLoads,
+    Finish, MotionBound, NearWall, Needs, Observation, SavedLoads, SavedSlot, SavedSlots,
+    SlotState, StepContext, block_size,
 };
 use crate::contact::{
-    AdhesionLaw, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw, RollingLaw,
-    TangentialLaw,
+    AdhesionLaw, Bridge, Histories, History, HistoryNumber, NoAdhesion, NormalLaw, PairLaw,
+    RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
 use crate::state::{Load, Particles, Pieces, Row, WallIndex};
@@ -197,6 +199,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let block_size = self.block_size;
         let fill = |block: &mut Block<_>| {
             block.fill(list, &carried, near_walls, &from_walls);
+            if A::HAS_EVENTS {
+                block.note_lost(|row| carried.of(row), &from_walls);
+            }
             block.take_over(&near_meshes);
             block.note_targets(block_size);
         };
@@ -301,6 +306,32 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     fn restore_held(&mut self, particles: &Particles, held: &[Load]) {
         for block in &mut self.blocks {
             block.restore_held(&particles.records, held);
+        }
+    }
+
+    fn take_events(&mut self) -> Vec<ContactEvent> {
+        let mut all = Vec::new();
+        if A::HAS_EVENTS {
+            for (number, block) in (0..).zip(&mut self.blocks) {
+                block.take_events(number, &mut all);
+            }
+        }
+        all
+    }
+
+    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond> {
+        let mut all = Vec::new();
+        if A::HAS_EVENTS {
+            for (number, block) in (0..).zip(&self.blocks) {
+                block.add_bonds(number, wanted, &mut all);
+            }
+        }
+        all
+    }
+
+    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge) {
+        if let Some(block) = self.blocks.get_mut(place.block as usize) {
+            block.set_bridge(place, bridge);
         }
     }
 

@@ -9,6 +9,7 @@ mod alarms;
 mod blocks;
 mod compiled;
 mod contact_loop;
+mod events;
 mod feature_loads;
 mod near_walls;
 mod observation;
@@ -19,13 +20,14 @@ pub use alarms::{Alarm, AlarmKind, Alarms, Other};
 pub use blocks::{block_size, parked_bytes};
 pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
+pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use saved::{SavedSlot, SavedSlots};
 
-use crate::contact::{HistoryNumber, SlidingNormal};
+use crate::contact::{Bridge, HistoryNumber, SlidingNormal};
 use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
@@ -178,6 +180,15 @@ pub trait ContactForces: Send {
 
     /// Takes back what [`ContactForces::save_held`] gave; after [`ContactForces::restore`].
     fn restore_held(&mut self, particles: &Particles, held: &[Load]);
+
+    /// The events of contacts since they were taken, block by block; taken out of here. None where no law asks for them.
+    fn take_events(&mut self) -> Vec<ContactEvent>;
+
+    /// The bridges that hold liquid at rows that `wanted` names, at either end, in the order of their slots.
+    fn bonds(&self, wanted: &dyn Fn(usize) -> bool) -> Vec<Bond>;
+
+    /// Replaces a bridge.
+    fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge);
 
     /// The contacts of the last evaluation that are beyond a limit, taken out of here.
     fn take_alarms(&mut self) -> Alarms;

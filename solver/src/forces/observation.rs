@@ -86,6 +86,8 @@ pub struct Exchange {
     pub lossy: DVec3,
     /// Its tangential part, N.
     pub tangential: DVec3,
+    /// The viscous part of adhesion, N.
+    pub adhesive: DVec3,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: DVec3,
     /// What its springs store half a step after these forces, by their change over the last step: what is lost to the particles
@@ -117,6 +119,12 @@ pub struct ContactRecord {
     pub couple: DVec3,
     /// What `.fstat` calls the tangential overlap, m.
     pub tangential_overlap: f64,
+    /// Volume of the liquid bridge, m^3; 0 where there is none.
+    pub bridge_volume: f64,
+    /// Force of adhesion on A along the normal, N; negative pulls.
+    pub adhesion_normal: f64,
+    /// Force of adhesion on A in the tangent plane, N.
+    pub adhesion_shear: DVec3,
     /// Numbers of the history.
     pub history: Vec<f64>,
 }

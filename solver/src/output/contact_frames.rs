@@ -37,6 +37,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
     let mut laws = plan.physics().laws().laws.iter().flatten();
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
+        bridge: plan.physics().laws().has_liquid(),
         history: history
             .iter()
             .map(|&(unit, description)| HistoryColumn {
@@ -75,6 +76,9 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
         time: state.time,
         step: state.step,
         torque: columns.torque.then(Vec::new),
+        bridge_volume: columns.bridge.then(Vec::new),
+        bridge_normal: columns.bridge.then(Vec::new),
+        bridge_shear: columns.bridge.then(Vec::new),
         history: vec![Vec::with_capacity(records.len()); columns.history.len()],
         ..ContactFrame::default()
     };
@@ -100,6 +104,15 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
         frame.overlap.push(record.overlap);
         if let Some(torque) = &mut frame.torque {
             torque.push(record.couple);
+        }
+        if let (Some(volume), Some(normal), Some(shear)) = (
+            &mut frame.bridge_volume,
+            &mut frame.bridge_normal,
+            &mut frame.bridge_shear,
+        ) {
+            volume.push(record.bridge_volume);
+            normal.push(record.adhesion_normal);
+            shear.push(record.adhesion_shear);
         }
         for (column, &number) in frame.history.iter_mut().zip(&record.history) {
             column.push(number);

@@ -80,7 +80,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 20] = [
+const ENDINGS: [&str; 21] = [
     "data",
     "ene",
     "fstat",
@@ -95,6 +95,7 @@ const ENDINGS: [&str; 20] = [
     "walls.csv",
     "regions.csv",
     "flux.csv",
+    "liquid.csv",
     "0.restart",
     "1.restart",
     "final.png",

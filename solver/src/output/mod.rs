@@ -15,6 +15,7 @@ mod final_picture;
 mod flux_counts;
 pub mod folder;
 mod fstat_file;
+mod liquid_file;
 mod memory;
 mod moment;
 mod particle_frames;

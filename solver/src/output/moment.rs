@@ -5,7 +5,8 @@ use glam::DQuat;
 use super::Due;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
-use crate::state::{Bodies, Load, Particle};
+use crate::liquid::LiquidRow;
+use crate::state::{Bodies, FILM_VOLUME, Load, Particle};
 use crate::step::Engine;
 use crate::walls::WallState;
 
@@ -40,6 +41,8 @@ pub struct Moment {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// Liquid films on the particles, m^3, and where the liquid is; in scenes that have any.
+    pub liquid: Option<(Vec<f64>, LiquidRow)>,
 }
 
 impl Moment {
@@ -76,6 +79,10 @@ impl Moment {
                 .then(|| audit.dissipated()),
             load_sums,
             crossed,
+            liquid: engine.liquid().map(|row| {
+                let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+                (films.to_vec(), row)
+            }),
         }
     }
 }

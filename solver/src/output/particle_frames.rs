@@ -42,7 +42,7 @@ impl ParticleTable {
             angular_velocity: true,
             force: true,
             torque: plan.physics().laws().turns(),
-            film_volume: false,
+            film_volume: plan.physics().liquid().is_some(),
         };
         Self {
             columns,
@@ -135,7 +135,12 @@ impl ParticleTable {
                 .columns
                 .torque
                 .then(|| state.loads.iter().map(|load| load.torque).collect()),
-            film_volume: None,
+            film_volume: (self.columns.film_volume).then(|| {
+                state
+                    .films
+                    .clone()
+                    .unwrap_or_else(|| vec![0.0; particles.len()])
+            }),
         }
     }
 }

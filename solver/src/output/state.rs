@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 use super::{Due, Moment};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
+use crate::liquid::LiquidRow;
 use crate::neighbours::Images;
 use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use crate::walls::WallState;
@@ -44,6 +45,10 @@ pub struct State {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// Liquid films on the particles, m^3, in scenes with liquid.
+    pub films: Option<Vec<f64>>,
+    /// Where the liquid is.
+    pub liquid: Option<LiquidRow>,
 }
 
 impl State {
@@ -73,6 +78,7 @@ impl State {
                 }
             }
         }
+        let (films, liquid) = moment.liquid.unzip();
         Self {
             time: moment.time,
             step: moment.step,
@@ -90,6 +96,8 @@ impl State {
             dissipated: moment.dissipated,
             load_sums: moment.load_sums,
             crossed: moment.crossed,
+            films: films.map(|films| gather(films, &order)),
+            liquid,
         }
     }
 

@@ -114,13 +114,15 @@ pub struct Dissipated {
     pub tangential: f64,
     /// Rolling and torsion resistance.
     pub rolling: f64,
+    /// Liquid: viscous forces, and what bridges set free as they form, grow and break.
+    pub liquid: f64,
 }
 
 impl Dissipated {
     /// By all mechanisms, J.
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.normal + self.tangential + self.rolling
+        self.normal + self.tangential + self.rolling + self.liquid
     }
 }
 

@@ -36,6 +36,9 @@ fn particle(x: f64, radius: f64, flags: u32) -> Particle {
 /// A contact of the particle in `row` with force (4, 3, 0) N along the normal +x and overlap 0.2 m.
 fn record(row: u32, partner: Partner) -> ContactRecord {
     ContactRecord {
+        bridge_volume: 0.0,
+        adhesion_normal: 0.0,
+        adhesion_shear: DVec3::ZERO,
         row,
         partner,
         feature: u32::MAX,
@@ -53,6 +56,7 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 /// Rows 0, 1, 2 hold the ids 9, 4, 6: ranks 2, 0, 1.
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
     let moment = Moment {
+        liquid: None,
         time: 1.5,
         step: 3,
         due: Due {
@@ -176,6 +180,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
         image: NO_SHIFT,
     };
     let columns = ContactColumns {
+        bridge: false,
         torque: true,
         history: vec![mercury_common::frames::HistoryColumn {
             unit: "m".to_owned(),
@@ -198,6 +203,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
 #[test]
 fn branches_of_unequal_spheres_join_their_centres() {
     let columns = ContactColumns {
+        bridge: false,
         torque: false,
         history: Vec::new(),
     };

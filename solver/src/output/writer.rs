@@ -18,6 +18,7 @@ use super::ene_file::EneFile;
 use super::field_tables::FieldTable;
 use super::flux_counts::FluxCounts;
 use super::fstat_file::FstatFile;
+use super::liquid_file::LiquidFile;
 use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
 use super::stream::{Begin, Stream};
@@ -323,6 +324,10 @@ fn streams(
     if !plan.outputs().fluxes().is_empty() {
         let at = begin(&streams);
         streams.push(Box::new(FluxCounts::begin(folder, plan, at)?));
+    }
+    if output.liquid && plan.physics().liquid().is_some() {
+        let at = begin(&streams);
+        streams.push(Box::new(LiquidFile::begin(folder, plan, at)?));
     }
     if !output.fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");

@@ -34,6 +34,8 @@ use crate::contact::mixing::{elastic_constants, resolve_pair};
 use crate::contact::normal::rayleigh_time;
 use crate::contact::parameter::short;
 use crate::contact::registry::LawTable;
+use crate::contact::{AdhesionLaw, AnyAdhesion};
+use crate::liquid::LiquidPlan;
 use crate::state::MaterialIndex;
 use crate::walls::Wall;
 
@@ -107,20 +109,31 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         &insertions,
         dimensions,
     );
-    let pairs = plan_pairs(scene, &uses, &mut errors);
+    let mut pairs = plan_pairs(scene, &uses, &mut errors);
+    if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
+        for pair in &mut pairs {
+            if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
+                *liquid = liquid.reaching(sizes.smallest);
+            }
+        }
+    }
 
     let found = errors.len();
     magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
     checks::inside_the_domain(scene, &start, &mut errors);
     checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {
-        checks::periodic_axes(scene, sizes.largest, sizes.largest_body, &mut errors);
+        let ranges = pairs.iter().map(|pair| pair.law.adhesion.range());
+        let range = ranges.fold(0.0, f64::max);
+        checks::periodic_axes(scene, sizes.largest, sizes.largest_body, range, &mut errors);
     }
     if dimensions == 2 {
         checks::flat(scene, &start, &insertions, &mut errors);
     }
     continue_cylinders(&mut walls, &scene.domain, &mut notes);
-    meshes::continue_periodically(&mut walls, &scene.domain, sizes.largest, &mut notes);
+    let reach =
+        sizes.largest + (pairs.iter().map(|pair| pair.law.adhesion.range())).fold(0.0, f64::max);
+    meshes::continue_periodically(&mut walls, &scene.domain, reach, &mut notes);
     // Overlaps are looked for by the engine's list, which relies on the domain.
     let mut counted = Counted {
         left_out: start.left_out,
@@ -170,6 +183,14 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let sleeping = step
         .as_ref()
         .and_then(|(dt, _)| sleeping(scene, &sizes, *dt, &mut notes, &mut errors));
+    let has_bridges = pairs
+        .iter()
+        .any(|pair| pair.law.adhesion.liquid().is_some());
+    if let (Some(table), true) = (&scene.sleeping, has_bridges) {
+        let message = "particles cannot sleep in a scene with liquid bridges, which change while nothing moves";
+        let error = table.place.error(message);
+        errors.push(error.with_help("leave [sleeping] out, or `liquid` at the materials"));
+    }
     let Some((time_step, step_plan)) = step.filter(|_| errors.is_empty()) else {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));
@@ -210,6 +231,13 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
+    let has_liquid =
+        laws.has_liquid() || !start.films.is_empty() || !start.films_of_bodies.is_empty();
+    let liquid = has_liquid.then(|| LiquidPlan {
+        films: std::mem::take(&mut start.films),
+        films_of_bodies: std::mem::take(&mut start.films_of_bodies),
+        neighbours: scene.liquid.neighbours,
+    });
     let mut plan = Plan {
         physics: Physics {
             seed: scene.seed,
@@ -240,6 +268,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 way: *scene.guard.way,
             },
             sleeping,
+            liquid,
             walls,
             particles: start.particles,
             clumps,
@@ -271,6 +300,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 frames: scene.output.frames,
                 walls: scene.output.walls,
                 triangle_loads,
+                liquid: scene.output.liquid,
                 pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,

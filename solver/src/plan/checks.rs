@@ -122,12 +122,13 @@ pub(super) fn periodic_axes(
     scene: &Scene,
     largest_radius: f64,
     largest_body: f64,
+    range: f64,
     errors: &mut Vec<SceneError>,
 ) {
     const AXES: [&str; 3] = ["x", "y", "z"];
     for axis in (0..3).filter(|&axis| scene.domain.periodic[axis]) {
         let edge = scene.domain.max[axis] - scene.domain.min[axis];
-        let least = PERIODIC_ROOM * 4.0 * largest_radius;
+        let least = PERIODIC_ROOM * (4.0 * largest_radius + 2.0 * range);
         if edge < least {
             let message = format!(
                 "the periodic axis {} is too short: {} m, at least {} m are needed for particles of radius {} m",

@@ -11,6 +11,7 @@ use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::{AnyPairLaw, LawTable};
+use crate::liquid::LiquidPlan;
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
 
@@ -85,6 +86,8 @@ pub struct Draft {
     pub guard: Guard,
     /// When particles fall asleep, if any may; nobody.
     pub sleeping: Option<Sleeping>,
+    /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
+    pub liquid: Option<LiquidPlan>,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
@@ -142,6 +145,7 @@ impl Draft {
             contact_point_mass: false,
             guard: Guard::OFF,
             sleeping: None,
+            liquid: None,
             walls: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
@@ -185,6 +189,8 @@ impl Draft {
             &self.insertions,
             self.dimensions,
         );
+        let liquid = self.laws.has_liquid().then(LiquidPlan::default);
+        let liquid = self.liquid.or(liquid);
         Ok(Plan {
             physics: Physics {
                 seed: self.seed,
@@ -204,6 +210,7 @@ impl Draft {
                 contact_point_mass: self.contact_point_mass,
                 guard: self.guard,
                 sleeping: self.sleeping,
+                liquid,
                 walls: self.walls,
                 particles: self.particles,
                 clumps: self.clumps,
@@ -328,6 +335,7 @@ impl Plan {
             contact_point_mass: physics.contact_point_mass,
             guard: physics.guard,
             sleeping: physics.sleeping,
+            liquid: physics.liquid,
             walls: physics.walls,
             particles: physics.particles,
             clumps: physics.clumps,

@@ -19,8 +19,8 @@ use crate::contact::registry::LawTable;
 use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
 use crate::neighbours::HalfSkins;
 use crate::state::{
-    ASLEEP, BodyPebble, DecodeError, Decoder, FIXED, MaterialIndex, PEBBLE, Particles, Prescribed,
-    PrescribedBody, inverse_inertia_factor,
+    ASLEEP, BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
+    Prescribed, PrescribedBody, inverse_inertia_factor,
 };
 use crate::walls::Wall;
 
@@ -64,6 +64,9 @@ pub(super) struct Earlier {
     pub(super) particles: Vec<NewParticle>,
     /// Bodies, in the order of their ids there.
     pub(super) bodies: Vec<NewBody>,
+    /// Their films, m^3; in the same order.
+    pub(super) films: Vec<f64>,
+    pub(super) films_of_bodies: Vec<f64>,
     /// Where the first of each begin among those of this scene.
     pub(super) first: (usize, usize),
 }
@@ -154,7 +157,13 @@ pub(super) fn take_up(
     let prescribed: HashMap<usize, &Prescribed> =
         prescribed.map(|one| (one.row.index(), one)).collect();
     let mut rows = vec![None; state.len()];
-    let mut particles = Vec::new();
+    let (mut particles, mut films) = (Vec::new(), Vec::new());
+    let film = |row: usize| {
+        state
+            .columns
+            .get(FILM_VOLUME)
+            .map_or(0.0, |films| films[row])
+    };
     for row in state.rows_by_id() {
         let row = row as usize;
         let record = &state.records[row];
@@ -167,6 +176,7 @@ pub(super) fn take_up(
             material: [there, materials[there]],
         });
         let prescribed = prescribed.get(&row);
+        films.push(film(row));
         particles.push(NewParticle {
             velocity: record.velocity,
             angular_velocity: record.angular_velocity,
@@ -180,7 +190,7 @@ pub(super) fn take_up(
             )
         });
     }
-    let mut bodies = Vec::new();
+    let (mut bodies, mut films_of_bodies) = (Vec::new(), Vec::new());
     let prescribed_bodies = state.bodies.iter().flat_map(|all| &all.prescribed);
     let prescribed_bodies: HashMap<usize, &PrescribedBody> = prescribed_bodies
         .map(|one| (one.body.index(), one))
@@ -221,6 +231,7 @@ pub(super) fn take_up(
             });
         }
         let prescribed = prescribed_bodies.get(&index);
+        films_of_bodies.push(pebbles.iter().map(|pebble| film(pebble.row.index())).sum());
         bodies.push(NewBody {
             scale,
             orientation: body.orientation,
@@ -244,6 +255,8 @@ pub(super) fn take_up(
         near_walls,
         particles,
         bodies,
+        films,
+        films_of_bodies,
         first: (0, 0),
     })
 }

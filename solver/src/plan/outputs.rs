@@ -55,6 +55,8 @@ pub struct OutputPlan {
     pub walls: bool,
     /// `.triangle_loads.arrow`, and arrays of the walls in `vtk/`: loads on the triangles of meshes.
     pub triangle_loads: bool,
+    /// `.liquid.csv`, in scenes with liquid.
+    pub liquid: bool,
     /// Pictures at the end.
     pub pictures: bool,
     /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
@@ -91,6 +93,7 @@ impl Default for OutputPlan {
             frames: false,
             walls: false,
             triangle_loads: false,
+            liquid: false,
             pictures: false,
             pebbles: false,
             track: Vec::new(),

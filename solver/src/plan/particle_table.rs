@@ -8,7 +8,6 @@ use mercury_common::formats::particle_csv::{ClumpCells, ParticleRow, ParticleTab
 use mercury_common::scene::{Located, MaterialIndex, Scene, SceneError, nearest};
 
 use super::particles::{StartingParticles, Typed};
-use super::unsupported::film_of_a_row;
 use super::{NewBody, NewParticle};
 use crate::neighbours::Images;
 
@@ -59,13 +58,17 @@ impl StartingParticles {
                 line: Some(row.line),
             };
             match table.grain(&row)? {
-                Grain::Sphere(particle) => self.add(particle, images, typed),
+                Grain::Sphere(particle) => {
+                    self.add(particle, images, typed);
+                    self.wet_last(row.film_volume);
+                }
                 Grain::Clump(body) => {
                     self.bodies.push(NewBody {
                         position: images.wrap(body.position),
                         ..body
                     });
                     self.typed_bodies.push(typed);
+                    self.wet_last_body(row.film_volume);
                 }
             }
         }
@@ -97,9 +100,6 @@ impl Table<'_> {
             }));
         }
         let material = self.material_of(row.material.as_deref()).map_err(wrong)?;
-        if row.film_volume > 0.0 {
-            return Err(film_of_a_row(&self.file.place, &place()));
-        }
         let material = crate::state::MaterialIndex::new(material.0 as u32);
         Ok(Grain::Sphere(NewParticle {
             velocity: row.velocity,

@@ -44,9 +44,27 @@ pub(super) struct StartingParticles {
     pub remarks: Vec<String>,
     /// Runs whose last states are among them.
     pub earlier: Vec<Earlier>,
+    /// Liquid films that are not 0: number of the particle, and volume, m^3.
+    pub films: Vec<(usize, f64)>,
+    /// The same of bodies.
+    pub films_of_bodies: Vec<(usize, f64)>,
 }
 
 impl StartingParticles {
+    /// Gives the last particle a film, m^3.
+    pub(super) fn wet_last(&mut self, film: f64) {
+        if film > 0.0 {
+            self.films.push((self.particles.len() - 1, film));
+        }
+    }
+
+    /// Gives the last body a film, m^3.
+    pub(super) fn wet_last_body(&mut self, film: f64) {
+        if film > 0.0 {
+            self.films_of_bodies.push((self.bodies.len() - 1, film));
+        }
+    }
+
     pub(super) fn add(&mut self, particle: NewParticle, images: &Images, typed: Typed) {
         self.particles.push(NewParticle {
             position: images.wrap(particle.position),
@@ -58,15 +76,17 @@ impl StartingParticles {
     /// Adds what another run left.
     fn take_up(&mut self, mut earlier: Earlier, images: &Images, typed: Typed) {
         earlier.first = (self.particles.len(), self.bodies.len());
-        for particle in &earlier.particles {
+        for (particle, film) in earlier.particles.iter().zip(&earlier.films) {
             self.add(particle.clone(), images, typed);
+            self.wet_last(*film);
         }
-        for body in &earlier.bodies {
+        for (body, film) in earlier.bodies.iter().zip(&earlier.films_of_bodies) {
             self.bodies.push(NewBody {
                 position: images.wrap(body.position),
                 ..body.clone()
             });
             self.typed_bodies.push(typed);
+            self.wet_last_body(*film);
         }
         self.earlier.push(earlier);
     }
@@ -164,6 +184,7 @@ pub(super) fn starting_particles(
                     &images,
                     Typed { entry, line: None },
                 );
+                start.wet_last(*particle.start.film_volume);
             }
             ParticleSource::Lattice { particle, lattice } => {
                 check_start(&particle.start, errors);
@@ -188,6 +209,7 @@ pub(super) fn starting_particles(
                         &images,
                         Typed { entry, line: None },
                     );
+                    start.wet_last(*particle.start.film_volume);
                 }
             }
             ParticleSource::Table {
@@ -227,6 +249,7 @@ pub(super) fn starting_particles(
                         ..moving_body(motion, clump.value.0 as u32)
                     });
                     start.typed_bodies.push(Typed { entry, line: None });
+                    start.wet_last_body(*motion.film_volume);
                 };
                 match at {
                     ClumpPlace::Position(position) => {

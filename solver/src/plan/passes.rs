@@ -90,8 +90,8 @@ pub fn passes(plan: &Plan) -> Vec<Pass> {
         ),
         pass(
             "liquid",
-            false,
-            "",
+            plan.physics().liquid().is_some(),
+            "films on particles, bridges in the slots of contacts, moved after each step",
             "no material has a liquid law: no films, no bridges, no pairs at a distance",
         ),
         Pass {

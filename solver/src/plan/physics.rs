@@ -12,6 +12,7 @@ use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::LawTable;
+use crate::liquid::LiquidPlan;
 use crate::neighbours::Images;
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
@@ -36,6 +37,7 @@ pub struct Physics {
     pub(super) contact_point_mass: bool,
     pub(super) guard: Guard,
     pub(super) sleeping: Option<Sleeping>,
+    pub(super) liquid: Option<LiquidPlan>,
     pub(super) walls: Vec<Wall>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
@@ -86,6 +88,8 @@ impl Physics {
         copy guard: Guard;
         /// When particles fall asleep, if any may.
         copy sleeping: Option<Sleeping>;
+        /// Films at the start and rules for liquid, in scenes that have any.
+        borrow liquid: Option<LiquidPlan>;
         /// Walls.
         borrow walls: [Wall];
         /// Particles of the start, in the order of their ids.

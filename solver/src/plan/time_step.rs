@@ -129,6 +129,23 @@ impl Meeting {
             add(tangential.spring, inverse_mass, "tangential");
         }
         let tangential_stiffness = tangential.map_or(0.0, |tangential| tangential.full);
+        if let Some(liquid) = law.adhesion.liquid() {
+            let [normal_film, tangential_film] = liquid.most_viscous(radius);
+            let mut film = SpringAndDashpot {
+                stiffness: 0.0,
+                dissipation: normal_film,
+            };
+            if liquid.lubrication_in_contact {
+                film.stiffness = normal.stiffness;
+                film.dissipation += normal.dissipation;
+            }
+            add(film, 1.0 / mass, "liquid");
+            let film = SpringAndDashpot {
+                stiffness: 0.0,
+                dissipation: tangential_film,
+            };
+            add(film, (1.0 + self.inertia_factor) / mass, "liquid");
+        }
         for (lever, spring, part) in law.rolling.stiffest(radius, tangential_stiffness) {
             add(spring, lever * lever * self.inverse_inertia, part);
         }

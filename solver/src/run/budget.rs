@@ -114,6 +114,7 @@ pub(super) fn energy_summary(
         normal: audit.dissipated_normal,
         tangential: audit.dissipated_tangential,
         rolling: audit.dissipated_rolling,
+        liquid: audit.dissipated_adhesion,
     };
     // Velocities of those that come and go are half a step older than their places. What they carry is that of the velocities' time.
     let half = 0.5 * plan.physics().time_step();

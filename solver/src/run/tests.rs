@@ -64,6 +64,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan.gravity = DVec3::new(0.0, 0.0, -10.0);
     plan.orientations = friction > 0.0;
     plan.output = crate::plan::OutputPlan {
+        liquid: false,
         interval,
         fstat_interval: interval,
         vtk_interval: f64::INFINITY,

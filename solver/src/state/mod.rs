@@ -6,6 +6,7 @@
 
 mod bodies;
 mod codec;
+mod columns;
 mod index;
 mod new_particle;
 mod particles;
@@ -14,6 +15,7 @@ mod record;
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced};
+pub use columns::{Column, Columns, FILM_VOLUME};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};

@@ -4,8 +4,8 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::{
-    ASLEEP, Bodies, Body, BodyIndex, BodyPebble, FIXED, Id, Load, PEBBLE, PRESCRIBED, Particle,
-    PebbleIndex, Pieces, Plain, PrescribedBody, ROUSED, Row,
+    ASLEEP, Bodies, Body, BodyIndex, BodyPebble, Columns, FIXED, Id, Load, PEBBLE, PRESCRIBED,
+    Particle, PebbleIndex, Pieces, Plain, PrescribedBody, ROUSED, Row,
 };
 
 /// Components of motion that a scene prescribes for one particle; `None` is free.
@@ -35,6 +35,8 @@ pub struct Particles {
     pub listed_at: Vec<DVec3>,
     /// Rotation since creation, only when something writes it.
     pub orientations: Option<Vec<DQuat>>,
+    /// Further numbers of each particle, where the plan has any.
+    pub columns: Columns,
     /// Particles with prescribed components, in no particular order; few.
     pub prescribed: Vec<Prescribed>,
     /// Rigid bodies, whose pebbles are rows; only in scenes with clumps.
@@ -76,7 +78,8 @@ impl Particles {
         let bodies = self.bodies.as_ref().map_or(0.0, |bodies| {
             Bodies::bytes(bodies.all.len() as f64, bodies.pebbles.len() as f64, rows)
         });
-        rows * Self::bytes_per_row(self.orientations.is_some()) as f64 + bodies
+        let columns = (self.columns.len() * size_of::<f64>()) as f64;
+        rows * (Self::bytes_per_row(self.orientations.is_some()) as f64 + columns) + bodies
     }
 
     /// Number of particles.
@@ -112,6 +115,7 @@ impl Particles {
         if let Some(orientations) = &mut self.orientations {
             orientations.push(DQuat::IDENTITY);
         }
+        self.columns.push();
         id
     }
 
@@ -191,6 +195,8 @@ impl Particles {
         if let Some(orientations) = &mut self.orientations {
             gather(orientations, order, parallel);
         }
+        self.columns
+            .for_each(|column| gather(column, order, parallel));
     }
 
     /// Whether the particle in `row` is fixed.
@@ -296,6 +302,7 @@ impl Particles {
         ];
         let mut prescribed = self.prescribed.iter();
         columns == [rows; 5]
+            && self.columns.have(rows)
             && prescribed.all(|prescribed| prescribed.row.index() < rows)
             && (self.bodies.as_ref()).is_none_or(|bodies| bodies.is_consistent(rows))
     }
@@ -334,6 +341,7 @@ impl Particles {
             masses,
             listed_at,
             orientations,
+            columns,
             prescribed,
             bodies,
             next_id,
@@ -347,6 +355,7 @@ impl Particles {
         if let Some(orientations) = orientations {
             pieces.column(orientations, pool);
         }
+        columns.put(pieces.end());
         prescribed.put(pieces.end());
         bodies.is_some().put(pieces.end());
         if let Some(bodies) = bodies {
@@ -363,6 +372,7 @@ crate::state::plain!(Particles {
     masses,
     listed_at,
     orientations,
+    columns,
     prescribed,
     bodies,
     next_id

@@ -21,6 +21,8 @@ pub struct Audit {
     pub dissipated_tangential: f64,
     /// By rolling and torsion resistance.
     pub dissipated_rolling: f64,
+    /// By adhesion: by viscous liquid, and as bridges form, grow and break.
+    pub dissipated_adhesion: f64,
     /// Done by the walls on the particles.
     pub wall_work: f64,
     /// Stored in the contacts of particles that left, when they left.
@@ -75,6 +77,8 @@ struct Powers {
     tangential: f64,
     /// Taken by rolling and torsion couples, springs included.
     rolling: f64,
+    /// Taken by the viscous part of adhesion.
+    adhesion: f64,
     /// Given by walls.
     walls: f64,
 }
@@ -83,7 +87,10 @@ impl Audit {
     /// Dissipated by all mechanisms, J.
     #[must_use]
     pub fn dissipated(&self) -> f64 {
-        self.dissipated_normal + self.dissipated_tangential + self.dissipated_rolling
+        self.dissipated_normal
+            + self.dissipated_tangential
+            + self.dissipated_rolling
+            + self.dissipated_adhesion
     }
 
     /// Takes in the time of `dt` (s) since the last forces, over which powers count by the trapezoidal rule. What springs store
@@ -93,9 +100,10 @@ impl Audit {
         let last = self.last;
         let stored = observation.stored;
         if dt > 0.0 {
-            self.dissipated_normal += half * (last.normal + now.normal)
-                - (stored.plastic - self.stored.plastic)
-                + observation.dissipated_by_bonds;
+            self.dissipated_normal +=
+                half * (last.normal + now.normal) - (stored.plastic - self.stored.plastic);
+            self.dissipated_adhesion +=
+                half * (last.adhesion + now.adhesion) + observation.dissipated_by_bonds;
             self.dissipated_tangential += half * (last.tangential + now.tangential)
                 - (stored.tangential - self.stored.tangential);
             self.dissipated_rolling +=
@@ -139,6 +147,7 @@ impl Engine {
                 force,
                 lossy,
                 tangential,
+                adhesive,
                 couple,
                 ..
             } = *exchange;
@@ -167,6 +176,7 @@ impl Engine {
             spin -= b.spin;
             powers.normal -= lossy.dot(velocity);
             powers.tangential -= tangential.dot(velocity);
+            powers.adhesion -= adhesive.dot(velocity);
             powers.rolling -= couple.dot(spin);
         }
         self.note_vanished_walls();
@@ -302,6 +312,7 @@ crate::state::plain!(Powers {
     normal,
     tangential,
     rolling,
+    adhesion,
     walls
 });
 
@@ -316,6 +327,7 @@ crate::state::plain!(Audit {
     dissipated_normal,
     dissipated_tangential,
     dissipated_rolling,
+    dissipated_adhesion,
     wall_work,
     left,
     vanished,

@@ -2,6 +2,9 @@
 
 use super::{Engine, RunError};
 use crate::boundaries::Crossed;
+use crate::forces::Bond;
+use crate::liquid::{LiquidRow, Surroundings};
+use crate::state::Particles;
 
 impl Engine {
     /// Counts, removes and inserts particles.
@@ -10,6 +13,16 @@ impl Engine {
     /// If that was given up; the state is none then.
     pub(super) fn exchange_particles(&mut self) -> Result<(), RunError> {
         let time = self.time();
+        let around = Surroundings {
+            laws: self.plan.physics().laws(),
+            walls: &self.walls,
+        };
+        let (liquid, contacts) = (&mut self.liquid, &mut self.forces.contacts);
+        let mut leaving = |particles: &mut Particles, leavers: &[(u32, bool)]| {
+            if let Some(liquid) = liquid {
+                liquid.release(leavers, contacts.as_mut(), particles, &around);
+            }
+        };
         let changed = self.boundaries.exchange(
             &mut self.particles,
             self.plan.physics().insertions(),
@@ -17,6 +30,7 @@ impl Engine {
             &self.images,
             &self.walls,
             time,
+            &mut leaving,
         );
         self.lists.rows_changed |= changed;
         if changed && self.plan.physics().energy_budget() {
@@ -26,6 +40,46 @@ impl Engine {
             return Err(RunError::GivenUp);
         }
         Ok(())
+    }
+
+    /// Answers the events of the last contacts, if there is liquid that they move.
+    pub(super) fn move_liquid(&mut self) {
+        let Some(liquid) = &mut self.liquid else {
+            return;
+        };
+        let contacts = self.forces.contacts.as_mut();
+        let events = contacts.take_events();
+        let around = Surroundings {
+            laws: self.plan.physics().laws(),
+            walls: &self.walls,
+        };
+        liquid.answer(events, contacts, &mut self.particles, &around);
+    }
+
+    /// What is there at the start, bridges of another run included, is what the balance begins with.
+    pub(super) fn note_first_liquid(&mut self) {
+        if let (Some(row), Some(liquid)) = (self.liquid(), &mut self.liquid) {
+            liquid.balance.initial = row.films + row.bridges;
+        }
+    }
+
+    /// Where the liquid is, in scenes that have any.
+    #[must_use]
+    pub fn liquid(&self) -> Option<LiquidRow> {
+        let liquid = self.liquid.as_ref()?;
+        Some(liquid.row(&self.particles, self.forces.contacts.as_ref()))
+    }
+
+    /// The liquid bridges that are there, in the order of their slots.
+    #[must_use]
+    pub fn bonds(&self) -> Vec<Bond> {
+        self.forces.contacts.bonds(&|_| true)
+    }
+
+    /// Particles were placed anew from outside: the next step makes new lists.
+    #[cfg(test)]
+    pub(super) fn lists_are_stale(&mut self) {
+        self.lists.rows_changed = true;
     }
 
     /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.

@@ -43,6 +43,7 @@ impl Engine {
         }
         self.load_series.note_evaluation();
         self.tell_audit_and_servos();
+        self.move_liquid();
     }
 
     /// Sums up what the contacts did, once for both that ask for it in every step.

@@ -46,6 +46,7 @@ use crate::boundaries::Boundaries;
 use crate::contact::HistoryNumber;
 use crate::forces::{Forces, MotionBound, Observation, Watch};
 use crate::lanes::Width;
+use crate::liquid::Liquids;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::stage::Stage;
@@ -77,6 +78,8 @@ pub struct Engine {
     load_series: LoadSeries,
     /// Who sleeps, if the plan lets anybody.
     sleep: Option<Sleep>,
+    /// Films and bridges, in scenes with liquid.
+    liquid: Option<Liquids>,
 
     // What follows never changes.
     law_names: String,
@@ -213,7 +216,10 @@ impl Engine {
     /// What became of the energy, if the plan asks for it.
     #[must_use]
     pub fn audit(&self) -> Audit {
-        self.audit
+        let set_free = (self.liquid.as_ref()).map_or(0.0, |liquid| liquid.balance.set_free);
+        let mut audit = self.audit;
+        audit.dissipated_adhesion += set_free;
+        audit
     }
 
     /// Unit and meaning of the numbers that contacts remember.

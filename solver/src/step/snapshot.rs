@@ -6,6 +6,7 @@ use super::guard::Guard;
 use super::{Audit, AuditedContact, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
+use crate::liquid::LiquidBalance;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
@@ -45,7 +46,12 @@ pub struct Snapshot {
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
     /// Who sleeps, if the plan lets anybody.
     pub sleep: Option<SavedSleep>,
+    /// What came and went of liquid, in scenes that have any.
+    pub liquid: Option<LiquidBalance>,
 }
+
+/// Section of [`Snapshot::liquid`].
+const LIQUID: &str = "liquid";
 
 /// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
 const SLEEP: &str = "sleep";
@@ -83,6 +89,9 @@ impl Snapshot {
         if let Some(sleep) = &self.sleep {
             encoder.section(SLEEP, sleep);
         }
+        if let Some(liquid) = &self.liquid {
+            encoder.section(LIQUID, liquid);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -117,6 +126,7 @@ impl Snapshot {
             guard: decoder.section("guard")?,
             feature_loads: decoder.section("feature loads")?,
             sleep: decoder.optional_section(SLEEP)?,
+            liquid: decoder.optional_section(LIQUID)?,
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -196,6 +206,9 @@ impl Engine {
         if let Some(sleep) = self.saved_sleep() {
             encoder.section(SLEEP, &sleep);
         }
+        if let Some(liquid) = &self.liquid {
+            encoder.section(LIQUID, &liquid.balance);
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -234,6 +247,7 @@ impl Engine {
             guard: self.guard.save(),
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
+            liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
         }
     }
 
@@ -286,6 +300,22 @@ impl Engine {
         }
         if snapshot.sleep.is_some() != plan.physics().sleeping().is_some() {
             let reason = "of the two, one alone lets particles sleep".to_owned();
+            return Err(RunError::OtherPlan(reason));
+        }
+        let columns =
+            |particles: &Particles| particles.columns.names().map(str::to_owned).collect();
+        let (found, planned): (Vec<String>, Vec<String>) =
+            (columns(&snapshot.particles), columns(&self.particles));
+        if found != planned || snapshot.liquid.is_some() != self.liquid.is_some() {
+            let list = |names: &[String]| match names {
+                [] => "none".to_owned(),
+                some => some.join(", "),
+            };
+            let reason = format!(
+                "its particles have these further columns: {}; those of the plan: {}",
+                list(&found),
+                list(&planned)
+            );
             return Err(RunError::OtherPlan(reason));
         }
         let numbers = self.forces.contacts.saved_numbers();
@@ -356,6 +386,9 @@ impl Engine {
         }
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
+        }
+        if let (Some(liquid), Some(balance)) = (&mut engine.liquid, snapshot.liquid) {
+            liquid.balance = balance;
         }
         Ok(engine)
     }

@@ -8,6 +8,7 @@ use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
 use crate::lanes::Width;
+use crate::liquid::Liquids;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
 use crate::stage::Stage;
@@ -102,6 +103,7 @@ impl Engine {
     /// With its first lists, its first forces evaluated, and with `records` of their contacts.
     pub(super) fn started(mut self, records: bool) -> Result<Self, RunError> {
         self.take_up_contacts();
+        self.note_first_liquid();
         self.exchange_particles()?;
         self.keep_lists_valid(MotionBound::default())?;
         let spring_time = if self.plan.physics().startup_increment() {
@@ -151,6 +153,8 @@ impl Engine {
         for new in plan.physics().bodies() {
             new.add_to(&mut particles, plan.physics().clumps());
         }
+        let liquid = (plan.physics().liquid().as_ref())
+            .map(|of_plan| Liquids::start(of_plan, &mut particles));
         let pool = match options.threads {
             0 | 1 => None,
             threads => {
@@ -206,6 +210,7 @@ impl Engine {
             audited: Vec::new(),
             load_series: LoadSeries::default(),
             sleep,
+            liquid,
         })
     }
 }

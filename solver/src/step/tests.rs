@@ -2,6 +2,7 @@
 
 mod absent;
 mod funnels;
+mod liquid;
 mod sides;
 mod sleepers;
 

@@ -107,7 +107,7 @@ fn contact_frame(time: f64, step: u64) -> ContactFrame {
         normal: vec![-DVec3::X, DVec3::Z],
         force: vec![-DVec3::X, DVec3::Z],
         overlap: vec![0.0, 0.1],
-        torque: None,
         history: Vec::new(),
+        ..ContactFrame::default()
     }
 }

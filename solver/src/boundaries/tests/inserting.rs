@@ -53,6 +53,7 @@ impl Still {
             &self.images,
             &self.walls,
             time,
+            &mut |_, _| {},
         )
     }
 

@@ -1,56 +1,90 @@
 //! An adhesion law chosen at run time.
 
-use super::{AdhesionLaw, Contact, NoAdhesion, NormalForce};
+use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Event, Liquid, NoAdhesion};
 use crate::contact::OneOf;
 use crate::lanes::Real;
 
-/// One of the adhesion laws: so far none can be named in a scene. With the first, this is written by `any_law` as for the other
-/// parts of a contact, and becomes active.
+/// One of the adhesion laws that a scene can name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AnyAdhesion {
     /// None.
     None,
+    /// Liquid bridges.
+    Liquid(Liquid),
 }
 
-impl AdhesionLaw for AnyAdhesion {
-    type History<L: Real> = ();
-    const ACTIVE: bool = false;
-    const FORMS_ON_CONTACT: bool = false;
-
-    fn name(&self) -> &'static str {
+impl AnyAdhesion {
+    /// The liquid, if there is one from which bridges form.
+    #[must_use]
+    pub fn liquid(&self) -> Option<&Liquid> {
         match self {
-            Self::None => NoAdhesion.name(),
+            Self::Liquid(liquid) if liquid.max_volume > 0.0 => Some(liquid),
+            _ => None,
         }
-    }
-
-    fn range(&self) -> f64 {
-        match self {
-            Self::None => NoAdhesion.range(),
-        }
-    }
-
-    #[inline]
-    fn force<L: Real>(&self, contact: &Contact<L>, dt: f64, (): &mut ()) -> NormalForce<L> {
-        match self {
-            Self::None => NoAdhesion.force(contact, dt, &mut ()),
-        }
-    }
-
-    fn energy<L: Real>(&self, contact: &Contact<L>, (): &()) -> L {
-        match self {
-            Self::None => NoAdhesion.energy(contact, &()),
-        }
-    }
-}
-
-impl OneOf<AnyAdhesion> for AnyAdhesion {
-    fn of(any: AnyAdhesion) -> Option<Self> {
-        Some(any)
     }
 }
 
 impl OneOf<AnyAdhesion> for NoAdhesion {
     fn of(any: AnyAdhesion) -> Option<Self> {
         (any == AnyAdhesion::None).then_some(Self)
+    }
+}
+
+impl OneOf<AnyAdhesion> for Liquid {
+    fn of(any: AnyAdhesion) -> Option<Self> {
+        Some(match any {
+            AnyAdhesion::None => Self::NONE,
+            AnyAdhesion::Liquid(liquid) => liquid,
+        })
+    }
+}
+
+impl AdhesionLaw for AnyAdhesion {
+    type History<L: Real> = Bridge<L>;
+    const ACTIVE: bool = true;
+    const FORMS_ON_CONTACT: bool = true;
+    const SHEARS: bool = true;
+    const HAS_EVENTS: bool = true;
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::None => NoAdhesion.name(),
+            Self::Liquid(law) => law.name(),
+        }
+    }
+
+    fn range(&self) -> f64 {
+        self.liquid().map_or(0.0, AdhesionLaw::range)
+    }
+
+    #[inline]
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        dt: f64,
+        bridge: &mut Bridge<L>,
+    ) -> AdhesionForce<L> {
+        match self {
+            Self::None => AdhesionForce::NONE,
+            Self::Liquid(law) => law.force(contact, dt, bridge),
+        }
+    }
+
+    fn energy<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L {
+        match self {
+            Self::None => L::ZERO,
+            Self::Liquid(law) => law.energy(contact, bridge),
+        }
+    }
+
+    #[inline]
+    fn event<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L::Mask {
+        self.liquid()
+            .unwrap_or(&Liquid::NONE)
+            .event(contact, bridge)
+    }
+
+    fn kind_of_event(&self, contact: &Contact) -> Event {
+        Liquid::NONE.kind_of_event(contact)
     }
 }

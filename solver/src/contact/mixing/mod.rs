@@ -8,6 +8,7 @@
 //! What a law's table of keys says is done here ([`Pair::number`]); what it cannot say stands in the law's own file.
 
 mod damping;
+mod liquid;
 mod normal;
 mod rolling;
 mod tangential;
@@ -22,7 +23,7 @@ use mercury_common::scene::{
 
 use super::parameter::{Origin, Parameter, Value, short};
 use super::registry::AnyPairLaw;
-use super::{AnyAdhesion, AnyNormal, PairLaw, SpringRotation};
+use super::{AnyNormal, PairLaw, SpringRotation};
 
 /// The harmonic mean 2/(1/a + 1/b) of two numbers >= 0; 0 if either is 0.
 #[must_use]
@@ -47,11 +48,12 @@ pub(crate) fn resolve_pair(
     let needs_stiffness = rolling::needs_tangential_stiffness(&mut pair);
     let tangential = tangential::resolve(&mut pair, &normal, needs_stiffness);
     let rolling = rolling::resolve(&mut pair, tangential.as_ref()?);
+    let adhesion = liquid::resolve(&mut pair, &scene.liquid);
     let law = PairLaw {
         normal,
         tangential: tangential?,
         rolling: rolling?,
-        adhesion: AnyAdhesion::None,
+        adhesion: adhesion?,
     };
     Some((law, pair.parameters))
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::bonds::SlotEvent;
 use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
@@ -36,6 +37,8 @@ pub(super) struct Block<H> {
     pub(super) alarms: Alarms,
     /// On features of mesh walls since the block was cut or they were taken.
     pub(super) feature_loads: FeatureLoads,
+    /// Contacts with an event since they were taken; none where no law asks for them.
+    pub(super) events: Vec<SlotEvent>,
 }
 
 impl<H> Block<H> {
@@ -56,6 +59,7 @@ impl<H> Block<H> {
             observation: Observation::default(),
             alarms: Alarms::default(),
             feature_loads: FeatureLoads::default(),
+            events: Vec::new(),
         }
     }
 }

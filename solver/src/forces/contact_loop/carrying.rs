@@ -236,7 +236,7 @@ pub(super) struct Carried<H> {
 }
 
 impl<H: History> Carried<H> {
-    fn of(&self, row: usize) -> &[(u32, H)] {
+    pub(super) fn of(&self, row: usize) -> &[(u32, H)] {
         self.parts[row / self.per_part].of(row % self.per_part)
     }
 }

@@ -1,6 +1,6 @@
 //! What is known of the contacts found in a chunk of slots, in columns, and the order in which they are evaluated.
 
-use crate::contact::{Contact, RollingLaw, TangentialLaw};
+use crate::contact::{AdhesionLaw, Contact, RollingLaw, TangentialLaw};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Vector};
 use crate::state::Particle;
 
@@ -302,7 +302,7 @@ impl<'a> Found<'a> {
 
     /// Geometry and kinematics of the contacts from `base` on, whose slots are `at`, and the lever arms R - overlap/2 of both.
     #[inline(always)]
-    pub(super) fn meet<L: Real, T: TangentialLaw, R: RollingLaw>(
+    pub(super) fn meet<L: Real, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
         &self,
         base: usize,
         at: &[usize; MOST_LANES],
@@ -325,12 +325,12 @@ impl<'a> Found<'a> {
         let normal_velocity = centre_velocity.dot(normal);
         let (mut tangential_velocity, mut spin) = (Vector::ZERO, Vector::ZERO);
         let (mut sliding_normal, mut sliding_distance) = (normal, distance);
-        if T::ACTIVE || R::ACTIVE {
+        if T::ACTIVE || R::ACTIVE || A::SHEARS {
             let spin_a: Vector<L> = L::vectors(|k| &a(k).quads()[2]);
             let spin_b: Vector<L> = L::vectors(|k| &b(k).quads()[2]);
             sliding_normal = columns(&self.numbers.sliding_normal, base);
             sliding_distance = self.numbers.sliding_distance.at(base);
-            if T::ACTIVE {
+            if T::ACTIVE || A::SHEARS {
                 // Levers of that time, too: half of what the centres have come closer since.
                 let closer = (sliding_distance - distance) * 0.5;
                 let turning = spin_a * (levers[0] + closer) + spin_b * (levers[1] + closer);

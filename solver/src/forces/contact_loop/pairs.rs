@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use super::ahead::{PORTION, ask_ahead};
 use super::block::Block;
+use super::bonds::SlotEvent;
 use super::contact_point::mobility;
 use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::pass::{ContactSite, Pass, Rows};
@@ -65,11 +66,15 @@ where
         }
         let mut found = Found::new(nobody, numbers);
         let first_row = block.rows.start;
-        let lag = (T::ACTIVE || R::ACTIVE).then(|| pass.context.sliding_lag());
+        let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
+        let lag = turns.then(|| pass.context.sliding_lag());
         for stretch in &block.stretches {
             let mut rest = &mut block.slots[stretch.clone()];
+            let mut next_slot = stretch.start;
             while !rest.is_empty() {
                 let (slots, later) = rest.split_at_mut(rest.len().min(CHUNK));
+                let first_slot = next_slot;
+                next_slot += slots.len();
                 rest = later;
                 let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
                 let end = found.put_in_turn(count, pass.materials, L::LANES);
@@ -90,7 +95,9 @@ where
                         ask_ahead(rest, rows, first_row, base);
                     }
                     let some = base..end.min(base + portion);
-                    pass.act::<L, WATCHED>(slots, first_row, &mut found, some, observation);
+                    let first = (first_row, first_slot);
+                    let seen = (&mut *observation, &mut block.events);
+                    pass.act::<L, WATCHED>(slots, first, &mut found, some, seen);
                 }
                 for &at in &found.numbers.places[..count] {
                     let at = usize::from(at);
@@ -98,7 +105,7 @@ where
                     let owner = &mut loads[slot.owner()];
                     let force = found.numbers.force[at];
                     let ahead = slot.partner as usize - first_row;
-                    if T::ACTIVE || R::ACTIVE {
+                    if turns {
                         let [on_a, on_b] =
                             [found.numbers.torques[0][at], found.numbers.torques[1][at]];
                         let [force_a, torque_a] = owner.quads_mut();
@@ -246,17 +253,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     fn act<L: Real, const WATCHED: bool>(
         &self,
         slots: &mut [Slot<Histories<N, T, R, A>>],
-        first_row: usize,
+        (first_row, first_slot): (usize, usize),
         found: &mut Found<'_>,
         some: Range<usize>,
-        observation: &mut Observation,
+        (observation, events): (&mut Observation, &mut Vec<SlotEvent>),
     ) {
         let dt = self.context.spring_time;
         let mut base = some.start;
         while base < some.end {
             let at = found.slots(base);
             let pair = |k: usize| found.numbers.pair[(base + k) % ROOM] as usize;
-            let (contact, levers) = found.meet::<L, T, R>(base, &at);
+            let (contact, levers) = found.meet::<L, T, R, A>(base, &at);
             let one_law = (1..L::LANES).all(|k| pair(k) == pair(0));
             let mut before = [Default::default(); MOST_LANES];
             if WATCHED {
@@ -299,9 +306,20 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         slot.state & !WITH_HISTORY | with_history(touches, &slot.history.3);
                 }
             }
+            if A::HAS_EVENTS {
+                for k in 0..L::LANES {
+                    let (contact, law) = (contact.lane(k), &self.laws[pair(k)].adhesion);
+                    if law.event(&contact, &slots[at[k]].history.3) {
+                        events.push(SlotEvent::Pair {
+                            slot: (first_slot + at[k]) as u32,
+                            event: law.kind_of_event(&contact),
+                        });
+                    }
+                }
+            }
             put(action.force, &mut found.numbers.force[base..]);
-            if T::ACTIVE || R::ACTIVE {
-                let turning = contact.normal.cross(action.tangential);
+            if T::ACTIVE || R::ACTIVE || A::SHEARS {
+                let turning = contact.normal.cross(action.shear(A::SHEARS));
                 let on_a = action.couple - turning * levers[0];
                 let on_b = -action.couple - turning * levers[1];
                 put(on_a, &mut found.numbers.torques[0][base..]);
@@ -368,6 +386,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     ) -> bool {
         if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0) {
             return false;
+        }
+        if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
+            // However far apart, so that the end of the bond is seen.
+            return true;
         }
         let pair = a.material.index() * self.materials + b.material.index();
         let range = reach + self.laws[pair].adhesion.range();

@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::block::Block;
+use super::bonds::SlotEvent;
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::sides::{self, from_behind};
@@ -58,7 +59,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     &side,
                     &mut block.wall_slots,
                     first,
-                    (index, &mut block.near_meshes),
+                    (index, &mut block.near_meshes, &mut block.events),
                     &mut memory,
                     load,
                     &mut block.observation,
@@ -83,9 +84,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         self.alarm_wall(&mut block.alarms, a, &side, &touch, 0);
                     }
                     let observation = &mut block.observation;
-                    self.touch_wall(a, &side, &touch, slot, load, observation, None);
+                    let events = (index as u32, &mut block.events);
+                    self.touch_wall(a, &side, &touch, slot, load, observation, None, events);
                 }
-                None => slot.clear(),
+                None => {
+                    let event = SlotEvent::forgotten(near, slot);
+                    block.events.extend(event);
+                    slot.clear();
+                }
             }
         }
     }
@@ -99,7 +105,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         side: &WallSide<'_>,
         wall_slots: &mut Vec<WallSlot<Histories<N, T, R, A>>>,
         first: usize,
-        (index, near_meshes): (usize, &mut NearMeshes),
+        (index, near_meshes, events): (usize, &mut NearMeshes, &mut Vec<SlotEvent>),
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
@@ -139,9 +145,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             features += 1;
         }
         let slots = &mut wall_slots[first..first + features as usize];
+        let mut forget = |slot: &mut WallSlot<_>| {
+            events.extend(SlotEvent::forgotten(near, slot));
+            slot.clear();
+        };
         match side.wall.shape() {
-            Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place),
-            shape => assign(slots, touches, shape),
+            Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place, &mut forget),
+            shape => assign(slots, touches, shape, &mut forget),
         }
         let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
         let mut sums = (is_mesh && self.context.feature_loads).then_some(feature_loads);
@@ -153,15 +163,19 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if self.is_alarming(a, touch, at) {
                         self.alarm_wall(alarms, a, side, touch, at);
                     }
+                    let events = (index as u32, &mut *events);
                     if at == BEHIND {
                         let touch = from_behind(touch);
-                        self.touch_wall(a, side, &touch, slot, load, observation, sums);
+                        self.touch_wall(a, side, &touch, slot, load, observation, sums, events);
                     } else {
-                        self.touch_wall(a, side, touch, slot, load, observation, sums);
+                        self.touch_wall(a, side, touch, slot, load, observation, sums, events);
                     }
                     slot.state |= at;
                 }
-                None => slot.clear(),
+                None => {
+                    events.extend(SlotEvent::forgotten(near, slot));
+                    slot.clear();
+                }
             }
         }
         features
@@ -202,6 +216,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         load: &mut Load,
         observation: &mut Observation,
         feature_loads: Option<&mut FeatureLoads>,
+        (at, events): (u32, &mut Vec<SlotEvent>),
     ) {
         let (context, state) = (self.context, side.state);
         let overlap = a.radius - touch.distance;
@@ -236,7 +251,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let (mut sliding_normal, mut sliding) = (normal, velocity - normal * normal_velocity);
         let mut sliding_distance = touch.distance;
         let lag = context.sliding_lag();
-        if lag > 0.0 && (T::ACTIVE || R::ACTIVE) {
+        if lag > 0.0 && (T::ACTIVE || R::ACTIVE || A::SHEARS) {
             // Normal and lever of that time.
             let mut way = a.velocity;
             let mut turn = DVec3::ZERO;
@@ -288,7 +303,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             TOUCHING
         };
         let (force, couple) = (DVec3::from(action.force), DVec3::from(action.couple));
-        let tangential = DVec3::from(action.tangential);
+        if A::HAS_EVENTS && law.adhesion.event(&contact, &slot.history.3) {
+            events.push(SlotEvent::Wall {
+                near: at,
+                feature: touch.feature,
+                event: law.adhesion.kind_of_event(&contact),
+            });
+        }
+        let tangential = DVec3::from(action.shear(A::SHEARS));
         load.add(force, couple + arm.cross(tangential));
         if let Some(sums) = feature_loads {
             let slip = if touches {
@@ -368,7 +390,12 @@ fn images_of_wall(near_walls: &[NearWall], index: usize) -> Range<usize> {
 
 /// Gives every touched feature a slot. A feature that was touched before keeps its own; a new one takes the slot, and the
 /// history, of an adjacent feature that is no longer touched, or else a free slot without history.
-fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shape) {
+fn assign<H: History>(
+    slots: &mut [WallSlot<H>],
+    touches: &Touches,
+    shape: &Shape,
+    forget: &mut impl FnMut(&mut WallSlot<H>),
+) {
     for touch in touches.iter() {
         if slots.iter().any(|slot| slot.feature == touch.feature) {
             continue;
@@ -382,7 +409,7 @@ fn assign<H: History>(slots: &mut [WallSlot<H>], touches: &Touches, shape: &Shap
         match from.or_else(|| slots.iter().position(left)) {
             Some(index) => {
                 if from.is_none() {
-                    slots[index].clear();
+                    forget(&mut slots[index]);
                 }
                 slots[index].feature = touch.feature;
             }
@@ -399,6 +426,7 @@ fn assign_on_mesh<H: History>(
     touches: &Touches,
     mesh: &Mesh,
     centre: impl Fn() -> DVec3,
+    forget: &mut impl FnMut(&mut WallSlot<H>),
 ) {
     for touch in touches.iter() {
         if slots.iter().any(|slot| slot.feature == touch.feature) {
@@ -421,7 +449,7 @@ fn assign_on_mesh<H: History>(
             Some((_, index)) => slots[index].feature = touch.feature,
             None => match slots.iter().position(left) {
                 Some(index) => {
-                    slots[index].clear();
+                    forget(&mut slots[index]);
                     slots[index].feature = touch.feature;
                 }
                 // There are at least as many slots as touches.

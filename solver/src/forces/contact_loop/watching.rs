@@ -67,7 +67,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             Partner::Wall { image, .. } => image,
         };
         let arm = -normal * site.lever;
-        let mut lossy = action.normal.viscous + action.adhesion.viscous;
+        let mut lossy = action.normal.viscous;
         if site.touches && !law.normal.is_elastic() {
             lossy += action.normal.elastic;
         }
@@ -91,13 +91,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             force: action.force.into(),
             lossy: normal * lossy,
             tangential: action.tangential.into(),
+            adhesive: normal * action.adhesion.normal.viscous
+                + DVec3::from(action.adhesion.tangential),
             couple: action.couple.into(),
             next_stored,
         });
         if A::ACTIVE && dt > 0.0 {
             let last = contact.one_step_before(dt);
+            let elastic = action.adhesion.normal.elastic;
             observation.dissipated_by_bonds +=
-                law.adhesion_loss(contact, &last, action, before, after);
+                law.adhesion
+                    .loss(contact, &last, elastic, [&before.3, &after.3]);
         }
     }
 
@@ -121,6 +125,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             tangential: action.tangential.into(),
             couple: action.couple.into(),
             tangential_overlap: 0.0,
+            bridge_volume: memory.bridge().volume,
+            adhesion_normal: action.adhesion.normal.total(),
+            adhesion_shear: action.adhesion.tangential.into(),
             history: Vec::new(),
         };
         let (law, mut memory) = (&self.laws[site.pair], memory);
@@ -137,6 +144,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             record.force = -record.force;
             record.tangential = -record.tangential;
             record.couple = -record.couple;
+            record.adhesion_shear = -record.adhesion_shear;
             memory = memory.swapped();
         }
         if site.touches {

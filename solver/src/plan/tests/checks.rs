@@ -75,10 +75,6 @@ fn rows_of_tables_are_named_by_their_lines() {
             "x,y,z,radius,material\n0,0,0,0.1,glass\n",
             format!("{path}:2: there is no material named `glass`"),
         ),
-        (
-            "x,y,z,radius,film_volume\n0,0,0,0.1,1e-9\n",
-            format!("{path}:2: liquid films are not in this version of mercury-solve"),
-        ),
     ] {
         let errors = table(content).expect_err("wrong");
         assert_eq!(errors.0.len(), 1, "{errors}");

@@ -21,6 +21,7 @@ fn scenes_of_this_version_have_a_plan() {
         "scenes/two-spheres.toml",
         "scenes/hertz-wall.toml",
         "scenes/chute.toml",
+        "scenes/wet-pair.toml",
         "scenes/drum-soft.toml",
         "scenes/hopper-psd.toml",
         "scenes/penetration-25k.toml",
@@ -40,8 +41,7 @@ fn scenes_of_this_version_have_a_plan() {
 fn other_scenes_name_what_is_missing() {
     let Some(folder) = shared("") else { return };
     for (name, keys) in [
-        ("scenes/keys.toml", &["liquid bridges", "wear"][..]),
-        ("scenes/wet-pair.toml", &["liquid bridges"]),
+        ("scenes/keys.toml", &["wear"][..]),
         ("scenes/membrane.toml", &["membranes"]),
         ("scenes/spray-drum.toml", &["sprays"]),
         ("scenes/wear-plate.toml", &["wear"]),

@@ -1,0 +1,381 @@
+//! Liquid bridges: capillary attraction and viscous forces, in contact and across a gap.
+//!
+//! The law of a pair evaluates a bridge that is there. Whether there is one, and how much liquid it holds, is decided by the rules of
+//! migration ([`crate::liquid`]), which are applied to the [events](super::Event) that this law asks for: a touch at which a bridge
+//! may form, and the gap at which one breaks.
+
+mod bridge;
+mod energy;
+mod formulas;
+mod keys;
+#[cfg(test)]
+mod tests;
+
+pub use bridge::{Bridge, CURVE};
+pub use formulas::{
+    Curve, Form, bagheri, end_of_equal_spheres, end_of_unequal_spheres, lian_seville, willett,
+    willett_classical,
+};
+pub(in crate::contact) use keys::KEYS;
+
+use std::f64::consts::PI;
+
+use libm::{cbrt, exp, log};
+pub use mercury_common::scene::{LianSevilleVolume, Lubrication};
+
+use super::{AdhesionForce, AdhesionLaw, Event};
+use crate::contact::{Contact, History, NormalForce};
+use crate::lanes::{Mask, Real, Vector};
+
+/// Which fit gives the capillary force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fit {
+    /// [`bagheri`].
+    Bagheri,
+    /// [`willett_classical`].
+    WillettClassical,
+    /// [`lian_seville`].
+    LianSeville,
+    /// [`willett`].
+    Willett,
+}
+
+impl Fit {
+    /// How the numbers of its curve give a force.
+    #[must_use]
+    pub fn form(self) -> Form {
+        match self {
+            Self::WillettClassical => Form::Exponential,
+            Self::Bagheri | Self::LianSeville | Self::Willett => Form::Rational,
+        }
+    }
+
+    /// Its name in scenes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bagheri => "bagheri",
+            Self::WillettClassical => "willett-classical",
+            Self::LianSeville => "lian-seville",
+            Self::Willett => "willett",
+        }
+    }
+}
+
+/// Where a bridge breaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rupture {
+    /// (1 + θ/2) V^(1/3) (Lian, Thornton & Adams 1993).
+    Lian,
+    /// [`end_of_equal_spheres`].
+    Willett,
+    /// [`end_of_unequal_spheres`].
+    Radii,
+}
+
+/// The liquid of one pair of materials. No bridge forms where `max_volume` is 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Liquid {
+    /// Capillary force.
+    pub fit: Fit,
+    /// What stands for the volume in the fit of Lian & Seville.
+    pub lian_seville_volume: LianSevilleVolume,
+    /// Where bridges break.
+    pub rupture: Rupture,
+    /// γ, N/m.
+    pub surface_tension: f64,
+    /// θ, rad.
+    pub contact_angle: f64,
+    /// Largest volume of a bridge, m^3.
+    pub max_volume: f64,
+    /// Least volume of a bridge that forms, m^3.
+    pub min_volume: f64,
+    /// Share of a broken bridge's liquid that goes to neighbouring bridges.
+    pub distribution: f64,
+    /// η, Pa s.
+    pub viscosity: f64,
+    /// Least gap of the viscous force, m; `None`: R*/100.
+    pub roughness: Option<f64>,
+    /// How the viscous force behaves at small gaps.
+    pub lubrication: Lubrication,
+    /// Whether its normal part goes on while the two touch.
+    pub lubrication_in_contact: bool,
+    /// Gap at which the longest bridge of these materials breaks, m.
+    pub range: f64,
+}
+
+impl Liquid {
+    /// No liquid.
+    pub const NONE: Self = Self {
+        fit: Fit::Bagheri,
+        lian_seville_volume: LianSevilleVolume::Relative,
+        rupture: Rupture::Radii,
+        surface_tension: 0.0,
+        contact_angle: 0.0,
+        max_volume: 0.0,
+        min_volume: 0.0,
+        distribution: 1.0,
+        viscosity: 0.0,
+        roughness: None,
+        lubrication: Lubrication::Clamped,
+        lubrication_in_contact: false,
+        range: 0.0,
+    };
+
+    /// With the range of bridges between particles of which the smallest has this radius (m): their gaps grow as R_D falls.
+    #[must_use]
+    pub fn reaching(self, smallest_radius: f64) -> Self {
+        if self.max_volume <= 0.0 {
+            return Self { range: 0.0, ..self };
+        }
+        let end = self.end(self.max_volume, [smallest_radius; 2]);
+        // At a wall R_D is twice the radius, and a bridge ends sooner.
+        let at_wall = self.end(self.max_volume, [smallest_radius, f64::INFINITY]);
+        Self {
+            range: end.max(at_wall),
+            ..self
+        }
+    }
+
+    /// The gap at which a bridge of the given volume (m^3) breaks between spheres of these radii (m; infinite at a wall), m.
+    #[must_use]
+    pub fn end(&self, volume: f64, radii: [f64; 2]) -> f64 {
+        let diameter = reduced_diameter(radii);
+        let relative = volume / (diameter * diameter * diameter);
+        let angle = self.contact_angle;
+        match self.rupture {
+            _ if volume <= 0.0 => 0.0,
+            Rupture::Lian => (1.0 + 0.5 * angle) * cbrt(volume),
+            _ if self.takes_cubic_metres() => end_of_equal_spheres(volume, angle),
+            Rupture::Willett => diameter * end_of_equal_spheres(relative, angle),
+            Rupture::Radii => {
+                let ratio = (radii[0] / radii[1]).min(radii[1] / radii[0]);
+                diameter * end_of_unequal_spheres(relative, angle, ratio)
+            }
+        }
+    }
+
+    fn takes_cubic_metres(&self) -> bool {
+        self.fit == Fit::LianSeville && self.lian_seville_volume == LianSevilleVolume::CubicMetres
+    }
+
+    /// A bridge with another volume (m^3), between spheres of these radii (m; infinite at a wall): its end and its force.
+    #[must_use]
+    pub fn fill(&self, bridge: &Bridge, volume: f64, radii: [f64; 2]) -> Bridge {
+        if volume <= 0.0 {
+            return Bridge {
+                volume: 0.0,
+                end: 0.0,
+                curve: [0.0; CURVE],
+                ..*bridge
+            };
+        }
+        let diameter = reduced_diameter(radii);
+        let relative = volume / (diameter * diameter * diameter);
+        let angle = self.contact_angle;
+        let (curve, unit) = match self.fit {
+            Fit::Bagheri => (bagheri(relative, angle), diameter),
+            Fit::WillettClassical => (willett_classical(relative, angle), diameter),
+            Fit::Willett => (willett(relative, angle), diameter),
+            Fit::LianSeville if self.takes_cubic_metres() => {
+                let end = end_of_equal_spheres(volume, angle);
+                (lian_seville(volume, angle, end), 1.0)
+            }
+            Fit::LianSeville => {
+                let end = end_of_equal_spheres(relative, angle);
+                (lian_seville(relative, angle, end), diameter)
+            }
+        };
+        let strength = self.surface_tension * diameter;
+        let [f, a, p, q, j] = curve;
+        let curve = match self.fit.form() {
+            Form::Rational => [f * strength, a / unit, p / unit, q / (unit * unit), 0.0],
+            Form::Exponential => [f * strength, a, p, q, j / unit],
+        };
+        Bridge {
+            volume,
+            wet: 1.0,
+            end: self.end(volume, radii),
+            curve,
+            ..*bridge
+        }
+    }
+
+    /// The capillary pull of a bridge at a gap (m), N.
+    #[must_use]
+    pub fn force_at(&self, bridge: &Bridge, gap: f64) -> f64 {
+        energy::pull(self.fit.form(), &bridge.curve, gap)
+    }
+
+    /// The largest viscous coefficients of a film between two with R* (m): normal and tangential, kg/s.
+    #[must_use]
+    pub fn most_viscous(&self, effective_radius: f64) -> [f64; 2] {
+        let ratio = effective_radius / self.roughness.unwrap_or(0.01 * effective_radius);
+        let scale = 6.0 * PI * self.viscosity * effective_radius;
+        [
+            scale * ratio,
+            scale * (8.0 / 15.0 * log(ratio) + 0.9588).max(0.0),
+        ]
+    }
+
+    /// Energy of a bridge at its gap of the last force evaluation, J: minus the work from there to its end.
+    #[must_use]
+    pub fn energy_of(&self, bridge: &Bridge) -> f64 {
+        if bridge.volume <= 0.0 {
+            return 0.0;
+        }
+        let form = self.fit.form();
+        let to_end = energy::work(form, &bridge.curve, bridge.gap.max(0.0), bridge.end);
+        let overlap = (-bridge.gap).max(0.0);
+        -(to_end + bridge.curve[0] * overlap)
+    }
+
+    /// The capillary pull, N, of bridges that are there.
+    #[inline(always)]
+    fn pull<L: Real>(&self, bridge: &Bridge<L>, gap: L) -> L {
+        let [f, a, p, q, j] = bridge.curve;
+        match self.fit.form() {
+            Form::Rational => f * (a * gap + L::ONE) / ((q * gap + p) * gap + L::ONE),
+            Form::Exponential => {
+                let x = L::from_lanes(|k| log((j.lane(k) * gap.lane(k)).max(f64::MIN_POSITIVE)));
+                let inner = (q * x + p) * x;
+                let exponential = |x: L| L::from_lanes(|k| exp(x.lane(k)));
+                let apart = f * exponential(-(a * exponential(inner)));
+                L::select(L::ZERO.below(gap), apart, f)
+            }
+        }
+    }
+
+    /// Viscous force on A (Adams & Perchard 1985 along the normal; Goldman, Cox & Brenner 1967 across it): 6π η R*² u_n/h and
+    /// 6π η R* max(0, 8/15 ln(R*/h) + 0.9588) u_t, with h the larger of gap and roughness.
+    #[inline(always)]
+    fn drag<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>, gap: L) -> AdhesionForce<L> {
+        let radius = contact.effective_radius;
+        let apart = L::ZERO.below(gap);
+        let least = match self.roughness {
+            Some(roughness) => L::splat(roughness),
+            None => radius * 0.01,
+        };
+        let film = gap.max(least);
+        let (mut along, mut across) = (apart, apart);
+        if self.lubrication == Lubrication::Cut {
+            let limit = match self.fit {
+                Fit::LianSeville => bridge.end * 0.25,
+                _ => radius * 0.01,
+            };
+            along = along & limit.below(gap);
+            across = along;
+        } else if self.lubrication_in_contact {
+            along = apart | !apart;
+        }
+        let scale = radius * (6.0 * PI * self.viscosity);
+        let ratio = radius / film;
+        let viscous = scale * ratio * -contact.normal_velocity;
+        let log_ratio = L::from_lanes(|k| log(ratio.lane(k)));
+        let shear = scale * (log_ratio * (8.0 / 15.0) + 0.9588).max(L::ZERO);
+        across = across & L::ZERO.below(shear);
+        AdhesionForce {
+            normal: NormalForce {
+                elastic: L::ZERO,
+                viscous: L::select(along, viscous, L::ZERO),
+            },
+            tangential: contact.tangential_velocity * -L::select(across, shear, L::ZERO),
+        }
+    }
+}
+
+/// R_D = 2 R*, m, of spheres of these radii (m; infinite at a wall).
+#[must_use]
+pub fn reduced_diameter(radii: [f64; 2]) -> f64 {
+    2.0 / (1.0 / radii[0] + 1.0 / radii[1])
+}
+
+impl AdhesionLaw for Liquid {
+    type History<L: Real> = Bridge<L>;
+    const ACTIVE: bool = true;
+    const FORMS_ON_CONTACT: bool = true;
+    const SHEARS: bool = true;
+    const HAS_EVENTS: bool = true;
+
+    fn name(&self) -> &'static str {
+        if self.max_volume > 0.0 {
+            self.fit.name()
+        } else {
+            "no liquid"
+        }
+    }
+
+    fn range(&self) -> f64 {
+        self.range
+    }
+
+    #[inline(always)]
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        _: f64,
+        bridge: &mut Bridge<L>,
+    ) -> AdhesionForce<L> {
+        let gap = -contact.overlap;
+        bridge.gap = gap;
+        let open = gap.max(L::ZERO);
+        let holds = L::ZERO.below(bridge.volume) & open.below(bridge.end);
+        if !holds.any() {
+            bridge.force = L::ZERO;
+            return AdhesionForce::NONE;
+        }
+        let mut force = if self.viscosity > 0.0 {
+            let drag = self.drag(contact, bridge, gap);
+            AdhesionForce {
+                normal: NormalForce {
+                    elastic: L::ZERO,
+                    viscous: L::select(holds, drag.normal.viscous, L::ZERO),
+                },
+                tangential: Vector::select(holds, drag.tangential, Vector::ZERO),
+            }
+        } else {
+            AdhesionForce::NONE
+        };
+        force.normal.elastic = L::select(holds, -self.pull(bridge, open), L::ZERO);
+        bridge.force = force.normal.elastic;
+        force
+    }
+
+    /// Minus the work to the end of the bridge.
+    fn energy<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L {
+        L::from_lanes(|k| {
+            self.energy_of(&Bridge {
+                gap: -contact.overlap.lane(k),
+                ..bridge.lane(k)
+            })
+        })
+    }
+
+    #[inline(always)]
+    fn event<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L::Mask {
+        let touches = L::ZERO.below(contact.overlap);
+        let dry = bridge.wet.equals(L::ZERO);
+        if self.max_volume <= 0.0 {
+            return touches & !touches;
+        }
+        // A pair that touched without liquid has the end 0.
+        (touches & dry) | (!touches & !dry & bridge.end.at_most(-contact.overlap))
+    }
+
+    fn kind_of_event(&self, contact: &Contact) -> Event {
+        if contact.overlap > 0.0 {
+            Event::Touch
+        } else {
+            Event::End
+        }
+    }
+
+    /// The work that the capillary force has done since the last evaluation, as the integrator counts it, less what the energy of the
+    /// bridge has fallen: 0 but for the step in which it breaks. What it sets free when it forms or takes liquid is counted where that
+    /// happens.
+    fn loss(&self, contact: &Contact, _: &Contact, _: f64, [before, after]: [&Bridge; 2]) -> f64 {
+        let way = before.gap + contact.overlap;
+        let work = 0.5 * (before.force + after.force) * way;
+        work - (self.energy(contact, after) - self.energy_of(before))
+    }
+}

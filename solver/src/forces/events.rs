@@ -1,0 +1,44 @@
+//! What happened to contacts whose law asks for it, and the liquid bridges that contacts hold.
+
+use super::Partner;
+use crate::contact::{Bridge, Event};
+
+/// Where a bridge is kept: valid until the next list or force evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BondPlace {
+    pub(super) block: u32,
+    pub(super) slot: u32,
+    pub(super) at_wall: bool,
+}
+
+impl BondPlace {
+    /// Block, slot there, and whether it is one at a wall: they tell places apart.
+    #[must_use]
+    pub fn numbers(&self) -> (u32, u32, bool) {
+        (self.block, self.slot, self.at_wall)
+    }
+}
+
+/// A contact with its liquid bridge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bond {
+    /// Where it is kept; `None` where the contact is gone.
+    pub place: Option<BondPlace>,
+    /// Row of the particle.
+    pub row: u32,
+    /// The other side.
+    pub partner: Partner,
+    /// Whether the two overlapped in the last force evaluation.
+    pub touches: bool,
+    /// The bridge.
+    pub bridge: Bridge,
+}
+
+/// An event of a contact in the last force evaluation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactEvent {
+    /// Which one.
+    pub event: Event,
+    /// The contact, as it was then.
+    pub bond: Bond,
+}

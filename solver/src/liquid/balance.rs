@@ -1,0 +1,83 @@
+//! Where the liquid is, and where it went.
+
+/// What came and went since the start; volumes in m^3.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LiquidBalance {
+    /// In films at the start, and in bridges that went on from another run.
+    pub initial: f64,
+    /// On particles that were inserted.
+    pub inserted: f64,
+    /// On particles that left through a face of the domain.
+    pub left: f64,
+    /// On particles that were deleted in a region.
+    pub deleted: f64,
+    /// Bridges that formed.
+    pub formed: u64,
+    /// Bridges that broke.
+    pub ruptured: u64,
+    /// Energy set free as bridges formed and took liquid, J, up to the last force evaluation.
+    pub set_free: f64,
+    /// The same after it: the next evaluation is the first that sees these bridges.
+    pub next_set_free: f64,
+}
+
+crate::state::plain!(LiquidBalance {
+    initial,
+    inserted,
+    left,
+    deleted,
+    formed,
+    ruptured,
+    set_free,
+    next_set_free
+});
+
+/// The liquid of a run at one time; volumes in m^3.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LiquidRow {
+    /// What came and went until then.
+    pub balance: LiquidBalance,
+    /// In films.
+    pub films: f64,
+    /// In bridges.
+    pub bridges: f64,
+    /// Number of bridges.
+    pub bridge_count: u64,
+    /// What is there and what went, less what was there at the start and what came: 0 but for round-off.
+    pub error: f64,
+}
+
+impl LiquidRow {
+    /// Sums up films and bridges.
+    pub(super) fn new(
+        balance: &LiquidBalance,
+        films: &[f64],
+        bridges: impl ExactSizeIterator<Item = f64> + Clone,
+    ) -> Self {
+        let lost = [balance.left, balance.deleted];
+        let came = [-balance.initial, -balance.inserted];
+        let all = films.iter().copied().chain(bridges.clone());
+        Self {
+            balance: *balance,
+            films: sum(films.iter().copied()),
+            bridge_count: bridges.len() as u64,
+            bridges: sum(bridges),
+            error: sum(all.chain(lost).chain(came)),
+        }
+    }
+}
+
+/// The sum of some numbers with the rounding errors of the additions summed up beside it (Neumaier 1974).
+pub(super) fn sum(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (mut total, mut lost) = (0.0f64, 0.0);
+    for number in numbers {
+        let next = total + number;
+        lost += if total.abs() >= number.abs() {
+            (total - next) + number
+        } else {
+            (number - next) + total
+        };
+        total = next;
+    }
+    total + lost
+}

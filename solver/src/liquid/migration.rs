@@ -1,0 +1,349 @@
+//! How liquid moves when bridges form and break.
+//!
+//! The rules are those of Mani et al. (2013), *Granular Matter* 15, 447, and Roy et al. (2018), *Phys. Rev. E* 98, 052906, with what
+//! they leave open decided as the [theory page](../../docs/theory/liquid.md) says:
+//!
+//! - *A touch.* The films of both sides hold T together. If T > 0 and T >= the least volume, a bridge of min(T, largest volume) forms;
+//!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.
+//! - *A break.* Each end takes half (a particle at a wall all), and hands the share `distribution` of it on to its other bridges in
+//!   equal parts, each up to its own largest volume. What is left goes to the film of that end.
+//!
+//! Events of one step are answered in ascending order of (lower id, higher id); those of a particle at walls come after those with
+//! its partners.
+
+use std::collections::HashMap;
+
+use super::{LiquidNeighbours, Liquids};
+use crate::contact::registry::LawTable;
+use crate::contact::{Bridge, Event, Liquid};
+use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
+use crate::state::{FILM_VOLUME, Particles};
+use crate::walls::WallNow;
+
+/// What the rules read beside the particles.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The laws of all pairs of materials.
+    pub laws: &'a LawTable,
+    /// The walls as they are.
+    pub walls: &'a [WallNow],
+}
+
+/// Order of events and bridges: pairs by their ids, then walls.
+type Order = (u32, bool, u32, u32, u32);
+
+impl Liquids {
+    /// Answers the events of the last force evaluation.
+    pub fn answer(
+        &mut self,
+        mut events: Vec<ContactEvent>,
+        contacts: &mut dyn ContactForces,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        self.balance.set_free += std::mem::take(&mut self.balance.next_set_free);
+        if events.is_empty() {
+            return;
+        }
+        events.sort_by_cached_key(|event| order(particles, &event.bond));
+        // Bridges at the ends of those that break may take their liquid.
+        let breaking = events
+            .iter()
+            .filter(|event| event.event == Event::End && event.bond.bridge.volume > 0.0);
+        let ends: Vec<u32> = breaking
+            .flat_map(|event| rows_of(&event.bond))
+            .flatten()
+            .collect();
+        let mut net = Net::around(&ends, contacts, particles);
+        for event in &events {
+            match event.event {
+                Event::Touch => self.touch(&event.bond, &mut net, particles, around),
+                Event::End => {
+                    let index = net.index_of(&event.bond);
+                    let bridge = net.bonds[index].bridge;
+                    // What an earlier event gave may keep it.
+                    let holds = event.bond.place.is_some()
+                        && bridge.volume > 0.0
+                        && bridge.gap < bridge.end;
+                    if !holds {
+                        self.rupture(index, &mut net, particles, around);
+                    }
+                }
+            }
+        }
+        net.write_back(contacts);
+    }
+
+    /// Breaks the bridges of particles that are about to be removed, and counts the films that they take along; `by_face`: whether
+    /// a row leaves through a face of the domain.
+    pub fn release(
+        &mut self,
+        leavers: &[(u32, bool)],
+        contacts: &mut dyn ContactForces,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        let mut leaves = vec![false; particles.len()];
+        for &(row, _) in leavers {
+            leaves[row as usize] = true;
+        }
+        let mut breaking = contacts.bonds(&|row| leaves[row]);
+        breaking.sort_by_cached_key(|bond| order(particles, bond));
+        let ends: Vec<u32> = breaking.iter().flat_map(rows_of).flatten().collect();
+        let mut net = Net::around(&ends, contacts, particles);
+        for bond in &breaking {
+            let index = net.index_of(bond);
+            self.rupture(index, &mut net, particles, around);
+        }
+        net.write_back(contacts);
+        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
+            return;
+        };
+        for &(row, by_face) in leavers {
+            let film = std::mem::take(&mut films[row as usize]);
+            if by_face {
+                self.balance.left += film;
+            } else {
+                self.balance.deleted += film;
+            }
+        }
+    }
+
+    /// A bridge forms, if there is liquid for it.
+    fn touch(
+        &mut self,
+        bond: &Bond,
+        net: &mut Net,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        let liquid = liquid_of(particles, around, bond);
+        let radii = radii_of(particles, bond);
+        let mut bridge = Bridge {
+            wet: 1.0,
+            ..bond.bridge
+        };
+        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
+            return;
+        };
+        let [a, b] = rows_of(bond);
+        let film = |row: Option<u32>| row.map_or(0.0, |row| films[row as usize]);
+        let (of_a, of_b) = (film(a), film(b));
+        let there = of_a + of_b;
+        if there > 0.0 && there >= liquid.min_volume {
+            let volume = there.min(liquid.max_volume);
+            let from_a = if there <= liquid.max_volume {
+                of_a
+            } else {
+                volume * (of_a / there)
+            };
+            let from_b = (volume - from_a).min(of_b);
+            // What round-off leaves of the sum of both is what the bridge holds.
+            let volume = from_a + from_b;
+            if let Some(row) = a {
+                films[row as usize] = of_a - from_a;
+            }
+            if let Some(row) = b {
+                films[row as usize] = of_b - from_b;
+            }
+            bridge = liquid.fill(&bridge, volume, radii);
+            self.balance.formed += 1;
+            self.balance.next_set_free -= liquid.energy_of(&bridge);
+        }
+        net.insert(Bond { bridge, ..*bond }, particles);
+    }
+
+    /// A bridge breaks; it is forgotten.
+    fn rupture(
+        &mut self,
+        index: usize,
+        net: &mut Net,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        let bond = net.bonds[index];
+        net.set(index, Bridge::default());
+        let volume = bond.bridge.volume;
+        if volume <= 0.0 {
+            return;
+        }
+        self.balance.ruptured += 1;
+        let at_wall = matches!(bond.partner, Partner::Wall { .. });
+        let share = liquid_of(particles, around, &bond).distribution;
+        let half = if at_wall { volume } else { 0.5 * volume };
+        for (end, part) in rows_of(&bond).into_iter().zip([half, volume - half]) {
+            if let Some(row) = end {
+                self.hand_on(row, part, share, at_wall, index, net, particles, around);
+            }
+        }
+    }
+
+    /// One end of a broken bridge hands its part on.
+    fn hand_on(
+        &mut self,
+        row: u32,
+        part: f64,
+        share: f64,
+        at_wall: bool,
+        index: usize,
+        net: &mut Net,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        let same_kind = self.neighbours == LiquidNeighbours::SameKind && !at_wall;
+        let takers: Vec<usize> = (net.at_row.get(&row).into_iter().flatten().copied())
+            .filter(|&other| {
+                let bond = &net.bonds[other];
+                other != index
+                    && bond.bridge.volume > 0.0
+                    && !(same_kind && matches!(bond.partner, Partner::Wall { .. }))
+            })
+            .collect();
+        let mut rest = part;
+        let portion = share * part / takers.len().max(1) as f64;
+        for other in takers {
+            let bond = net.bonds[other];
+            let liquid = liquid_of(particles, around, &bond);
+            let held = bond.bridge.volume;
+            let volume = (held + portion.min(rest)).min(liquid.max_volume).max(held);
+            rest -= volume - held;
+            let bridge = liquid.fill(&bond.bridge, volume, radii_of(particles, &bond));
+            self.balance.next_set_free +=
+                liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
+            net.set(other, bridge);
+        }
+        if let Some(films) = particles.columns.get_mut(FILM_VOLUME) {
+            films[row as usize] += rest.max(0.0);
+        }
+    }
+}
+
+/// The bridges that a step may change, and where they end.
+struct Net {
+    bonds: Vec<Bond>,
+    changed: Vec<bool>,
+    of_place: HashMap<(u32, u32, bool), usize>,
+    /// Bridges of each row that matters, in order.
+    at_row: HashMap<u32, Vec<usize>>,
+}
+
+impl Net {
+    /// The bridges at these rows.
+    fn around(rows: &[u32], contacts: &dyn ContactForces, particles: &Particles) -> Self {
+        let mut net = Self {
+            bonds: Vec::new(),
+            changed: Vec::new(),
+            of_place: HashMap::new(),
+            at_row: HashMap::new(),
+        };
+        if rows.is_empty() {
+            return net;
+        }
+        let mut wanted = vec![false; particles.len()];
+        for &row in rows {
+            wanted[row as usize] = true;
+        }
+        let mut bonds = contacts.bonds(&|row| wanted[row]);
+        bonds.sort_by_cached_key(|bond| order(particles, bond));
+        for bond in bonds {
+            net.append(bond);
+        }
+        net
+    }
+
+    fn append(&mut self, bond: Bond) -> usize {
+        let index = self.bonds.len();
+        if let Some(place) = bond.place {
+            self.of_place.insert(key(&place), index);
+        }
+        for row in rows_of(&bond).into_iter().flatten() {
+            self.at_row.entry(row).or_default().push(index);
+        }
+        self.bonds.push(bond);
+        self.changed.push(false);
+        index
+    }
+
+    /// A bridge that has formed, at its place in the order of its ends.
+    fn insert(&mut self, bond: Bond, particles: &Particles) {
+        let index = self.append(bond);
+        self.changed[index] = true;
+        for row in rows_of(&bond).into_iter().flatten() {
+            let bonds = &self.bonds;
+            if let Some(at_row) = self.at_row.get_mut(&row) {
+                at_row.sort_by_cached_key(|&other| order(particles, &bonds[other]));
+            }
+        }
+    }
+
+    /// The number of a bridge; it is taken in where it was not known.
+    fn index_of(&mut self, bond: &Bond) -> usize {
+        let known = bond.place.and_then(|place| self.of_place.get(&key(&place)));
+        match known {
+            Some(&index) => index,
+            None => self.append(*bond),
+        }
+    }
+
+    fn set(&mut self, index: usize, bridge: Bridge) {
+        self.bonds[index].bridge = bridge;
+        self.changed[index] = true;
+    }
+
+    fn write_back(&self, contacts: &mut dyn ContactForces) {
+        for (bond, _) in self
+            .bonds
+            .iter()
+            .zip(&self.changed)
+            .filter(|(_, changed)| **changed)
+        {
+            if let Some(place) = &bond.place {
+                contacts.set_bridge(place, bond.bridge);
+            }
+        }
+    }
+}
+
+fn key(place: &BondPlace) -> (u32, u32, bool) {
+    place.numbers()
+}
+
+/// The rows at both ends; `None` for a wall.
+fn rows_of(bond: &Bond) -> [Option<u32>; 2] {
+    match bond.partner {
+        Partner::Particle { row, .. } => [Some(bond.row), Some(row)],
+        Partner::Wall { .. } => [Some(bond.row), None],
+    }
+}
+
+/// Radii of both sides, m; infinite for a wall.
+fn radii_of(particles: &Particles, bond: &Bond) -> [f64; 2] {
+    rows_of(bond).map(|row| row.map_or(f64::INFINITY, |row| particles.records[row as usize].radius))
+}
+
+/// The law of the bridge.
+fn liquid_of(particles: &Particles, around: &Surroundings<'_>, bond: &Bond) -> Liquid {
+    let material = |row: u32| particles.records[row as usize].material.number();
+    let other = match bond.partner {
+        Partner::Particle { row, .. } => material(row),
+        Partner::Wall { wall, .. } => around.walls[wall.index()].material.number(),
+    };
+    let law = around.laws.get(material(bond.row), other);
+    law.and_then(|law| law.adhesion.liquid().copied())
+        .unwrap_or(Liquid::NONE)
+}
+
+fn order(particles: &Particles, bond: &Bond) -> Order {
+    let id = |row: u32| particles.ids[row as usize].number();
+    let slot = bond.place.map_or(0, |place| place.numbers().1);
+    match bond.partner {
+        Partner::Particle { row, image } => {
+            let (a, b) = (id(bond.row), id(row));
+            (a.min(b), false, a.max(b), image, 0)
+        }
+        // Slots of one particle at one wall stand in the order in which features were met.
+        Partner::Wall { wall, image } => {
+            (id(bond.row), true, u32::from(wall.number()), image, slot)
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Liquid of a run: films on particles, bridges between them, and the rules by which it moves.
+//!
+//! Films are a column of the particles ([`FILM_VOLUME`]); bridges are kept in the slots of contacts. After each force evaluation the
+//! events of contacts are answered in a fixed order ([`migration`]): a bridge that forms there first acts in the next step. Every
+//! volume that is handed on is what is left after a subtraction, so that the sum of all volumes is kept to round-off.
+
+mod balance;
+mod migration;
+
+pub use balance::{LiquidBalance, LiquidRow};
+pub use migration::Surroundings;
+
+use crate::forces::ContactForces;
+use crate::state::{FILM_VOLUME, Particles};
+
+pub use mercury_common::scene::LiquidNeighbours;
+
+/// What a plan says of liquid beside the laws of contacts.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LiquidPlan {
+    /// Films of particles at the start that are not 0: number of the particle in the plan, and volume, m^3.
+    pub films: Vec<(usize, f64)>,
+    /// The same of bodies; the film is spread over their pebbles by surface.
+    pub films_of_bodies: Vec<(usize, f64)>,
+    /// Which bridges take the liquid of one that breaks.
+    pub neighbours: LiquidNeighbours,
+}
+
+/// The step part that moves liquid.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Liquids {
+    neighbours: LiquidNeighbours,
+    /// What came and went since the start.
+    pub balance: LiquidBalance,
+}
+
+impl Liquids {
+    /// Puts the films of the plan on the particles at the start.
+    #[must_use]
+    pub fn start(plan: &LiquidPlan, particles: &mut Particles) -> Self {
+        let rows = particles.len();
+        particles.columns.add(FILM_VOLUME, 0.0, rows);
+        let mut liquids = Self::new(plan);
+        let Some(films) = particles.columns.get_mut(FILM_VOLUME) else {
+            return liquids;
+        };
+        for &(row, volume) in &plan.films {
+            films[row] = volume;
+        }
+        if let Some(bodies) = &particles.bodies {
+            for &(body, volume) in &plan.films_of_bodies {
+                let pebbles = &bodies.pebbles[bodies.all[body].pebbles()];
+                let surface = |row: usize| {
+                    let radius = particles.records[row].radius;
+                    radius * radius
+                };
+                let rows: Vec<usize> = pebbles.iter().map(|pebble| pebble.row.index()).collect();
+                let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
+                let mut rest = volume;
+                for row in rows {
+                    let share = if surface(row) < whole {
+                        rest * (surface(row) / whole)
+                    } else {
+                        rest
+                    };
+                    whole -= surface(row);
+                    films[row] = share;
+                    rest -= share;
+                }
+                films[bodies.pebbles[bodies.all[body].pebbles()][0].row.index()] += rest;
+            }
+        }
+        liquids.balance.initial = balance::sum(films.iter().copied());
+        liquids
+    }
+
+    /// Without liquid yet.
+    #[must_use]
+    pub fn new(plan: &LiquidPlan) -> Self {
+        Self {
+            neighbours: plan.neighbours,
+            balance: LiquidBalance::default(),
+        }
+    }
+
+    /// Where all liquid is now.
+    #[must_use]
+    pub fn row(&self, particles: &Particles, contacts: &dyn ContactForces) -> LiquidRow {
+        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        let bonds = contacts.bonds(&|_| true);
+        LiquidRow::new(
+            &self.balance,
+            films,
+            bonds.iter().map(|bond| bond.bridge.volume),
+        )
+    }
+}

@@ -1,0 +1,64 @@
+//! `<prefix>.liquid.csv`: where the liquid is, and where it went.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+
+use super::stream::{Begin, Sink, Stream, TextFile};
+use super::{OutputError, State};
+use crate::plan::Plan;
+
+const HEAD: &[u8] = b"time,films,bridges,wall_films,in_flight,emitted,absorbed,lost,left,evaporated,inserted,deleted,error,bridge_count,formed,ruptured\n";
+
+/// A row for each output interval; volumes in m^3.
+pub(super) struct LiquidFile {
+    file: TextFile,
+}
+
+impl LiquidFile {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.liquid.csv", plan.outputs().prefix());
+        let file = TextFile::begin(folder, &name, HEAD, begin)?;
+        Ok(Self { file })
+    }
+}
+
+impl Stream for LiquidFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let Some(row) = state.liquid.as_ref().filter(|_| state.due.frame) else {
+            return Ok(());
+        };
+        let out = &mut self.file.buffer;
+        push_number(out, state.time, NumberStyle::Shortest);
+        let balance = &row.balance;
+        // Walls hold no liquid, and nothing is sprayed or evaporates.
+        let [wall_films, in_flight, emitted, absorbed, lost, evaporated] = [0.0; 6];
+        for volume in [
+            row.films,
+            row.bridges,
+            wall_films,
+            in_flight,
+            emitted,
+            absorbed,
+            lost,
+            balance.left,
+            evaporated,
+            balance.inserted,
+            balance.deleted,
+            row.error,
+        ] {
+            out.push(b',');
+            push_number(out, volume, NumberStyle::Shortest);
+        }
+        for count in [row.bridge_count, balance.formed, balance.ruptured] {
+            out.push(b',');
+            push_integer(out, count as i64);
+        }
+        out.push(b'\n');
+        self.file.flush()
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
+    }
+}

@@ -1,0 +1,102 @@
+//! Numbers of particles beyond the record, each in a column that exists only where the plan has it.
+//!
+//! A part of the step that needs a number for each particle names it here, and the rest follows: new particles get the default, the
+//! sort moves it along, checkpoints hold it, and outputs find it by its name.
+
+use super::Plain;
+
+/// One number of each particle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name in frames and tables.
+    pub name: String,
+    /// What a new particle has.
+    pub default: f64,
+    /// Row by row.
+    pub values: Vec<f64>,
+}
+
+crate::state::plain!(Column {
+    name,
+    default,
+    values
+});
+
+/// Name of the column that holds the volume of the liquid film on each particle, m^3.
+pub const FILM_VOLUME: &str = "film_volume";
+
+/// All such columns of a run, in a fixed order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Columns(Vec<Column>);
+
+impl Columns {
+    /// Adds a column for rows that are there, filled with the default.
+    pub fn add(&mut self, name: &str, default: f64, rows: usize) {
+        self.0.push(Column {
+            name: name.to_owned(),
+            default,
+            values: vec![default; rows],
+        });
+    }
+
+    /// The column of this name, row by row.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        let column = self.0.iter().find(|column| column.name == name)?;
+        Some(&column.values)
+    }
+
+    /// The same, to be changed.
+    #[must_use]
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut [f64]> {
+        let column = self.0.iter_mut().find(|column| column.name == name)?;
+        Some(&mut column.values)
+    }
+
+    /// Names, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.iter().map(|column| column.name.as_str())
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// A particle more.
+    pub(super) fn push(&mut self) {
+        for column in &mut self.0 {
+            column.values.push(column.default);
+        }
+    }
+
+    /// Does the same to all columns.
+    pub(super) fn for_each(&mut self, change: impl FnMut(&mut Vec<f64>)) {
+        self.0
+            .iter_mut()
+            .map(|column| &mut column.values)
+            .for_each(change);
+    }
+
+    /// Whether each has an entry for each row.
+    pub(super) fn have(&self, rows: usize) -> bool {
+        self.0.iter().all(|column| column.values.len() == rows)
+    }
+}
+
+impl Plain for Columns {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        self.0.put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        Plain::take(bytes).map(Self)
+    }
+}

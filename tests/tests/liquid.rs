@@ -1,0 +1,347 @@
+//! Liquid bridges in whole scenes: forces at every kind of wall, collisions with known outcomes, the energy budget.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use mercury_common::scene::Files;
+use mercury_solver::contact::adhesion::liquid::Liquid;
+use mercury_solver::plan::{Plan, parse_scene, plan};
+use mercury_solver::state::FILM_VOLUME;
+use mercury_solver::step::{Engine, StartOptions};
+use mercury_tests::scenes::observed_step;
+
+fn planned(text: &str, set: &[&str]) -> Arc<Plan> {
+    let set: Vec<String> = set.iter().map(|one| (*one).to_owned()).collect();
+    let scene = parse_scene(Path::new("test.toml"), text, &set, Files::MustExist)
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    Arc::new(plan(&scene).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn start(text: &str, set: &[&str]) -> Engine {
+    Engine::start(planned(text, set), StartOptions::threads(1)).unwrap()
+}
+
+fn liquid_of(engine: &Engine) -> Liquid {
+    let law = engine.plan().physics().laws().get(0, 0).unwrap();
+    *law.adhesion.liquid().unwrap()
+}
+
+/// A wet sphere of 1 mm that touches a wall and is drawn away from it along x, at 0.01 m/s.
+const AT_WALL: &str = r#"
+[time]
+end = 0.1
+step = 1e-4
+[domain]
+min = [-0.1, -0.1, -0.1]
+max = [0.1, 0.1, 0.1]
+[materials.wet]
+density = 2500.0
+normal = { law = "linear", stiffness = 100.0, dissipation = 0.0 }
+liquid = { law = "bagheri", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 2e-11 }
+[[particles]]
+material = "wet"
+radius = 1e-3
+position = [0.0, 0.0, 0.0]
+film_volume = 5e-11
+prescribed = { velocity = [0.01, 0.0, 0.0], angular_velocity = [0.0, 0.0, 0.0] }
+velocity = [0.01, 0.0, 0.0]
+[output]
+interval = 0.01
+"#;
+
+#[test]
+fn the_force_over_the_gap_is_that_of_the_law_at_every_kind_of_wall() {
+    // Of each wall: the entry, and the x of the centre of a sphere that just touches it, less 1e-8 m.
+    let plate =
+        "v 0 -0.05 -0.05\nv 0 0.05 -0.05\nv 0 0.05 0.05\nv 0 -0.05 0.05\nf 1 2 3\nf 1 3 4\n";
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("plate.obj");
+    std::fs::write(&mesh, plate).unwrap();
+    let mesh = format!("shape = \"mesh\"\nfile = {:?}", mesh.display().to_string());
+    let r = 1e-3 - 1e-8;
+    // The cone has a half angle of 45 degrees, and its generator along y passes through the origin.
+    for (wall, x) in [
+        (
+            "shape = \"plane\"\npoint = [0, 0, 0]\nnormal = [1, 0, 0]",
+            r,
+        ),
+        (
+            "shape = \"cylinder\"\naxis = [0, 0, 1]\norigin = [-0.01, 0, 0]\nradius = 0.01\nside = \"outside\"",
+            r,
+        ),
+        (
+            "shape = \"sphere\"\norigin = [-0.02, 0, 0]\nradius = 0.02\nside = \"outside\"",
+            r,
+        ),
+        (
+            "shape = \"disc\"\naxis = [1, 0, 0]\norigin = [0, 0, 0]\nradius = 0.01",
+            r,
+        ),
+        (
+            "shape = \"cone\"\naxis = [-1, 1, 0]\norigin = [0, -0.02, 0]\nalong = [0, 0.06]\nradii = [0, 0.06]\nside = \"outside\"",
+            r,
+        ),
+        (mesh.as_str(), r),
+    ] {
+        for law in ["bagheri", "willett-classical", "lian-seville", "willett"] {
+            let text =
+                format!("{AT_WALL}\n[[walls]]\nname = \"wall\"\nmaterial = \"wet\"\n{wall}\n");
+            let law = format!("materials.wet.liquid.law={law:?}");
+            let x = format!("particles[0].position=[{x}, 0.0, 0.0]");
+            let mut engine = start(&text, &[&law, &x, "materials.wet.liquid.viscosity=0.0"]);
+            let liquid = liquid_of(&engine);
+            let bonds = engine.bonds();
+            assert_eq!(bonds.len(), 1, "{wall}");
+            let bridge = bonds[0].bridge;
+            assert_eq!(bridge.volume, 2e-11);
+            let films = engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+            assert_eq!(films, 5e-11 - 2e-11);
+            let touch = liquid.force_at(&bridge, 0.0);
+            let mut apart = 0;
+            loop {
+                engine.step(None).unwrap();
+                let gap = engine.particles.records[0].position.x - 1e-3;
+                let force = engine.particles.loads[0].force;
+                if gap >= bridge.end {
+                    assert_eq!(force.length(), 0.0);
+                    break;
+                }
+                if gap > 0.0 {
+                    apart += 1;
+                    assert_eq!(engine.bonds()[0].bridge.volume, 2e-11);
+                    let expected = -liquid.force_at(&bridge, gap);
+                    // A gap is known to 1e-17 m of 1e-3 m, and the force changes by its own size over 1e-6 m at the least.
+                    assert!(
+                        (force.x - expected).abs() <= 1e-9 * touch,
+                        "{wall} {law} {gap}: {} {expected}",
+                        force.x
+                    );
+                    assert!(force.y.abs() + force.z.abs() <= 1e-9 * touch);
+                }
+            }
+            assert!(apart > 100, "{apart}");
+            assert!(engine.bonds().is_empty());
+            // 5e-11 - 2e-11 + 2e-11, each rounded.
+            let film = engine.particles.columns.get(FILM_VOLUME).unwrap()[0];
+            assert!((film / 5e-11 - 1.0).abs() < 4e-16, "{film}");
+        }
+    }
+}
+
+/// A bridge belongs to the wall: along a hundred triangles it keeps its volume to the bit and its force.
+#[test]
+fn a_bridge_slides_over_a_hundred_triangles() {
+    let mut plate = String::new();
+    let columns = 52;
+    for i in 0..columns {
+        for y in [-0.01, 0.01] {
+            plate += &format!("v {} {y} 0\n", -0.0005 + 2e-4 * f64::from(i));
+        }
+    }
+    for i in 0..columns - 1 {
+        let k = 2 * i + 1;
+        plate += &format!(
+            "f {} {} {}\nf {} {} {}\n",
+            k,
+            k + 2,
+            k + 1,
+            k + 1,
+            k + 2,
+            k + 3
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("strip.obj");
+    std::fs::write(&mesh, plate).unwrap();
+    let text = format!(
+        "{AT_WALL}\n[[walls]]\nname = \"wall\"\nmaterial = \"wet\"\nshape = \"mesh\"\nfile = {:?}\n",
+        mesh.display().to_string()
+    );
+    let mut engine = start(
+        &text,
+        &[
+            "particles[0].position=[0.0, 1e-4, 0.00099999]",
+            "particles[0].velocity=[0.1, 0.0, 0.001]",
+            "particles[0].prescribed={ velocity = [0.1, 0.0, \"free\"] }",
+            "materials.wet.normal.stiffness=1e-9",
+            "materials.wet.density=1e9",
+            "time.step=2e-5",
+        ],
+    );
+    // It is so heavy that it rises evenly, to a gap of 9e-5 m.
+    let liquid = liquid_of(&engine);
+    let mut seen = std::collections::BTreeSet::new();
+    for _ in 0..4500 {
+        engine.step(None).unwrap();
+        let bonds = engine.bonds();
+        assert_eq!(
+            bonds.len(),
+            1,
+            "at {:?}",
+            engine.particles.records[0].position
+        );
+        assert_eq!(bonds[0].bridge.volume, 2e-11);
+        let gap = engine.particles.records[0].position.z - 1e-3;
+        if gap > 0.0 {
+            let expected = -liquid.force_at(&bonds[0].bridge, gap);
+            let force = engine.particles.loads[0].force.z;
+            assert!(
+                (force - expected).abs() <= 1e-9 * expected.abs(),
+                "{force} {expected}"
+            );
+        }
+        let snapshot = engine.snapshot();
+        let mut slots = snapshot.near_walls.iter();
+        seen.extend(
+            slots
+                .find(|slot| slot.feature != u32::MAX)
+                .map(|slot| slot.feature),
+        );
+    }
+    assert!(seen.len() > 60, "{}", seen.len());
+}
+
+/// Two wet spheres that collide head-on (case T23).
+const HEAD_ON: &str = r#"
+[time]
+end = 3e-3
+step = 1e-7
+[domain]
+min = [-0.02, -0.02, -0.02]
+max = [0.02, 0.02, 0.02]
+[contact]
+lubrication = "clamped"
+[materials.wet]
+density = 2500.0
+normal = { law = "linear", stiffness = 1000.0, dissipation = 0.0 }
+liquid = { law = "lian-seville", surface_tension = 0.0, contact_angle_degrees = 10.0, viscosity = 1e-2, max_bridge_volume = 1e-11, rupture = "willett" }
+[[particles]]
+material = "wet"
+radius = 1e-3
+position = [-0.0010001, 0.0, 0.0]
+velocity = [0.25, 0.0, 0.0]
+film_volume = 5e-12
+[[particles]]
+material = "wet"
+radius = 1e-3
+position = [0.0010001, 0.0, 0.0]
+velocity = [-0.25, 0.0, 0.0]
+film_volume = 5e-12
+[output]
+interval = 1e-3
+"#;
+
+/// The relative speed after the bridge has broken.
+fn parted(engine: &mut Engine) -> f64 {
+    let formed = |engine: &Engine| engine.liquid().unwrap().balance;
+    for _ in 0..100_000 {
+        engine.step(None).unwrap();
+        if formed(engine).ruptured > 0 {
+            engine.complete_step().unwrap();
+            let [a, b] = [0, 1].map(|row| engine.particles.records[row].velocity.x);
+            return (a - b).abs();
+        }
+    }
+    panic!("the bridge does not break");
+}
+
+#[test]
+fn a_film_takes_the_speed_that_theory_says() {
+    // Without tension, from a gap h0 to h1: (6 pi eta R*^2/m*) ln(h1/h0), and once more where the gap counts as the roughness.
+    let end = 2.392911023053e-4;
+    let take = 9.0e-3;
+    let least = 5e-6_f64;
+    for (lubrication, tension, speed, tolerance) in [
+        ("cut", "0.0", 0.5 - take * 4f64.ln(), 2e-5),
+        (
+            "clamped",
+            "0.0",
+            0.5 - take * (1.0 + (end / least).ln()),
+            1e-4,
+        ),
+        // Computed by another integrator.
+        ("cut", "0.07", 0.47559, 2e-5),
+        ("clamped", "0.07", 0.44358, 1e-4),
+    ] {
+        let mut engine = start(
+            HEAD_ON,
+            &[
+                &format!("contact.lubrication={lubrication:?}"),
+                &format!("materials.wet.liquid.surface_tension={tension}"),
+            ],
+        );
+        let found = parted(&mut engine);
+        assert!(
+            (found - speed).abs() < tolerance,
+            "{lubrication} {tension}: {found}, not {speed}"
+        );
+        let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+        for film in films {
+            assert!((film - 5e-12).abs() < 1e-24, "{film}");
+        }
+    }
+}
+
+/// Case T24: the test of MercuryDPM's law of Willett with viscosity.
+#[test]
+fn a_collision_ends_as_in_mercurydpm() {
+    let mut engine = start(
+        HEAD_ON,
+        &[
+            "contact.lubrication=\"cut\"",
+            "time.step=3.012689815e-6",
+            "materials.wet.normal={ law = \"linear\", stiffness = 1500.0, dissipation = 0.002 }",
+            "materials.wet.liquid={ law = \"willett\", surface_tension = 0.0728, contact_angle_degrees = 35.0, viscosity = 1e-3, max_bridge_volume = 1.06e-9 }",
+            "particles[0].radius=0.87e-3",
+            "particles[1].radius=0.87e-3",
+            "particles[0].position=[0.0025, 0.0, 0.0]",
+            "particles[1].position=[0.005, 0.0, 0.0]",
+            "particles[0].velocity=[0.4, 0.0, 0.0]",
+            "particles[1].velocity=[-0.4, 0.0, 0.0]",
+            "particles[0].film_volume=1.06e-9",
+            "particles[1].film_volume=1.06e-9",
+        ],
+    );
+    let speed = 0.5 * parted(&mut engine);
+    // Printed with ten digits.
+    assert!((speed / 0.3393433766 - 1.0).abs() < 1e-9, "{speed}");
+    for film in engine.particles.columns.get(FILM_VOLUME).unwrap() {
+        assert!((film / 1.06e-9 - 1.0).abs() < 1e-14);
+    }
+}
+
+/// The budget of a collision with a bridge closes, and to second order.
+#[test]
+fn the_energy_of_a_wet_collision_closes() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/wet-pair.toml"),
+    )
+    .unwrap();
+    let closure = |step: &str| {
+        let mut engine = start(
+            &text,
+            &["output.energy_budget=true", &format!("time.step={step}")],
+        );
+        let kinetic = |engine: &Engine| {
+            let particles = &engine.particles;
+            (particles.records.iter().zip(&particles.masses))
+                .map(|(record, mass)| 0.5 * mass * record.velocity.length_squared())
+                .sum::<f64>()
+        };
+        let first = kinetic(&engine);
+        let mut worst = 0.0f64;
+        while engine.time() < 2.9e-3 {
+            observed_step(&mut engine);
+            let stored = engine.observation().elastic_energy;
+            let now = kinetic(&engine) + stored + engine.audit().dissipated();
+            worst = worst.max((now - first).abs() / first);
+        }
+        assert!(engine.liquid().unwrap().balance.ruptured == 1);
+        assert!(engine.audit().dissipated_adhesion > 0.01 * first);
+        worst
+    };
+    let [coarse, fine] = ["1e-6", "5e-7"].map(closure);
+    println!("closure {coarse:e} {fine:e}");
+    assert!(coarse < 2e-3, "{coarse}");
+    assert!(fine < 0.35 * coarse, "{fine} {coarse}");
+}
