@@ -1,6 +1,7 @@
 //! Adhesion: what pulls two particles together, in contact and beyond it.
 
 mod any;
+pub mod young_laplace;
 
 pub use any::AnyAdhesion;
 
