@@ -2,6 +2,7 @@
 
 mod any;
 pub mod liquid;
+pub mod young_laplace;
 
 pub use any::AnyAdhesion;
 pub use liquid::{Bridge, Liquid};
