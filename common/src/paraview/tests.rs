@@ -126,8 +126,7 @@ fn contact_frame() -> ContactFrame {
         normal: vec![-DVec3::X, DVec3::Z],
         force: vec![DVec3::new(-3.0, 4.0, 0.0), DVec3::new(0.0, 0.0, 2.0)],
         overlap: vec![0.05, 0.05],
-        torque: None,
-        history: Vec::new(),
+        ..ContactFrame::default()
     }
 }
 
