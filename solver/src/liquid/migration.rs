@@ -132,14 +132,14 @@ impl Liquids {
         let there = of_a + of_b;
         if there > 0.0 && there >= liquid.min_volume {
             let volume = there.min(liquid.max_volume);
-            let from_a = if there <= liquid.max_volume {
-                of_a
+            let [from_a, from_b] = if there <= liquid.max_volume {
+                [of_a, of_b]
             } else {
-                volume * (of_a / there)
+                let from_a = volume * (of_a / there);
+                [from_a, (volume - from_a).min(of_b)]
             };
-            let from_b = (volume - from_a).min(of_b);
-            // What round-off leaves of the sum of both is what the bridge holds.
-            let volume = from_a + from_b;
+            // The sum of both may be larger by round-off.
+            let volume = (from_a + from_b).min(liquid.max_volume);
             if let Some(row) = a {
                 films[row as usize] = of_a - from_a;
             }
@@ -199,7 +199,7 @@ impl Liquids {
                     && !(same_kind && matches!(bond.partner, Partner::Wall { .. }))
             })
             .collect();
-        let mut rest = part;
+        let (mut rest, mut held_by_all) = (part, 0.0);
         let portion = share * part / takers.len().max(1) as f64;
         for other in takers {
             let bond = net.bonds[other];
@@ -207,13 +207,17 @@ impl Liquids {
             let held = bond.bridge.volume;
             let volume = (held + portion.min(rest)).min(liquid.max_volume).max(held);
             rest -= volume - held;
+            held_by_all += volume;
             let bridge = liquid.fill(&bond.bridge, volume, radii_of(particles, &bond));
             self.balance.next_set_free +=
                 liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
             net.set(other, bridge);
         }
-        if let Some(films) = particles.columns.get_mut(FILM_VOLUME) {
-            films[row as usize] += rest.max(0.0);
+        // Round-off of the sums is no liquid: a film of it would form bridges that hold nothing.
+        if rest > f64::EPSILON * held_by_all
+            && let Some(films) = particles.columns.get_mut(FILM_VOLUME)
+        {
+            films[row as usize] += rest;
         }
     }
 }

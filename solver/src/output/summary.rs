@@ -2,6 +2,8 @@
 
 use serde::{Serialize, Serializer};
 
+use crate::liquid::LiquidRow;
+
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -46,6 +48,9 @@ pub struct Summary {
     /// Of sleepers, if the scene lets particles sleep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sleeping: Option<SleepSummary>,
+    /// Where the liquid is, in scenes that have any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub liquid: Option<LiquidSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
     /// Numbers that were asked for, by their names.
@@ -142,6 +147,45 @@ impl Springs {
     #[must_use]
     pub fn total(&self) -> f64 {
         self.normal + self.tangential + self.rolling
+    }
+}
+
+/// Where the liquid is at the end of a run, and where it went; volumes in m^3, as in the last row of `.liquid.csv`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LiquidSummary {
+    /// At the start.
+    pub initial: f64,
+    /// In films.
+    pub films: f64,
+    /// In bridges.
+    pub bridges: f64,
+    /// On particles that left through a face of the domain.
+    pub left: f64,
+    /// On particles that were deleted in a region.
+    pub deleted: f64,
+    /// What is there and what went, less what was there at the start: round-off.
+    pub error: f64,
+    /// Bridges at the end.
+    pub bridge_count: u64,
+    /// Bridges that formed.
+    pub formed: u64,
+    /// Bridges that broke.
+    pub ruptured: u64,
+}
+
+impl From<LiquidRow> for LiquidSummary {
+    fn from(row: LiquidRow) -> Self {
+        Self {
+            initial: row.balance.initial,
+            films: row.films,
+            bridges: row.bridges,
+            left: row.balance.left,
+            deleted: row.balance.deleted,
+            error: row.error,
+            bridge_count: row.bridge_count,
+            formed: row.balance.formed,
+            ruptured: row.balance.ruptured,
+        }
     }
 }
 

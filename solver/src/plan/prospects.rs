@@ -3,10 +3,11 @@
 use glam::DVec3;
 use mercury_common::surfaces::FACES;
 
-use super::Plan;
 use super::motions::vector;
+use super::{PairPlan, Plan};
 use crate::boundaries::InsertionPlan;
-use crate::contact::parameter::Value;
+use crate::contact::adhesion::liquid::reduced_diameter;
+use crate::contact::parameter::{Value, short};
 use crate::walls::{Component, Shape, Wall};
 
 /// What to say of it: each line names the cause, and what to do.
@@ -16,7 +17,40 @@ pub(super) fn warnings(plan: &Plan) -> Vec<String> {
     let floats = floats.filter_map(|insertion| stays_in_the_air(plan, insertion));
     let flees = plan.physics().walls().iter();
     let flees = flees.filter_map(|wall| is_driven_away(plan, wall));
-    falls.into_iter().chain(floats).chain(flees).collect()
+    let fits = plan.notes().pairs().iter();
+    let fits = fits.filter_map(|pair| beyond_the_fit(plan, pair));
+    falls
+        .into_iter()
+        .chain(floats)
+        .chain(flees)
+        .chain(fits)
+        .collect()
+}
+
+/// Largest volume over R_D^3, and largest contact angle (rad), of the solutions that the laws of liquid bridges were fitted to.
+const FITTED: (f64, f64) = (0.1, 50.0 * std::f64::consts::PI / 180.0);
+
+/// A liquid bridge may be larger than those that its law was fitted to, or meet its particles at a wider angle.
+fn beyond_the_fit(plan: &Plan, pair: &PairPlan) -> Option<String> {
+    let liquid = pair.law.adhesion.liquid()?;
+    let diameter = reduced_diameter([plan.physics().smallest_radius(); 2]);
+    let volume = liquid.max_volume / (diameter * diameter * diameter);
+    let names = pair.names.each_ref().map(String::as_str).join(" and ");
+    let law = liquid.fit.name();
+    if volume > FITTED.0 {
+        Some(format!(
+            "{names}: a bridge of max_bridge_volume between the smallest particles has V/R_D^3 = {}; `{law}` was fitted up to {}, and its force is uncertain beyond; give a smaller max_bridge_volume",
+            short(volume),
+            FITTED.0
+        ))
+    } else if liquid.contact_angle > FITTED.1 {
+        Some(format!(
+            "{names}: a contact angle of {} degrees; `{law}` was fitted up to 50, and its force is uncertain beyond; is the angle right?",
+            short(liquid.contact_angle.to_degrees())
+        ))
+    } else {
+        None
+    }
 }
 
 /// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.
@@ -37,10 +71,11 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     // What sticks to a wall is pulled by it.
     let sticks = plan.notes().pairs().iter().any(|pair| {
         let mut parameters = pair.parameters.iter();
-        pair.at_walls
-            && parameters.any(|parameter| {
-                parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
-            })
+        pair.at_walls && pair.law.adhesion.liquid().is_some()
+            || pair.at_walls
+                && parameters.any(|parameter| {
+                    parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
+                })
     });
     if sticks || wall.motion.components().iter().any(turns) {
         return None;

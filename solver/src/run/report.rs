@@ -9,7 +9,7 @@ use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
 use crate::boundaries::Tally;
 use crate::output::Written;
-use crate::output::summary::{SleepSummary, Status, Summary};
+use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary};
 use crate::step::Engine;
 
 /// A run that is over. Printed, it is the closing report.
@@ -95,8 +95,8 @@ impl fmt::Display for Report {
         if let (Some(lost), Some(work)) = (e.dissipated, e.wall_work) {
             writeln!(
                 f,
-                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e} J; work of walls {work:.4e} J",
-                lost.normal, lost.tangential, lost.rolling
+                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e}, liquid {:.4e} J; work of walls {work:.4e} J",
+                lost.normal, lost.tangential, lost.rolling, lost.liquid
             )?;
         }
         if let Some(left) = e.deleted_elastic.filter(|left| left.total() != 0.0) {
@@ -108,6 +108,20 @@ impl fmt::Display for Report {
         }
         if let Some(error) = e.closure_error {
             writeln!(f, "  closure    {error:.1e} of the largest energy")?;
+        }
+        if let Some(liquid) = &s.liquid {
+            writeln!(
+                f,
+                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} left and deleted = {:.6e} m3 at the start (error {:.1e} m3); {} bridges formed, {} broke",
+                liquid.films,
+                liquid.bridges,
+                liquid.bridge_count,
+                liquid.left + liquid.deleted,
+                liquid.initial,
+                liquid.error,
+                liquid.formed,
+                liquid.ruptured
+            )?;
         }
         let threads = match s.threads {
             1 => "1 thread".to_owned(),
@@ -246,6 +260,7 @@ pub(super) fn report(
                 roused: counts.roused,
                 energy: counts.energy,
             }),
+            liquid: engine.liquid().map(LiquidSummary::from),
             warnings,
             results: Vec::new(),
             status: match looped.ending {

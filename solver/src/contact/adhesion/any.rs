@@ -1,6 +1,6 @@
 //! An adhesion law chosen at run time.
 
-use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Event, Liquid, NoAdhesion};
+use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Liquid, NoAdhesion};
 use crate::contact::OneOf;
 use crate::lanes::Real;
 
@@ -82,9 +82,5 @@ impl AdhesionLaw for AnyAdhesion {
         self.liquid()
             .unwrap_or(&Liquid::NONE)
             .event(contact, bridge)
-    }
-
-    fn kind_of_event(&self, contact: &Contact) -> Event {
-        Liquid::NONE.kind_of_event(contact)
     }
 }

@@ -65,6 +65,18 @@ pub enum Event {
     End,
 }
 
+impl Event {
+    /// That of a contact with this overlap (m).
+    #[must_use]
+    pub fn at(overlap: f64) -> Self {
+        if overlap > 0.0 {
+            Self::Touch
+        } else {
+            Self::End
+        }
+    }
+}
+
 /// An adhesion law; its fields are its parameters for one pair of materials.
 ///
 /// It acts after the normal law and friction. It does not enter the limit of friction N, which is the normal
@@ -130,15 +142,10 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
         0.5 * both * (contact.overlap - last.overlap) - gain
     }
 
-    /// Where a contact that was just evaluated has an event.
+    /// Where a contact that was just evaluated has an event: [`Event::Touch`] where the two overlap, else [`Event::End`].
     #[inline(always)]
     fn event<L: Real>(&self, contact: &Contact<L>, _: &Self::History<L>) -> L::Mask {
         contact.overlap.below(contact.overlap)
-    }
-
-    /// Which event it is.
-    fn kind_of_event(&self, _: &Contact) -> Event {
-        Event::End
     }
 }
 

@@ -48,7 +48,12 @@ impl<H: History> Block<H> {
         if self.events.is_empty() {
             return;
         }
-        let firsts = self.first_wall_slots();
+        let at_walls = |event: &SlotEvent| matches!(event, SlotEvent::Wall { .. });
+        let firsts = if self.events.iter().any(at_walls) {
+            self.first_wall_slots()
+        } else {
+            Vec::new()
+        };
         for event in std::mem::take(&mut self.events) {
             let place = |slot: u32, at_wall: bool| BondPlace {
                 block: number,

@@ -22,7 +22,7 @@ use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::pass::{ContactSite, Pass, Rows};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::contact::{
-    Action, AdhesionLaw, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{Observation, Partner};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Task, Vector};
@@ -312,7 +312,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if law.event(&contact, &slots[at[k]].history.3) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
-                            event: law.kind_of_event(&contact),
+                            event: Event::at(contact.overlap),
                         });
                     }
                 }

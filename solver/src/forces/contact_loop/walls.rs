@@ -11,7 +11,7 @@ use super::pass::{ContactSite, Pass, Rows};
 use super::sides::{self, from_behind};
 use super::slots::{BEHIND, FREE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
-    AdhesionLaw, Contact, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
+    AdhesionLaw, Contact, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
 use crate::forces::{Alarms, FeatureLoad, FeatureLoads, NearWall, Observation, Partner};
 use crate::lanes::Vector;
@@ -307,7 +307,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             events.push(SlotEvent::Wall {
                 near: at,
                 feature: touch.feature,
-                event: law.adhesion.kind_of_event(&contact),
+                event: Event::at(overlap),
             });
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));

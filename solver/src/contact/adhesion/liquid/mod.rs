@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 use libm::{cbrt, exp, log};
 pub use mercury_common::scene::{LianSevilleVolume, Lubrication};
 
-use super::{AdhesionForce, AdhesionLaw, Event};
+use super::{AdhesionForce, AdhesionLaw};
 use crate::contact::{Contact, History, NormalForce};
 use crate::lanes::{Mask, Real, Vector};
 
@@ -360,14 +360,6 @@ impl AdhesionLaw for Liquid {
         }
         // A pair that touched without liquid has the end 0.
         (touches & dry) | (!touches & !dry & bridge.end.at_most(-contact.overlap))
-    }
-
-    fn kind_of_event(&self, contact: &Contact) -> Event {
-        if contact.overlap > 0.0 {
-            Event::Touch
-        } else {
-            Event::End
-        }
     }
 
     /// The work that the capillary force has done since the last evaluation, as the integrator counts it, less what the energy of the

@@ -227,18 +227,62 @@ fn laws_are_as_close_to_the_exact_force_as_claimed() {
             [4.2411531, 3.5281835, 2.4961029, 1.4484995, 0.9373207],
         ),
     ];
+    // Per cent, for contact angles of 0 to 30 degrees and V* of 1e-3 to 0.1, at these gaps over the end (section 3.5 of the
+    // specification), rounded outwards by 0.5.
+    let gaps = [0.0, 0.1, 0.25, 0.5, 0.75];
+    let claimed = [
+        (
+            Fit::Bagheri,
+            [
+                (-0.2, 0.6),
+                (-0.6, 1.0),
+                (-0.4, 1.7),
+                (-1.4, 1.0),
+                (-6.9, 2.5),
+            ],
+        ),
+        (
+            Fit::WillettClassical,
+            [
+                (-2.9, -0.3),
+                (-0.2, 0.8),
+                (-0.6, 0.7),
+                (-0.3, 1.0),
+                (-1.1, 0.7),
+            ],
+        ),
+        (
+            Fit::LianSeville,
+            [
+                (-0.5, 0.1),
+                (-3.0, 4.0),
+                (-6.0, 9.0),
+                (-11.0, 6.0),
+                (-17.0, 5.0),
+            ],
+        ),
+        (
+            Fit::Willett,
+            [
+                (7.0, 36.0),
+                (1.0, 20.0),
+                (-10.0, 4.0),
+                (-25.0, -13.0),
+                (-38.0, -17.0),
+            ],
+        ),
+    ];
     for (degrees, volume, forces) in exact {
-        for (gap, expected) in [0.0, 0.1, 0.25, 0.5, 0.75].into_iter().zip(forces) {
-            for (fit, percent) in [
-                (Fit::Bagheri, 6.9),
-                (Fit::WillettClassical, 3.0),
-                (Fit::LianSeville, if gap == 0.0 { 0.6 } else { 17.0 }),
-                (Fit::Willett, 40.0),
-            ] {
-                let liquid = law(fit, 1.0, degrees);
-                let pair = bridge(&liquid, volume, [1.0; 2]);
+        for (fit, bounds) in claimed {
+            let liquid = law(fit, 1.0, degrees);
+            let pair = bridge(&liquid, volume, [1.0; 2]);
+            for ((gap, expected), (low, high)) in gaps.into_iter().zip(forces).zip(bounds) {
                 let found = liquid.pull(&pair, gap * pair.end);
-                close(found, expected, 0.01 * percent);
+                let percent = 100.0 * (found / expected - 1.0);
+                assert!(
+                    low - 0.5 <= percent && percent <= high + 0.5,
+                    "{fit:?} at {degrees} degrees, V* {volume}, {gap}: {percent} %"
+                );
             }
         }
     }
