@@ -33,7 +33,7 @@ const ALTERNATIVES: [&str; 49] = [
     "walls.plate.motion=[{ kind = \"servo\", axis = [0, 0, 1], force = { table = \"load.csv\" }, max_speed = 0.1 }]",
     "walls.lid.from=0.1",
     "walls.lid.until=0.1",
-    "sleeping={ after = 0.1, speed = 1e-3, imbalance = 0.1 }",
+    "sleeping={ after = 0.1, speed = 1e-3, imbalance = 0.1 }\nmaterials.a.liquid.max_bridge_volume=0.0",
     "guard={ policy = \"warn\", overlap = 0.5, way = 0.5 }",
     "contact.clamp_tension=true",
     "contacts[0].liquid={ law = \"willett\", surface_tension = 0.07, contact_angle_degrees = 20.0, max_bridge_volume = 1e-11 }",
