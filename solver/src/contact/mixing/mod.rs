@@ -163,7 +163,10 @@ impl<'a> Pair<'a> {
     fn place(&self) -> Place {
         match self.contact {
             Some((_, contact)) => contact.place.clone(),
-            None => self.sides[1].normal.place.clone(),
+            None => {
+                let law = self.sides[1].law(self.part);
+                law.unwrap_or(&self.sides[1].normal).place.clone()
+            }
         }
     }
 

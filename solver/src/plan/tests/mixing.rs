@@ -286,7 +286,7 @@ fn damping_needs_one_meaning() {
     assert_eq!(
         complaints(&pair(&mindlin, &mindlin, "")),
         [
-            "materials.b.normal: tangential.damping of the contacts of `a` and `b` has no default: it follows from the damping of \
+            "materials.b.tangential: tangential.damping of the contacts of `a` and `b` has no default: it follows from the damping of \
           a hertz law, and their normal law is another | give tangential = { damping = ... } (0 for none)"
         ]
     );
@@ -325,7 +325,7 @@ fn rolling_takes_the_stiffness_of_the_contact_or_asks_for_one() {
     assert_eq!(
         complaints(&pair(&smooth, &smooth, "")),
         [
-            "materials.b.normal: rolling.stiffness of the contacts of `a` and `b` is missing: the pair has no tangential \
+            "materials.b.rolling: rolling.stiffness of the contacts of `a` and `b` is missing: the pair has no tangential \
           stiffness to take it from | give rolling = { stiffness = ... } in N/m, or a tangential law"
         ]
     );
