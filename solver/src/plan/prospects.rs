@@ -71,11 +71,10 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     // What sticks to a wall is pulled by it.
     let sticks = plan.notes().pairs().iter().any(|pair| {
         let mut parameters = pair.parameters.iter();
-        pair.at_walls && pair.law.adhesion.liquid().is_some()
-            || pair.at_walls
-                && parameters.any(|parameter| {
-                    parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
-                })
+        let has_cohesion = parameters.any(|parameter| {
+            parameter.name.contains("cohesion") && parameter.value != Value::Number(0.0)
+        });
+        pair.at_walls && (has_cohesion || pair.law.adhesion.liquid().is_some())
     });
     if sticks || wall.motion.components().iter().any(turns) {
         return None;
