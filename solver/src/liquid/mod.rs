@@ -1,7 +1,7 @@
 //! Liquid of a run: films on particles, bridges between them, and the rules by which it moves.
 //!
 //! Films are a column of the particles ([`FILM_VOLUME`]); bridges are kept in the slots of contacts. After each force evaluation the
-//! events of contacts are answered in a fixed order ([`migration`]): a bridge that forms there first acts in the next step. Every
+//! events of contacts are answered in a fixed order ([`Liquids::answer`]): a bridge that forms there first acts in the next step. Every
 //! volume that is handed on is what is left after a subtraction, so that the sum of all volumes is kept to round-off.
 
 mod balance;
