@@ -4,7 +4,8 @@
     apt-get install liggghts lammps          # Debian's packages
     ./peers.py liggghts dense-20k            # one core
     ./peers.py lammps dense-20k --ranks 2    # MPI
-    ./peers.py liggghts ../drum.toml         # any scene of spheres from a table, with planes or one mesh as walls
+    ./peers.py liggghts ../drum.toml         # any scene of spheres from a table, with planes or one mesh as walls, or periodic
+    ./peers.py lammps target/sizes/ratio-20/rest.toml --multi
 
 Prints one line: code, scene, particles, steps, nanoseconds per particle-step (the code's own loop time: wall, and CPU
 time per rank), coordination number, kinetic energy (translational + rotational) after the run. Compare with Mercury in the same minute, on the same machine, several times.
@@ -35,7 +36,7 @@ def write_data(path, cfg, rows):
     with open(path, "w") as f:
         f.write("spheres\n\n%d atoms\n%d atom types\n\n" % (len(rows), len(materials)))
         for k, a in enumerate("xyz"):
-            pad = 1e-3
+            pad = 0.0 if a in cfg["domain"].get("periodic", []) else 1e-3
             f.write("%.9g %.9g %slo %shi\n" % (lo[k] - pad, hi[k] + pad, a, a))
         f.write("\nAtoms\n\n")
         for i, r in enumerate(rows, 1):   # id type diameter density x y z
@@ -68,25 +69,40 @@ def tsuji_equivalent(e):
     return a
 
 
-def script(code, cfg, rows, data, warm, steps, ranks, skin):
+def neighbours(code, rmin, rmax, skin, multi):
+    """How lists are made: one bin size, or with `multi` (LAMMPS; LIGGGHTS' own lists no granular pair) one for each doubling of the radius."""
+    if not multi or rmin == rmax:
+        return ["neighbor %g bin" % skin, "neigh_modify delay 0"]
+    levels = max(1, math.ceil(math.log2(rmax / rmin)))
+    bounds = [rmin * 2 ** (k + 1) for k in range(levels - 1)] + [rmax]
+    # Collections are told apart by the cutoff of a particle with its like, twice the radius.
+    return ["neighbor %g multi" % skin, "neigh_modify delay 0 collection/interval %d %s" % (len(bounds), " ".join("%.9g" % (2 * b * (1 + 1e-9)) for b in bounds)),
+            "comm_modify mode multi vel yes"]
+
+
+def script(code, cfg, rows, data, warm, steps, ranks, skin, multi):
     materials = list(cfg["materials"].values())
     E, nu, e = (materials[0]["normal"][k] for k in ("youngs_modulus", "poisson_ratio", "restitution"))
     mu = materials[0]["tangential"]["friction"]
     rmin, rmax = min(r["radius"] for r in rows), max(r["radius"] for r in rows)
     skin = skin * rmin if skin else (0.2 * rmin if rmin == rmax else 0.4 * rmin)
-    g = cfg["gravity"]
-    mesh = [w for w in cfg["walls"] if w["shape"] == "mesh"]
+    g = cfg.get("gravity", [0.0, 0.0, 0.0])
+    walls = cfg.get("walls", [])
+    periodic = cfg["domain"].get("periodic", [])
+    mesh = [w for w in walls if w["shape"] == "mesh"]
     grid = "1 1 1" if ranks == 1 else ("1 %d 1" % ranks if mesh else "%d 1 1" % ranks)
     L = cfg["domain"]["max"]
-    out = ["atom_style %s" % ("sphere" if code == "lammps" else "granular"), "atom_modify map array", "boundary f f f",
+    out = ["atom_style %s" % ("sphere" if code == "lammps" else "granular"), "atom_modify map array", "boundary " + " ".join("p" if a in periodic else "f" for a in "xyz"),
            "newton off", "%s vel yes" % ("comm_modify" if code == "lammps" else "communicate single"), "units si",
-           "processors " + grid, "read_data " + data, "neighbor %g bin" % skin, "neigh_modify delay 0"]
+           "processors " + grid, "read_data " + data, *neighbours(code, rmin, rmax, skin, multi)]
     if code == "lammps":
         xgt = math.sqrt(4 * (1 - nu) / (2 * (2 - nu)))
-        law = "hertz/material %g %.15g %g tangential mindlin NULL %.15g %g damping tsuji" % (E, tsuji_equivalent(e), nu, xgt, mu)
-        out += ["pair_style granular", "pair_coeff * * " + law]
-        out += ["fix w%d all wall/gran granular %s %s" % (k, law, w) for k, w in
-                enumerate(("xplane 0.0 %.9g" % L[0], "yplane 0.0 %.9g" % L[1], "zplane 0.0 NULL"))]
+        stiffness = 8 * E / (4 * (2 - nu) * (1 + nu))   # 8 G* of two of the same material
+        law = lambda modulus: "hertz/material %.15g %.15g %g tangential mindlin %.15g %.15g %g damping tsuji" % (modulus, tsuji_equivalent(e), nu, stiffness, xgt, mu)
+        out += ["pair_style granular", "pair_coeff * * " + law(E)]
+        # Its walls take E/(1 - nu) where E/(1 - nu^2) is meant (version of 29 September 2021).
+        out += ["fix w%d all wall/gran granular %s %s" % (k, law(E / (1 + nu)), w) for k, w in
+                enumerate(("xplane 0.0 %.9g" % L[0], "yplane 0.0 %.9g" % L[1], "zplane 0.0 NULL")) if walls]
     else:
         of_each = lambda key: " ".join("%g" % m["normal"][key] for m in materials)
         hard = any(m["normal"]["youngs_modulus"] > 1e9 for m in materials)
@@ -105,13 +121,14 @@ def script(code, cfg, rows, data, warm, steps, ranks, skin):
             out += ["fix mesh all mesh/surface file %s type %d precision 1e-9" % (stl, kind),
                     "fix w1 all wall/gran model hertz tangential history mesh n_meshes 1 meshes mesh",
                     "fix mv all move/mesh mesh mesh rotate origin 0. 0. 0. axis %g %g %g period %.15g" % (*axis, 2 * math.pi / abs(turn))]
-        else:
+        elif walls:
             for k, w in enumerate(("xplane 0.0", "xplane %.9g" % L[0], "yplane 0.0", "yplane %.9g" % L[1], "zplane 0.0")):
                 out.append("fix w%d all wall/gran model hertz tangential history primitive type 1 %s" % (k, w))
-    out += ["timestep %g" % cfg["time"]["step"], "fix grav all gravity %.15g vector %.15g %.15g %.15g" % (math.hypot(*g), *g), "fix integr all nve/sphere",
-            "compute kr all erotate/sphere", "compute ct all contact/atom", "compute cs all reduce sum c_ct",
-            "thermo_style custom step atoms ke c_kr c_cs", "thermo %d" % max(steps, 1), "thermo_modify lost ignore norm no",
-            "run %d" % warm, "run %d" % steps]
+    out += ["timestep %g" % cfg["time"]["step"], *(["fix grav all gravity %.15g vector %.15g %.15g %.15g" % (math.hypot(*g), *g)] if any(g) else []), "fix integr all nve/sphere",
+            "compute kr all erotate/sphere", "thermo_style custom step atoms ke c_kr", "thermo %d" % max(steps, 1), "thermo_modify lost ignore norm no",
+            "run %d" % warm, "run %d" % steps,
+            # Contacts are counted behind the timed run: they cost a list of their own.
+            "compute ct all contact/atom", "compute cs all reduce sum c_ct", "thermo_style custom step atoms ke c_kr c_cs", "thermo_modify lost ignore norm no", "run 0"]
     return "\n".join(out) + "\n"
 
 
@@ -123,27 +140,30 @@ def main():
     p.add_argument("--warm", type=int, default=50)
     p.add_argument("--steps", type=int)
     p.add_argument("--skin", type=float, help="over the smallest radius; 0.2 for equal spheres, 0.4 for others unless given")
+    p.add_argument("--multi", action="store_true", help="LAMMPS: bins for each doubling of the radius, which wide sizes need")
     a = p.parse_args()
     cfg, rows = read(a.scene)
-    if a.code == "lammps" and any(w["shape"] == "mesh" for w in cfg["walls"]):
+    if a.multi and a.code != "lammps":
+        sys.exit("--multi is LAMMPS' alone: LIGGGHTS lists no granular pair with it")
+    if a.code == "lammps" and any(w["shape"] == "mesh" for w in cfg.get("walls", [])):
         sys.exit("lammps (Debian's version) has no mesh walls")
     steps = a.steps or math.ceil(cfg["time"]["end"] / cfg["time"]["step"] - 1e-6) - a.warm   # so that both end at the same time
     with tempfile.TemporaryDirectory() as d:
         data = os.path.join(d, "in.data")
         write_data(data, cfg, rows)
         inp = os.path.join(d, "in.script")
-        open(inp, "w").write(script(a.code, cfg, rows, data, a.warm, steps, a.ranks, a.skin))
+        open(inp, "w").write(script(a.code, cfg, rows, data, a.warm, steps, a.ranks, a.skin, a.multi))
         cmd = [{"liggghts": "liggghts", "lammps": "lmp"}[a.code], "-in", inp, "-log", os.path.join(d, "log")]
         if a.ranks > 1:
             cmd = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks)] + cmd
         run = subprocess.run(cmd, capture_output=True, text=True, cwd=d, env=dict(os.environ, OMP_NUM_THREADS="1"))
         txt = run.stdout + run.stderr
     loops = re.findall(r"Loop time of ([\d.eE+-]+) on", txt)
-    if run.returncode or len(loops) < 2:
+    if run.returncode or len(loops) < 3:
         sys.exit("%s failed:\n%s" % (a.code, txt[-2000:]))
     cpu = re.findall(r"([\d.]+)% CPU use", txt)
-    wall = float(loops[-1]) * 1e9 / len(rows) / steps
-    share = float(cpu[-1]) / 100 if cpu else float("nan")
+    wall = float(loops[1]) * 1e9 / len(rows) / steps
+    share = float(cpu[1]) / 100 if cpu else float("nan")
     last = [l.split() for l in txt.splitlines() if re.match(r"\s*%d\s" % (a.warm + steps), l)][-1]
     print("%s scene=%s ranks=%d N=%d steps=%d wall_ns=%.1f cpu_ns=%.1f coordination=%.3f kinetic_total=%.6e" % (
         a.code, a.scene, a.ranks, len(rows), steps, wall, wall * share, float(last[4]) / len(rows), float(last[2]) + float(last[3])))
