@@ -18,6 +18,7 @@ mod bodies;
 mod clump_surfaces;
 mod columns;
 mod contacts;
+mod droplets;
 mod frame;
 mod header;
 mod message;
@@ -35,6 +36,7 @@ pub use bodies::{BodyFrame, BodyReader, BodyWriter};
 pub use clump_surfaces::ClumpKind;
 pub use columns::{ColumnVisitor, Values};
 pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, HistoryColumn};
+pub use droplets::{DropletFrame, DropletReader, DropletWriter};
 pub use frame::{Column, Frame};
 pub use header::FramesHeader;
 pub use particles::{

@@ -1,7 +1,7 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`liquid`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
+//! [`bodies`], [`spray`], [`liquid`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
@@ -18,6 +18,7 @@ pub mod output;
 pub mod plan;
 pub mod results;
 pub mod run;
+pub mod spray;
 pub mod stage;
 pub mod starters;
 pub mod state;

@@ -77,7 +77,7 @@ pub use shapes::{MeshSide, MeshSource, Shape, Side, Turn};
 pub use sleeping::Sleeping;
 pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
-pub use sprays::{Spray, SprayPattern};
+pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, SpraySource};
 pub use statement::{NamedFile, Statement, differences};
 pub use walls::{Wall, Wear, WearBasis};
 

@@ -30,6 +30,8 @@ pub struct Output {
     pub triangle_loads: bool,
     /// `.liquid.csv` where there is liquid; default true.
     pub liquid: bool,
+    /// `.droplets.arrow` where there are sprays; default true.
+    pub droplets: bool,
     /// Pictures at the end; default true.
     pub pictures: bool,
     /// Names of particles or clumps with rows in `.track.csv`, each a single one; default none.
@@ -77,6 +79,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
     let walls = flag(fields, "walls", true);
     let triangle_loads = flag(fields, "triangle_loads", false);
     let liquid = flag(fields, "liquid", true);
+    let droplets = flag(fields, "droplets", true);
     let pictures = flag(fields, "pictures", true);
     let track = fields.get("track").map_or(Some(Vec::new()), |item| {
         let read: Vec<Option<Located<String>>> = item
@@ -135,6 +138,7 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
         walls,
         triangle_loads,
         liquid,
+        droplets,
         pictures,
         track: track?,
         clumps_as,

@@ -162,17 +162,19 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
             "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"
             | "offset" | "position" | "spacing" | "jitter" | "amplitude" | "thickness"
             | "diameter" | "diameters" | "min_diameter" | "max_diameter" | "mean_diameter"
-            | "median_diameter" | "standard_deviation" | "d63" => D::LENGTH,
+            | "median_diameter" | "standard_deviation" | "d63" | "orifice" => D::LENGTH,
             "from" | "until" => D::TIME,
-            "velocity" | "mean" | "spread" | "max_speed" | "speed" => D::SPEED,
+            "velocity" | "mean" | "spread" | "max_speed" | "speed" | "gas_velocity" => D::SPEED,
             "angular_velocity" => D::ANGULAR_VELOCITY,
             "frequency" => D::FREQUENCY,
-            "degrees" | "phase_degrees" | "half_angles_degrees" => D::DEGREES,
+            "degrees" | "phase_degrees" | "half_angles_degrees" | "half_angle_degrees" => {
+                D::DEGREES
+            }
             "area" => D::AREA,
             "hardness" | "youngs_modulus" => D::PRESSURE,
             "film_volume" => D::VOLUME,
             "flow_rate" => D::VOLUME_RATE,
-            "liquid_density" => D::DENSITY,
+            "liquid_density" | "gas_density" => D::DENSITY,
             _ => return None,
         },
         [] => return None,

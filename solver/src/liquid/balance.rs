@@ -43,6 +43,8 @@ pub struct LiquidRow {
     pub bridges: f64,
     /// Number of bridges.
     pub bridge_count: u64,
+    /// Of sprays: in flight, emitted, caught by particles, lost at walls, left the domain.
+    pub sprayed: [f64; 5],
     /// What is there and what went, less what was there at the start and what came: 0 but for round-off.
     pub error: f64,
 }
@@ -53,15 +55,20 @@ impl LiquidRow {
         balance: &LiquidBalance,
         films: &[f64],
         bridges: impl ExactSizeIterator<Item = f64> + Clone,
+        sprayed: [f64; 5],
     ) -> Self {
         let lost = [balance.left, balance.deleted];
-        let came = [-balance.initial, -balance.inserted];
+        let [in_flight, emitted, _, lost_at_walls, left] = sprayed;
+        let came = [-balance.initial, -balance.inserted, -emitted];
+        let of_droplets = [in_flight, lost_at_walls, left];
         let all = films.iter().copied().chain(bridges.clone());
+        let all = all.chain(of_droplets);
         Self {
             balance: *balance,
             films: sum(films.iter().copied()),
             bridge_count: bridges.len() as u64,
             bridges: sum(bridges),
+            sprayed,
             error: sum(all.chain(lost).chain(came)),
         }
     }

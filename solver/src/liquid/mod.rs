@@ -83,15 +83,21 @@ impl Liquids {
         }
     }
 
-    /// Where all liquid is now.
+    /// Where all liquid is now; `sprayed` is that of droplets ([`LiquidRow::sprayed`]).
     #[must_use]
-    pub fn row(&self, particles: &Particles, contacts: &dyn ContactForces) -> LiquidRow {
+    pub fn row(
+        &self,
+        particles: &Particles,
+        contacts: &dyn ContactForces,
+        sprayed: [f64; 5],
+    ) -> LiquidRow {
         let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
         let bonds = contacts.bonds(&|_| true);
         LiquidRow::new(
             &self.balance,
             films,
             bonds.iter().map(|bond| bond.bridge.volume),
+            sprayed,
         )
     }
 }

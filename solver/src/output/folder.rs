@@ -80,7 +80,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 21] = [
+const ENDINGS: [&str; 22] = [
     "data",
     "ene",
     "fstat",
@@ -91,6 +91,7 @@ const ENDINGS: [&str; 21] = [
     "bodies.arrow",
     "clumps.arrow",
     "triangle_loads.arrow",
+    "droplets.arrow",
     "track.csv",
     "walls.csv",
     "regions.csv",

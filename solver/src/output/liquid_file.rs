@@ -31,8 +31,9 @@ impl Stream for LiquidFile {
         let out = &mut self.file.buffer;
         push_number(out, state.time, NumberStyle::Shortest);
         let balance = &row.balance;
-        // Walls hold no liquid, and nothing is sprayed or evaporates.
-        let [wall_films, in_flight, emitted, absorbed, lost, evaporated] = [0.0; 6];
+        let [in_flight, emitted, absorbed, lost, left] = row.sprayed;
+        // Walls hold no liquid, and nothing evaporates.
+        let [wall_films, evaporated] = [0.0; 2];
         for volume in [
             row.films,
             row.bridges,
@@ -41,7 +42,7 @@ impl Stream for LiquidFile {
             emitted,
             absorbed,
             lost,
-            balance.left,
+            balance.left + left,
             evaporated,
             balance.inserted,
             balance.deleted,

@@ -8,6 +8,7 @@ mod body_frames;
 mod contact_frames;
 mod data_file;
 mod data_rows;
+mod droplet_frames;
 mod ene_file;
 mod energies;
 mod field_tables;

@@ -6,6 +6,7 @@ use super::Due;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
+use crate::spray::Droplet;
 use crate::state::{Bodies, FILM_VOLUME, Load, Particle};
 use crate::step::Engine;
 use crate::walls::WallState;
@@ -43,6 +44,8 @@ pub struct Moment {
     pub crossed: Vec<Crossed>,
     /// Liquid films on the particles, m^3, and where the liquid is; in scenes that have any.
     pub liquid: Option<(Vec<f64>, LiquidRow)>,
+    /// Droplets in flight, by ascending id.
+    pub droplets: Vec<Droplet>,
 }
 
 impl Moment {
@@ -83,6 +86,8 @@ impl Moment {
                 let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
                 (films.to_vec(), row)
             }),
+            droplets: (engine.sprays())
+                .map_or_else(Vec::new, |sprays| sprays.state.droplets.clone()),
         }
     }
 }

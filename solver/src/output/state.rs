@@ -7,6 +7,7 @@ use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
 use crate::neighbours::Images;
+use crate::spray::Droplet;
 use crate::state::{Bodies, Body, BodyIndex, FIXED, Load, PEBBLE, Particle};
 use crate::walls::WallState;
 
@@ -49,6 +50,8 @@ pub struct State {
     pub films: Option<Vec<f64>>,
     /// Where the liquid is.
     pub liquid: Option<LiquidRow>,
+    /// Droplets in flight, by ascending id.
+    pub droplets: Vec<Droplet>,
 }
 
 impl State {
@@ -98,6 +101,7 @@ impl State {
             crossed: moment.crossed,
             films: films.map(|films| gather(films, &order)),
             liquid,
+            droplets: moment.droplets,
         }
     }
 

@@ -159,7 +159,17 @@ pub struct LiquidSummary {
     pub films: f64,
     /// In bridges.
     pub bridges: f64,
-    /// On particles that left through a face of the domain.
+    /// In droplets in flight.
+    pub in_flight: f64,
+    /// On particles that were inserted.
+    pub inserted: f64,
+    /// In droplets that left the nozzles.
+    pub emitted: f64,
+    /// In droplets that particles caught.
+    pub absorbed: f64,
+    /// In droplets that were lost at walls.
+    pub lost: f64,
+    /// On particles and in droplets that left through a face of the domain.
     pub left: f64,
     /// On particles that were deleted in a region.
     pub deleted: f64,
@@ -175,11 +185,17 @@ pub struct LiquidSummary {
 
 impl From<LiquidRow> for LiquidSummary {
     fn from(row: LiquidRow) -> Self {
+        let [in_flight, emitted, absorbed, lost, left] = row.sprayed;
         Self {
             initial: row.balance.initial,
             films: row.films,
             bridges: row.bridges,
-            left: row.balance.left,
+            in_flight,
+            inserted: row.balance.inserted,
+            emitted,
+            absorbed,
+            lost,
+            left: row.balance.left + left,
             deleted: row.balance.deleted,
             error: row.error,
             bridge_count: row.bridge_count,

@@ -85,6 +85,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         dissipated: None,
         load_sums: [None, None],
         crossed: Vec::new(),
+        droplets: Vec::new(),
     };
     let images = Images::new(DVec3::ZERO, DVec3::splat(10.0), [true, false, false]);
     State::new(moment, &images)

@@ -14,6 +14,7 @@ use rayon::ThreadPoolBuilder;
 use super::body_frames::BodyFrames;
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
+use super::droplet_frames::DropletFrames;
 use super::ene_file::EneFile;
 use super::field_tables::FieldTable;
 use super::flux_counts::FluxCounts;
@@ -300,6 +301,10 @@ fn streams(
     if output.frames && output.triangle_loads {
         let at = begin(&streams);
         streams.push(Box::new(TriangleLoads::begin(folder, plan, at)?));
+    }
+    if output.frames && output.droplets && plan.physics().sprays().is_some() {
+        let at = begin(&streams);
+        streams.push(Box::new(DropletFrames::begin(folder, plan, at)?));
     }
     if output.vtk {
         let at = begin(&streams);

@@ -21,6 +21,7 @@ use super::regions::regions;
 use super::requests;
 use super::sizes::Sizes;
 use super::sleeping::sleeping;
+use super::sprays::sprays;
 use super::time_step::{
     Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, bearable_step, limits, steps,
 };
@@ -90,6 +91,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     notes.append(&mut start.remarks);
     let insertions = insertions(scene, clumps.as_deref(), dimensions, &mut errors);
     let clumps = clumps.unwrap_or_default();
+    let sprays = sprays(scene, &walls, dimensions, &mut warnings, &mut errors);
     let regions = regions(scene, &start, &mut errors);
     let deletions = deletions(scene, &mut errors);
     let fluxes = fluxes(scene, &mut errors);
@@ -231,8 +233,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
-    let has_liquid =
-        laws.has_liquid() || !start.films.is_empty() || !start.films_of_bodies.is_empty();
+    let has_liquid = laws.has_liquid()
+        || sprays.is_some()
+        || !start.films.is_empty()
+        || !start.films_of_bodies.is_empty();
     let liquid = has_liquid.then(|| LiquidPlan {
         films: std::mem::take(&mut start.films),
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),
@@ -269,6 +273,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             },
             sleeping,
             liquid,
+            sprays,
             walls,
             particles: start.particles,
             clumps,
@@ -301,6 +306,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 walls: scene.output.walls,
                 triangle_loads,
                 liquid: scene.output.liquid,
+                droplets: scene.output.droplets,
                 pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,

@@ -12,6 +12,7 @@ use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
+use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
 
@@ -88,6 +89,8 @@ pub struct Draft {
     pub sleeping: Option<Sleeping>,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
+    /// Nozzles; films need `liquid`.
+    pub sprays: Option<SprayPlan>,
     /// Walls.
     pub walls: Vec<Wall>,
     /// Particles of the start, in the order of their ids.
@@ -146,6 +149,7 @@ impl Draft {
             guard: Guard::OFF,
             sleeping: None,
             liquid: None,
+            sprays: None,
             walls: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
@@ -189,7 +193,8 @@ impl Draft {
             &self.insertions,
             self.dimensions,
         );
-        let liquid = self.laws.has_liquid().then(LiquidPlan::default);
+        let has_liquid = self.laws.has_liquid() || self.sprays.is_some();
+        let liquid = has_liquid.then(LiquidPlan::default);
         let liquid = self.liquid.or(liquid);
         Ok(Plan {
             physics: Physics {
@@ -211,6 +216,7 @@ impl Draft {
                 guard: self.guard,
                 sleeping: self.sleeping,
                 liquid,
+                sprays: self.sprays,
                 walls: self.walls,
                 particles: self.particles,
                 clumps: self.clumps,
@@ -336,6 +342,7 @@ impl Plan {
             guard: physics.guard,
             sleeping: physics.sleeping,
             liquid: physics.liquid,
+            sprays: physics.sprays,
             walls: physics.walls,
             particles: physics.particles,
             clumps: physics.clumps,

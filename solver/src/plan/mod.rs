@@ -21,6 +21,7 @@ mod memory;
 mod meshes;
 mod motions;
 mod notes;
+mod number_table;
 mod outputs;
 mod pair;
 mod particle_table;
@@ -35,6 +36,7 @@ mod report;
 mod requests;
 mod sizes;
 mod sleeping;
+mod sprays;
 #[cfg(test)]
 mod tests;
 mod time_step;

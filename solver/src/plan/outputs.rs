@@ -57,6 +57,8 @@ pub struct OutputPlan {
     pub triangle_loads: bool,
     /// `.liquid.csv`, in scenes with liquid.
     pub liquid: bool,
+    /// `.droplets.arrow`, in scenes with sprays.
+    pub droplets: bool,
     /// Pictures at the end.
     pub pictures: bool,
     /// Rows of `.data`, which `.fstat` refers to, are pebbles instead of bodies.
@@ -94,6 +96,7 @@ impl Default for OutputPlan {
             walls: false,
             triangle_loads: false,
             liquid: false,
+            droplets: false,
             pictures: false,
             pebbles: false,
             track: Vec::new(),

@@ -14,6 +14,7 @@ use crate::contact::SlidingNormal;
 use crate::contact::registry::LawTable;
 use crate::liquid::LiquidPlan;
 use crate::neighbours::Images;
+use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
 
@@ -38,6 +39,7 @@ pub struct Physics {
     pub(super) guard: Guard,
     pub(super) sleeping: Option<Sleeping>,
     pub(super) liquid: Option<LiquidPlan>,
+    pub(super) sprays: Option<SprayPlan>,
     pub(super) walls: Vec<Wall>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
@@ -90,6 +92,8 @@ impl Physics {
         copy sleeping: Option<Sleeping>;
         /// Films at the start and rules for liquid, in scenes that have any.
         borrow liquid: Option<LiquidPlan>;
+        /// Nozzles, in scenes that have any.
+        borrow sprays: Option<SprayPlan>;
         /// Walls.
         borrow walls: [Wall];
         /// Particles of the start, in the order of their ids.

@@ -1,6 +1,6 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs, with what does instead.
 
-use mercury_common::scene::{Place, Scene, SceneError};
+use mercury_common::scene::{AtWalls, Place, Scene, SceneError};
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
 #[must_use]
@@ -22,7 +22,12 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
         found.add(&membrane.name.place, "membranes are", MEMBRANE);
     }
     for spray in &scene.sprays {
-        found.add(&spray.name.place, "sprays are", SPRAY);
+        if *spray.mass {
+            found.add(&spray.mass.place, "liquid with mass is", MASS);
+        }
+        if spray.at_walls == AtWalls::Film {
+            found.add(&spray.name.place, "a film on walls is", WALL_FILM);
+        }
     }
     found.0
 }
@@ -32,7 +37,9 @@ const EVAPORATION: &str =
 /// Archard's law is the work of sliding, or the load times the way, over the hardness: both follow from this table.
 const WEAR: &str = "leave `wear` out and set output.triangle_loads = true: pressure and power of sliding on each triangle, from which wear follows";
 const MEMBRANE: &str = "instead: a [[walls]] entry with a servo, which holds a pressure on a plane, box or disc (motion = [{ kind = \"servo\", pressure = 10e3, ... }]), or with shape = \"mesh\", which is rigid";
-const SPRAY: &str = "leave it out: give particles a `film_volume` instead; grains with a velocity come by [[insertions]]";
+const MASS: &str = "leave `mass` out: particles keep their mass, and `momentum = true` gives them that of the droplets";
+const WALL_FILM: &str = "leave `at_walls` out, or make it \"lost\" or \"bounce\"; what walls take is counted in .liquid.csv";
+
 struct Found(Vec<SceneError>);
 
 fn missing(place: &Place, what: &str, instead: &str) -> SceneError {

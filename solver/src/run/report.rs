@@ -112,12 +112,16 @@ impl fmt::Display for Report {
         if let Some(liquid) = &s.liquid {
             writeln!(
                 f,
-                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} left and deleted = {:.6e} m3 at the start (error {:.1e} m3); {} bridges formed, {} broke",
+                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} in flight + {:.6e} lost + {:.6e} left and deleted = {:.6e} at the start + {:.6e} inserted + {:.6e} sprayed m3 (error {:.1e} m3); {} bridges formed, {} broke",
                 liquid.films,
                 liquid.bridges,
                 liquid.bridge_count,
+                liquid.in_flight,
+                liquid.lost,
                 liquid.left + liquid.deleted,
                 liquid.initial,
+                liquid.inserted,
+                liquid.emitted,
                 liquid.error,
                 liquid.formed,
                 liquid.ruptured

@@ -65,6 +65,7 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
     plan.orientations = friction > 0.0;
     plan.output = crate::plan::OutputPlan {
         liquid: false,
+        droplets: false,
         interval,
         fstat_interval: interval,
         vtk_interval: f64::INFINITY,

@@ -5,6 +5,7 @@ use mercury_common::readable::rounded;
 
 use super::Engine;
 use crate::contact::parameter::short;
+use crate::spray::TooMany;
 use crate::state::Particle;
 use crate::walls::WallError;
 
@@ -47,6 +48,18 @@ pub enum RunError {
         what: String,
         /// The likely cause, and what to do.
         help: String,
+    },
+    /// More droplets are in flight than a spray allows.
+    #[error(
+        "t = {} s: {error}\n\
+         help: raise `max_droplets` of the spray if the memory allows it (88 bytes each), or spray less, or let walls or the domain take the droplets",
+        rounded(*.time, 12)
+    )]
+    Droplets {
+        /// Time, s.
+        time: f64,
+        /// Which spray, and its limit.
+        error: TooMany,
     },
     /// The forces beside the contacts are not those that the state came from.
     #[error("the state does not fit the forces of this run: {0}")]

@@ -4,6 +4,7 @@ use super::{Engine, RunError};
 use crate::boundaries::Crossed;
 use crate::forces::Bond;
 use crate::liquid::{LiquidRow, Surroundings};
+use crate::spray::Sprays;
 use crate::state::Particles;
 
 impl Engine {
@@ -67,7 +68,9 @@ impl Engine {
     #[must_use]
     pub fn liquid(&self) -> Option<LiquidRow> {
         let liquid = self.liquid.as_ref()?;
-        Some(liquid.row(&self.particles, self.forces.contacts.as_ref()))
+        let sprayed = (self.sprays.as_ref()).map_or([0.0; 5], Sprays::volumes);
+        let contacts = self.forces.contacts.as_ref();
+        Some(liquid.row(&self.particles, contacts, sprayed))
     }
 
     /// The liquid bridges that are there, in the order of their slots.

@@ -7,6 +7,7 @@
 //! | who is out of balance is roused, who is calm put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
+//! | droplets leave, fly and are caught | `spray` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
 //! | what is beyond a limit is named | `guard`, `crossings` |
 
@@ -23,6 +24,7 @@ mod load_series;
 mod motion;
 mod sleep;
 mod snapshot;
+mod spray;
 mod start;
 #[cfg(test)]
 mod tests;
@@ -49,6 +51,7 @@ use crate::lanes::Width;
 use crate::liquid::Liquids;
 use crate::neighbours::Images;
 use crate::plan::Plan;
+use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::Particles;
 use crate::walls::WallNow;
@@ -80,6 +83,8 @@ pub struct Engine {
     sleep: Option<Sleep>,
     /// Films and bridges, in scenes with liquid.
     liquid: Option<Liquids>,
+    /// Droplets, in scenes with sprays.
+    sprays: Option<Sprays>,
 
     // What follows never changes.
     law_names: String,
@@ -160,6 +165,7 @@ impl Engine {
         self.guard_leavers();
         self.keep_lists_valid(fastest)?;
         self.settle();
+        self.spray(speed)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
         self.guard_contacts();
         self.guarded()

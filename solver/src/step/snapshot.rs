@@ -9,6 +9,7 @@ use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
 use crate::liquid::LiquidBalance;
 use crate::neighbours::Images;
 use crate::plan::Plan;
+use crate::spray::{Droplet, SprayState, Sprays};
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
 
@@ -48,7 +49,12 @@ pub struct Snapshot {
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
     pub liquid: Option<LiquidBalance>,
+    /// Droplets in flight and where others went, in scenes with sprays.
+    pub sprays: Option<SprayState>,
 }
+
+/// Section of [`Snapshot::sprays`].
+const SPRAYS: &str = "sprays";
 
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
@@ -92,6 +98,9 @@ impl Snapshot {
         if let Some(liquid) = &self.liquid {
             encoder.section(LIQUID, liquid);
         }
+        if let Some(sprays) = &self.sprays {
+            encoder.section(SPRAYS, sprays);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -127,6 +136,7 @@ impl Snapshot {
             feature_loads: decoder.section("feature loads")?,
             sleep: decoder.optional_section(SLEEP)?,
             liquid: decoder.optional_section(LIQUID)?,
+            sprays: decoder.optional_section(SPRAYS)?,
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -209,6 +219,9 @@ impl Engine {
         if let Some(liquid) = &self.liquid {
             encoder.section(LIQUID, &liquid.balance);
         }
+        if let Some(sprays) = &self.sprays {
+            encoder.section(SPRAYS, &sprays.state);
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -248,6 +261,7 @@ impl Engine {
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
             liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
+            sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
         }
     }
 
@@ -316,6 +330,16 @@ impl Engine {
                 list(&found),
                 list(&planned)
             );
+            return Err(RunError::OtherPlan(reason));
+        }
+        let nozzles = (plan.physics().sprays().as_ref()).map(|sprays| sprays.nozzles.len());
+        let found = snapshot.sprays.as_ref().map(|sprays| sprays.nozzles.len());
+        let fits = |sprays: &SprayState| {
+            let nozzle = |droplet: &Droplet| (droplet.nozzle as usize) < sprays.nozzles.len();
+            sprays.droplets.iter().all(nozzle)
+        };
+        if found != nozzles || !snapshot.sprays.as_ref().is_none_or(fits) {
+            let reason = "its sprays are not those of the plan".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
         let numbers = self.forces.contacts.saved_numbers();
@@ -389,6 +413,9 @@ impl Engine {
         }
         if let (Some(liquid), Some(balance)) = (&mut engine.liquid, snapshot.liquid) {
             liquid.balance = balance;
+        }
+        if let Some(state) = snapshot.sprays {
+            engine.sprays = Some(Sprays::restored(state));
         }
         Ok(engine)
     }

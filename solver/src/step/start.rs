@@ -11,6 +11,7 @@ use crate::lanes::Width;
 use crate::liquid::Liquids;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
+use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::walls::WallNow;
@@ -155,6 +156,7 @@ impl Engine {
         }
         let liquid = (plan.physics().liquid().as_ref())
             .map(|of_plan| Liquids::start(of_plan, &mut particles));
+        let sprays = plan.physics().sprays().as_ref().map(Sprays::new);
         let pool = match options.threads {
             0 | 1 => None,
             threads => {
@@ -211,6 +213,7 @@ impl Engine {
             load_series: LoadSeries::default(),
             sleep,
             liquid,
+            sprays,
         })
     }
 }

@@ -5,6 +5,7 @@ mod funnels;
 mod liquid;
 mod sides;
 mod sleepers;
+mod spray;
 
 use std::path::Path;
 use std::sync::Arc;

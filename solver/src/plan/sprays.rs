@@ -1,0 +1,286 @@
+//! `[[sprays]]` as the engine's plan.
+
+use glam::DVec3;
+use libm::cos;
+use mercury_common::scene::{
+    AtWalls, Located, Nozzle, Psd, Scene, SceneError, SizeLaw, Spray, SprayFlow, SprayPattern,
+    SpraySource,
+};
+use mercury_common::sizes::{SizeDistribution, SizeError};
+
+use super::number_table;
+use crate::contact::parameter::short;
+use crate::spray::{Drag, Flow, NozzlePlan, Pattern, Point, SourcePlan, SprayPlan};
+use crate::walls::{Touches, Wall};
+
+/// All sprays, in the order of the file; `None` where there are none.
+pub(super) fn sprays(
+    scene: &Scene,
+    walls: &[Wall],
+    dimensions: u8,
+    warnings: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Option<SprayPlan> {
+    let first = scene.sprays.first()?;
+    if dimensions == 2 {
+        let message = "droplets need three dimensions: a disc has no surface to be wetted";
+        errors.push(first.name.place.error(message));
+        return None;
+    }
+    if let Some(table) = &scene.sleeping
+        && let Some(spray) = scene.sprays.iter().find(|spray| spray.momentum)
+    {
+        let message = format!(
+            "particles cannot sleep while the droplets of \"{}\" push them (momentum = true)",
+            spray.name.value
+        );
+        let error = table.place.error(message);
+        errors.push(error.with_help("leave [sleeping] out, or `momentum` at the spray"));
+    }
+    let nozzles = (scene.sprays.iter())
+        .filter_map(|spray| plan_one(scene, spray, walls, warnings, errors))
+        .collect();
+    Some(SprayPlan {
+        nozzles,
+        seed: scene.seed,
+    })
+}
+
+fn plan_one(
+    scene: &Scene,
+    spray: &Spray,
+    walls: &[Wall],
+    warnings: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Option<NozzlePlan> {
+    let source = match &spray.source {
+        SpraySource::Points(file) => match points(scene, file.as_path()) {
+            Ok(points) => Some(SourcePlan::Points(points)),
+            Err(message) => {
+                errors.push(file.error(message));
+                None
+            }
+        },
+        SpraySource::Nozzle(nozzle) => source(scene, spray, nozzle, walls, errors),
+    };
+    let planned = NozzlePlan {
+        name: spray.name.value.clone(),
+        source: source?,
+        liquid_density: *spray.liquid_density,
+        gravity: spray.gravity,
+        drag: spray.drag.as_ref().map(|drag| Drag {
+            density: drag.gas_density,
+            viscosity: drag.gas_viscosity,
+            velocity: drag.gas_velocity,
+        }),
+        at_walls: spray.at_walls,
+        restitution: spray.restitution.as_deref().copied().unwrap_or(0.0),
+        momentum: spray.momentum,
+        max_droplets: *spray.max_droplets,
+        from: *spray.from,
+        until: spray.until.as_deref().copied().unwrap_or(f64::INFINITY),
+    };
+    warnings.extend(too_many(scene, &planned));
+    Some(planned)
+}
+
+/// Whether a place lies in the domain; along periodic axes it always does.
+fn is_inside(scene: &Scene, place: DVec3) -> bool {
+    let (min, max) = (*scene.domain.min, *scene.domain.max);
+    (0..3).all(|axis| {
+        scene.domain.periodic[axis] || (min[axis] <= place[axis] && place[axis] <= max[axis])
+    })
+}
+
+fn source(
+    scene: &Scene,
+    spray: &Spray,
+    nozzle: &Nozzle,
+    walls: &[Wall],
+    errors: &mut Vec<SceneError>,
+) -> Option<SourcePlan> {
+    let before = errors.len();
+    let place = &nozzle.position;
+    if !is_inside(scene, **place) {
+        let error = place.error("the nozzle stands outside of the domain");
+        errors.push(error.with_help("move it into the box of domain.min and domain.max"));
+    } else if let Some(wall) = inside_of(**place, walls) {
+        let error = place.error(format!("the nozzle stands in or behind the wall `{wall}`"));
+        let help = "move it to the side on which particles are: each droplet would end at once";
+        errors.push(error.with_help(help));
+    }
+    let carrier = nozzle.carrier.as_ref().and_then(|name| {
+        let found = walls.iter().position(|wall| wall.name == name.value);
+        if found.is_none() {
+            let names: Vec<&str> = walls.iter().map(|wall| wall.name.as_str()).collect();
+            let error = name.error(format!("there is no wall \"{}\"", name.value));
+            let help = if names.is_empty() {
+                "the scene has no walls".to_owned()
+            } else {
+                format!("the walls are {}", names.join(", "))
+            };
+            errors.push(error.with_help(help));
+        }
+        found
+    });
+    let sizes = match sizes(&nozzle.droplets) {
+        Ok(sizes) => Some(sizes),
+        Err(error) => {
+            errors.push(error);
+            None
+        }
+    };
+    if let Some(fines) = sizes.as_ref().and_then(SizeDistribution::warning_of_fines) {
+        let message = "has no smallest droplet: a second of the flow holds no number of them";
+        errors.push(nozzle.droplets.place.error(message).with_help(fines));
+    }
+    let flow = match &nozzle.flow_rate {
+        SprayFlow::Constant(rate) => Some(Flow::Constant(**rate)),
+        SprayFlow::Table(file) => match flow_table(file.as_path()) {
+            Ok(rows) => Some(Flow::table(&rows, *spray.from)),
+            Err(message) => {
+                errors.push(file.error(message));
+                None
+            }
+        },
+    };
+    let axis = *nozzle.axis;
+    let wide = match &nozzle.pattern {
+        SprayPattern::FlatFan { wide_axis, .. } => **wide_axis,
+        SprayPattern::Cone { .. } => axis.any_orthonormal_vector(),
+    };
+    let wide = (wide - axis * wide.dot(axis)).normalize();
+    let pattern = match &nozzle.pattern {
+        SprayPattern::FlatFan {
+            half_angles_degrees,
+            ..
+        } => Pattern::FlatFan((**half_angles_degrees).map(f64::to_radians)),
+        SprayPattern::Cone {
+            half_angles_degrees,
+        } => Pattern::Cone((**half_angles_degrees).map(|angle: f64| cos(angle.to_radians()))),
+    };
+    let (flow, sizes) = flow.zip(sizes)?;
+    (errors.len() == before).then(|| SourcePlan::Nozzle {
+        position: **place,
+        frame: [axis, wide, axis.cross(wide)],
+        pattern,
+        orifice: *nozzle.orifice,
+        flow,
+        speed: [*nozzle.speed, nozzle.speed_spread],
+        sizes,
+        carrier,
+    })
+}
+
+/// The wall in or behind which a place lies at the start.
+fn inside_of(place: DVec3, walls: &[Wall]) -> Option<&str> {
+    let mut touches = Touches::new();
+    let stands = |wall: &&Wall| wall.from <= 0.0;
+    walls.iter().filter(stands).find_map(|wall| {
+        // Only shapes with an inside have places behind them; those of meshes with two sides are before one of them.
+        wall.shape.touches(place, 0.0, &mut touches);
+        let behind = touches.iter().any(|touch| touch.distance <= 0.0);
+        behind.then_some(wall.name.as_str())
+    })
+}
+
+fn sizes(psd: &Located<Psd>) -> Result<SizeDistribution, SceneError> {
+    SizeDistribution::from_scene(psd).map_err(|error| match error {
+        SizeError::Improper(error) => error,
+        SizeError::File(error) => match &psd.law {
+            SizeLaw::File { file } => file.error(error.to_string()),
+            _ => psd.error(error.to_string()),
+        },
+        error @ SizeError::Law(_) => psd.error(error.to_string()),
+    })
+}
+
+fn flow_table(path: &std::path::Path) -> Result<Vec<[f64; 2]>, String> {
+    let rows = number_table::read(path, ["t", "rate"])?;
+    let at = |line: usize, message: String| format!("{}:{line}: {message}", path.display());
+    if let [(line, _)] = rows[..] {
+        return Err(at(
+            line,
+            "needs at least two rows: the rate is linear between them".to_owned(),
+        ));
+    }
+    for pair in rows.windows(2) {
+        let ((_, [before, _]), (line, [time, _])) = (pair[0], pair[1]);
+        if time <= before {
+            let message = format!("t = {time} does not lie after {before}, the row before");
+            return Err(at(line, message));
+        }
+    }
+    if let Some((line, [_, rate])) = rows.iter().find(|(_, [_, rate])| *rate < 0.0) {
+        return Err(at(*line, format!("rate = {rate} is negative")));
+    }
+    Ok(rows.into_iter().map(|(_, row)| row).collect())
+}
+
+fn points(scene: &Scene, path: &std::path::Path) -> Result<Vec<Point>, String> {
+    let columns = ["t", "x", "y", "z", "vx", "vy", "vz", "diameter"];
+    let rows = number_table::read(path, columns)?;
+    let mut points: Vec<Point> = Vec::with_capacity(rows.len());
+    for (line, [time, x, y, z, vx, vy, vz, diameter]) in rows {
+        let position = DVec3::new(x, y, z);
+        let wrong = if points.last().is_some_and(|before| time < before.time) {
+            Some(format!(
+                "t = {time} lies before the row before; sort the rows by t"
+            ))
+        } else if diameter <= 0.0 {
+            Some(format!("diameter = {diameter} is not above 0"))
+        } else if !is_inside(scene, position) {
+            Some("the droplet starts outside of the domain".to_owned())
+        } else {
+            None
+        };
+        if let Some(message) = wrong {
+            return Err(format!("{}:{line}: {message}", path.display()));
+        }
+        points.push(Point {
+            time,
+            position,
+            velocity: DVec3::new(vx, vy, vz),
+            diameter,
+        });
+    }
+    Ok(points)
+}
+
+/// Warns of a nozzle from which more droplets may come to fly at once than allowed.
+fn too_many(scene: &Scene, nozzle: &NozzlePlan) -> Option<String> {
+    let SourcePlan::Nozzle {
+        flow, sizes, speed, ..
+    } = &nozzle.source
+    else {
+        return None;
+    };
+    let rate = flow.largest() / sizes.mean_volume();
+    let time = nozzle.until.min(*scene.time.end) - nozzle.from;
+    // No flight is longer than one across the whole domain: straight, or up and down again under gravity.
+    let way = (*scene.domain.max - *scene.domain.min).length();
+    let gravity = if nozzle.gravity {
+        scene.gravity.length()
+    } else {
+        0.0
+    };
+    let fastest = speed[0] + speed[1];
+    let periodic = scene.domain.periodic.contains(&true);
+    let bounces = nozzle.at_walls == AtWalls::Bounce;
+    let flight = if periodic || bounces || nozzle.drag.is_some() {
+        f64::INFINITY
+    } else if gravity > 0.0 {
+        (fastest + (fastest * fastest + 2.0 * gravity * way).sqrt()) / gravity
+    } else {
+        way / (speed[0] - speed[1])
+    };
+    let most = rate * time.min(flight).max(0.0);
+    (most > nozzle.max_droplets as f64).then(|| {
+        format!(
+            "spray \"{}\": up to {} droplets may come to be in flight at once, and max_droplets = {} ends the run; raise it, spray larger droplets or less, or check the units of flow and diameter",
+            nozzle.name,
+            short(most),
+            nozzle.max_droplets
+        )
+    })
+}
