@@ -80,7 +80,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 21] = [
+const ENDINGS: [&str; 22] = [
     "data",
     "ene",
     "fstat",
@@ -96,6 +96,7 @@ const ENDINGS: [&str; 21] = [
     "regions.csv",
     "flux.csv",
     "liquid.csv",
+    "budget.csv",
     "0.restart",
     "1.restart",
     "final.png",
@@ -362,6 +363,7 @@ mod tests {
             "plan.toml",
             "summary.json",
             "lid.data",
+            "lid.budget.csv",
             "lid.1.restart",
             "lid.particles.arrow.tmp-17",
             ".mercury-17",
