@@ -205,7 +205,7 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
         };
         let total = rows.iter().map(|row| (row.time, sum(row))).collect();
         let (name, about) = if is_audited {
-            ("balance", "sum, + lost - given: constant")
+            ("balance", "energies + taken - given")
         } else {
             ("sum", "of those below")
         };
