@@ -45,7 +45,7 @@ pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
-pub use scenery::{rest_speed, wall_surfaces};
+pub use scenery::{moves, wall_surfaces};
 
 /// The examples of the documentation, compiled and run as tests.
 #[cfg(doctest)]

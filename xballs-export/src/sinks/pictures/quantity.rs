@@ -2,7 +2,7 @@
 
 use mercury_common::frames::Column;
 use mercury_common::paraview::{Group, groups};
-use mercury_pictures::{ColourBy, rest_speed, upwards};
+use mercury_pictures::{ColourBy, upwards};
 
 use crate::{ExportError, Snapshot};
 
@@ -143,9 +143,9 @@ pub(super) fn moves(snapshot: &Snapshot) -> bool {
     ) else {
         return false;
     };
-    let diameter = 2.0 * radii.iter().sum::<f64>() / radii.len().max(1) as f64;
-    let rest = rest_speed(snapshot.header.gravity.unwrap_or_default(), diameter);
-    velocities.iter().any(|velocity| velocity.length() > rest)
+    let gravity = snapshot.header.gravity.unwrap_or_default();
+    let grains = radii.iter().copied().zip(velocities);
+    mercury_pictures::moves(gravity, snapshot.frame.time, grains)
 }
 
 fn has(snapshot: &Snapshot, name: &str) -> bool {
