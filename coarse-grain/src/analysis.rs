@@ -387,6 +387,46 @@ mod tests {
         assert_eq!(blocks[0].frames, 4);
     }
 
+    /// Frames at t = n h with velocities that grow as t^2. With weights w_j = exp(-(j h)^2 / (2 width^2)) of the frames n + j, up to 3 widths
+    /// away, the mean at t is t^2 + h^2 sum(w_j j^2) / sum(w_j), and at the first frame, which has neighbours on one side only,
+    /// h^2 sum(w_j j^2) / sum(w_j) over j >= 0.
+    #[test]
+    fn smoothed_blocks_have_the_weights_of_a_gaussian_of_their_width() {
+        for (h, in_a_width) in [(0.25, 2), (0.5, 1), (0.125, 5)] {
+            let width = h * f64::from(in_a_width);
+            let analysis = analysis(TimeMode::Smooth { width, step: width }, &["velocity"]);
+            let frames = 10 * in_a_width;
+            let states = (0..=frames).map(|n| {
+                let time = h * f64::from(n);
+                state(time, time * time, 0.5)
+            });
+            let blocks = run(&analysis, states.collect());
+            let reach = 3 * in_a_width;
+            let spread = |first: i32| {
+                let distance = |j: i32| h * f64::from(j);
+                let weight = |j| libm::exp(-distance(j).powi(2) / (2.0 * width * width));
+                let all: f64 = (first..=reach).map(weight).sum();
+                let squares = (first..=reach).map(|j| weight(j) * distance(j).powi(2));
+                squares.sum::<f64>() / all
+            };
+            // Round-off of a dozen sums.
+            let check = |block: &Block, expected: f64| {
+                let found = block.columns[0].values[0];
+                assert!(
+                    (found - expected).abs() < 1e-13 * expected.max(1.0),
+                    "{found} {expected}"
+                );
+            };
+            check(&blocks[0], spread(0));
+            for block in &blocks[3..=7] {
+                check(block, block.time * block.time + spread(-reach));
+            }
+            // An infinite fine sum has a spread of the variance width^2, less what is cut off at three widths.
+            let cut = 1.0 - spread(-reach) / (width * width);
+            assert!((0.0..0.05).contains(&cut), "{cut}");
+        }
+    }
+
     #[test]
     fn times_of_smoothed_blocks_are_multiples_without_the_round_off_of_a_sum() {
         let analysis = analysis(

@@ -88,6 +88,26 @@ impl Field {
         self.per.first().copied()
     }
 
+    /// Whether a component may be of either sign by its nature: those of vectors, and of tensors the ones beside the diagonal; on the diagonal those
+    /// of rates of strain. All others are zero or above it where nothing pulls.
+    #[must_use]
+    pub fn is_signed(&self, component: usize) -> bool {
+        let diagonal = match self.components {
+            Components::Scalar | Components::Powers => return self.name == "radius_skewness",
+            Components::Vector => return true,
+            Components::Symmetric => [0, 3, 5].contains(&component),
+            Components::Tensor => component.is_multiple_of(4),
+        };
+        const SQUARES_AND_PRESSURES: [&str; 5] = [
+            "momentum_flux",
+            "kinetic_stress",
+            "contact_stress",
+            "stress",
+            "fabric",
+        ];
+        !(diagonal && SQUARES_AND_PRESSURES.contains(&self.name))
+    }
+
     /// Whether it cannot be known without contacts.
     #[must_use]
     pub fn needs_contacts(&self) -> bool {
@@ -285,6 +305,25 @@ mod tests {
         let divisor = |name| Field::by_name(name).unwrap().divisor();
         assert_eq!(divisor("velocity"), Some(Sum::Mass));
         assert_eq!((divisor("density"), divisor("stress")), (None, None));
+    }
+
+    #[test]
+    fn signs_follow_from_what_a_component_is() {
+        let signed = |name: &str| -> Vec<usize> {
+            let field = Field::by_name(name).unwrap();
+            (0..field.components.count())
+                .filter(|&component| field.is_signed(component))
+                .collect()
+        };
+        assert_eq!(signed("velocity"), [0, 1, 2]);
+        // xx, xy, xz, yx, yy, yz, zx, zy, zz.
+        assert_eq!(signed("stress"), [1, 2, 3, 5, 6, 7]);
+        // xx, xy, xz, yy, yz, zz.
+        assert_eq!(signed("fabric"), [1, 2, 4]);
+        assert_eq!(signed("strain_rate"), [0, 1, 2, 3, 4, 5]);
+        for name in ["density", "pressure", "size_moments", "shear_rate"] {
+            assert!(signed(name).is_empty(), "{name}");
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod series;
 mod tests;
 
 pub use clumps::clumps;
-pub use columns::{Group, groups, vectors};
+pub use columns::{Group, clump_column, clump_spec, groups, vectors};
 pub use grids::{WallScene, contacts, particles, walls};
 pub use script::{ScriptParts, script};
 pub use series::Series;

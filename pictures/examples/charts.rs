@@ -199,6 +199,7 @@ fn field() -> ChartPage {
         unit: "Pa".into(),
         map: ColourMap::Viridis,
         range: None,
+        centred: false,
     };
     let chart = Chart::new(
         "Pressure around an intruder",

@@ -15,12 +15,67 @@ pub struct EnergyRow {
     pub gravitational: f64,
     /// Elastic energy stored in contacts (J).
     pub elastic: f64,
-    /// Energy dissipated since the start (J), where the run keeps account of it.
-    pub dissipated: Option<f64>,
+    /// What became of the energy since the start, where the run keeps account of it.
+    pub flows: Option<EnergyFlows>,
+}
+
+impl EnergyRow {
+    /// What is stored in the system (J).
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.kinetic + self.rotational + self.gravitational + self.elastic
+    }
+}
+
+/// What became of the energy of a system since the start, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EnergyFlows {
+    /// Dissipated by viscous and plastic normal forces.
+    pub dissipated_normal: f64,
+    /// Dissipated by sliding friction and tangential dashpots.
+    pub dissipated_tangential: f64,
+    /// Dissipated by rolling and torsion resistance.
+    pub dissipated_rolling: f64,
+    /// Dissipated by liquid.
+    pub dissipated_liquid: f64,
+    /// Work of all walls on the particles.
+    pub wall_work: f64,
+    /// The part of it that walls with a servo did.
+    pub servo_work: f64,
+    /// Brought in by particles that came.
+    pub inserted: f64,
+    /// Taken out by particles that went, with what their contacts stored.
+    pub deleted: f64,
+    /// The part of it that their contacts stored.
+    pub deleted_elastic: f64,
+    /// Stored in contacts with walls that vanished.
+    pub vanished_walls: f64,
+    /// Kinetic energy of particles that fell asleep.
+    pub put_to_rest: f64,
+}
+
+impl EnergyFlows {
+    /// Dissipated by all mechanisms (J).
+    #[must_use]
+    pub fn dissipated(&self) -> f64 {
+        self.dissipated_normal
+            + self.dissipated_tangential
+            + self.dissipated_rolling
+            + self.dissipated_liquid
+    }
+
+    /// Taken from the system by all of them (J); negative if more was given to it.
+    #[must_use]
+    pub fn taken(&self) -> f64 {
+        self.dissipated() + self.deleted + self.vanished_walls + self.put_to_rest
+            - self.wall_work
+            - self.inserted
+    }
 }
 
 /// The energies of a run over time, as charts: every kind that the run has, gravitational energy counted from its lowest in the
-/// run, and below the whole kinetic energy on a logarithmic axis. `rows` are in the order of time.
+/// run; where the run keeps account of it, what became of the energy since the start; and the whole kinetic energy on a logarithmic axis.
+/// `rows` are in the order of time.
 #[must_use]
 pub fn energy_page(title: &str, rows: &[EnergyRow]) -> ChartPage {
     let times = || {
@@ -40,34 +95,73 @@ pub fn energy_page(title: &str, rows: &[EnergyRow]) -> ChartPage {
             axis
         }
     };
-    let mut upper = Chart::new("", time(), Axis::linear("energy", "J")).legend(Legend::Right);
-    upper.series = kinds(rows);
-    let mut lower = Chart::new("", time(), Axis::log("kinetic energy", "J"));
+    let mut charts = Vec::new();
+    let mut energies = Chart::new("", time(), Axis::linear("energy", "J")).legend(Legend::Right);
+    energies.series = kinds(rows);
+    charts.push(energies);
+    let mut row_shares = vec![3.0];
+    let mut height = 540.0;
+    if rows.iter().any(|row| row.flows.is_some()) {
+        let axis = Axis::linear("energy since the start", "J");
+        let mut since = Chart::new("", time(), axis).legend(Legend::Right);
+        since.series = flows(rows);
+        since.when_empty = "nothing was dissipated, given or taken".into();
+        charts.push(since);
+        row_shares.push(3.0);
+        height = 800.0;
+    }
+    let mut speed = Chart::new("", time(), Axis::log("kinetic energy", "J"));
     let kinetic = |row: &EnergyRow| (row.time, row.kinetic + row.rotational);
     let line = Series::line("", rows.iter().map(kinetic).collect());
-    lower.series.push(line.hue(Hue::Blue));
-    for chart in [&mut upper, &mut lower] {
-        chart.when_empty = "no energies were recorded".into();
-    }
+    speed.series.push(line.hue(Hue::Blue));
     if !rows.is_empty() {
-        lower.when_empty = "zero throughout the run".into();
+        speed.when_empty = "zero throughout the run".into();
     }
-    let page = ChartPage::new(title, 1, vec![upper, lower]);
+    charts.push(speed);
+    row_shares.push(2.0);
+    if rows.is_empty() {
+        for chart in &mut charts {
+            chart.when_empty = "no energies were recorded".into();
+        }
+    }
+    let page = ChartPage::new(title, 1, charts);
     ChartPage {
         subtitle: "Energies over time".into(),
-        row_shares: vec![3.0, 2.0],
-        ..page.size(720.0, 540.0)
+        row_shares,
+        ..page.size(720.0, height)
     }
 }
 
-/// The kinds of energy that the run has: one that is zero throughout is not drawn, except the kinetic one.
+/// A line of the chart: its name, what it is, its look, its value in a row.
+type Kind<'a> = (
+    &'static str,
+    &'static str,
+    Hue,
+    Dash,
+    Box<dyn Fn(&EnergyRow) -> f64 + 'a>,
+);
+
+fn line((name, about, hue, dash, pick): &Kind, rows: &[EnergyRow]) -> Series {
+    let points = rows.iter().map(|row| (row.time, pick(row))).collect();
+    Series::line(name, points)
+        .hue(*hue)
+        .dash(*dash)
+        .about(about)
+}
+
+/// Whether a kind has another value than zero anywhere.
+fn is_there((.., pick): &Kind, rows: &[EnergyRow]) -> bool {
+    rows.iter().any(|row| pick(row) != 0.0)
+}
+
+/// The kinds of energy that the run has: one that is zero throughout is not drawn, except the kinetic one. Before them their sum, with what
+/// was taken from the system since the start and without what was given to it: it stays the same where the budget closes.
 fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
     let heights = rows.iter().map(|row| row.gravitational);
     let lowest = heights
         .filter(|energy| energy.is_finite())
         .fold(f64::MAX, f64::min);
-    type Pick<'a> = Box<dyn Fn(&EnergyRow) -> f64 + 'a>;
-    let all: [(&str, &str, Hue, Dash, Pick); 5] = [
+    let all: [Kind; 4] = [
         (
             "kinetic",
             "of translation",
@@ -96,39 +190,113 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
             Dash::Dotted,
             Box::new(|row| row.elastic),
         ),
-        (
-            "dissipated",
-            "since the start",
-            Hue::Vermillion,
-            Dash::Long,
-            Box::new(|row| row.dissipated.unwrap_or(0.0)),
-        ),
     ];
-    let is_there = |name: &str, pick: &Pick| match name {
-        "kinetic" => true,
-        "dissipated" => rows.iter().any(|row| row.dissipated.is_some()),
-        _ => rows.iter().any(|row| pick(row) != 0.0),
-    };
     let all: Vec<_> = all
         .into_iter()
-        .filter(|(name, .., pick)| is_there(name, pick))
+        .filter(|kind| kind.0 == "kinetic" || is_there(kind, rows))
         .collect();
+    let is_audited = rows.iter().any(|row| row.flows.is_some());
     let mut series = Vec::new();
-    if all.len() > 1 {
+    if all.len() > 1 || is_audited {
         // Thin and first, so that it covers nothing.
-        let sum = |row: &EnergyRow| all.iter().map(|(.., pick)| pick(row)).sum::<f64>();
+        let sum = |row: &EnergyRow| {
+            let stored: f64 = all.iter().map(|(.., pick)| pick(row)).sum();
+            stored + row.flows.map_or(0.0, |flows| flows.taken())
+        };
         let total = rows.iter().map(|row| (row.time, sum(row))).collect();
-        let total = Series::line("sum", total).hue(Hue::Ink).dash(Dash::Solid);
-        series.push(total.width(0.9).about("of those below"));
+        let (name, about) = if is_audited {
+            ("balance", "energies + taken - given")
+        } else {
+            ("sum", "of those below")
+        };
+        let total = Series::line(name, total).hue(Hue::Ink).dash(Dash::Solid);
+        series.push(total.width(0.9).about(about));
     }
-    series.extend(all.iter().map(|(name, about, hue, dash, pick)| {
-        let points = rows.iter().map(|row| (row.time, pick(row))).collect();
-        Series::line(name, points)
-            .hue(*hue)
-            .dash(*dash)
-            .about(about)
-    }));
+    series.extend(all.iter().map(|kind| line(kind, rows)));
     series
+}
+
+/// What became of the energy since the start, kind by kind; one that is zero throughout is not drawn.
+fn flows(rows: &[EnergyRow]) -> Vec<Series> {
+    fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
+        Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))
+    }
+    let all: [Kind; 10] = [
+        (
+            "dissipated, normal",
+            "by normal forces",
+            Hue::Vermillion,
+            Dash::Long,
+            of(|flows| flows.dissipated_normal),
+        ),
+        (
+            "dissipated, tangential",
+            "by friction",
+            Hue::Vermillion,
+            Dash::Solid,
+            of(|flows| flows.dissipated_tangential),
+        ),
+        (
+            "dissipated, rolling",
+            "by rolling and torsion",
+            Hue::Vermillion,
+            Dash::Dotted,
+            of(|flows| flows.dissipated_rolling),
+        ),
+        (
+            "dissipated, liquid",
+            "by bridges",
+            Hue::Sky,
+            Dash::Long,
+            of(|flows| flows.dissipated_liquid),
+        ),
+        (
+            "work of walls",
+            "given, servos apart",
+            Hue::Blue,
+            Dash::Solid,
+            of(|flows| flows.wall_work - flows.servo_work),
+        ),
+        (
+            "work of servos",
+            "given",
+            Hue::Blue,
+            Dash::Dashed,
+            of(|flows| flows.servo_work),
+        ),
+        (
+            "inserted",
+            "brought in",
+            Hue::Green,
+            Dash::Solid,
+            of(|flows| flows.inserted),
+        ),
+        (
+            "deleted",
+            "taken out, with contacts",
+            Hue::Orange,
+            Dash::Dashed,
+            of(|flows| flows.deleted),
+        ),
+        (
+            "vanished walls",
+            "stored at them",
+            Hue::Purple,
+            Dash::Dotted,
+            of(|flows| flows.vanished_walls),
+        ),
+        (
+            "put to rest",
+            "of sleepers",
+            Hue::Grey,
+            Dash::Dotted,
+            of(|flows| flows.put_to_rest),
+        ),
+    ];
+    all.iter()
+        .filter(|kind| is_there(kind, rows))
+        .map(|kind| line(kind, rows))
+        .collect()
 }
 
 #[cfg(test)]
@@ -145,7 +313,7 @@ mod tests {
             rotational: 0.0,
             gravitational,
             elastic: 0.0,
-            dissipated: None,
+            flows: None,
         }
     }
 
@@ -167,6 +335,39 @@ mod tests {
         assert_eq!(names, ["sum", "kinetic", "gravitational"]);
         assert_eq!(points(&all[2]), [(0.0, 2.0), (1.0, 0.0), (2.0, 0.5)]);
         assert_eq!(points(&all[0]), [(0.0, 3.0), (1.0, 1.0), (2.0, 1.5)]);
+    }
+
+    /// A lid that presses on a bed gives 3 J, of which friction takes 2: the energies rise by 1 J, and nothing appears from nowhere.
+    #[test]
+    fn the_balance_does_not_rise_with_the_work_of_walls() {
+        let begin = EnergyRow {
+            flows: Some(EnergyFlows::default()),
+            ..row(0.0, 1.0, 0.0)
+        };
+        let flows = EnergyFlows {
+            dissipated_tangential: 2.0,
+            wall_work: 3.0,
+            servo_work: 1.0,
+            ..EnergyFlows::default()
+        };
+        let end = EnergyRow {
+            elastic: 1.0,
+            flows: Some(flows),
+            ..row(1.0, 1.0, 0.0)
+        };
+        let rows = [begin, end];
+        let all = kinds(&rows);
+        assert_eq!(all[0].name, "balance");
+        assert_eq!(points(&all[0]), [(0.0, 1.0), (1.0, 1.0)]);
+        let since = super::flows(&rows);
+        let names: Vec<_> = since.iter().map(|s| s.name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["dissipated, tangential", "work of walls", "work of servos"]
+        );
+        let ends: Vec<_> = since.iter().map(|series| points(series)[1].1).collect();
+        assert_eq!(ends, [2.0, 2.0, 1.0]);
+        assert_eq!(energy_page("", &rows).charts.len(), 3);
     }
 
     #[test]
@@ -237,12 +438,13 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(32))]
 
         #[test]
-        fn no_energies_break_the_chart(bits in prop::collection::vec(any::<[u64; 6]>(), 1..6)) {
+        fn no_energies_break_the_chart(bits in prop::collection::vec(any::<[u64; 8]>(), 1..6)) {
             let rows: Vec<_> = (bits.iter())
                 .map(|bits| {
-                    let [time, kinetic, rotational, gravitational, elastic, dissipated] = bits.map(f64::from_bits);
-                    let dissipated = (bits[5] % 2 == 0).then_some(dissipated);
-                    EnergyRow { time, kinetic, rotational, gravitational, elastic, dissipated }
+                    let [time, kinetic, rotational, gravitational, elastic, dissipated_normal, wall_work, deleted] = bits.map(f64::from_bits);
+                    let flows = EnergyFlows { dissipated_normal, wall_work, deleted, ..EnergyFlows::default() };
+                    let flows = (bits[5] % 2 == 0).then_some(flows);
+                    EnergyRow { time, kinetic, rotational, gravitational, elastic, flows }
                 })
                 .collect();
             let svg = energy_page("any", &rows).svg().unwrap();

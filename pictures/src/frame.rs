@@ -87,7 +87,8 @@ pub struct Surface {
     /// 1: opaque; 0: invisible. What lies between is the opacity of the surface seen straight; a thin sheet hides more
     /// where it is seen at a slant.
     pub opacity: f64,
-    /// Draws the edges between triangles that meet at more than [`Surface::FOLD`] degrees, and free edges.
+    /// Draws the edges between triangles that meet at more than [`Surface::FOLD`] degrees, where they do not lie so close that lines would hide the
+    /// surface, and free edges.
     pub edges: bool,
 }
 

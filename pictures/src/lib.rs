@@ -38,14 +38,14 @@ pub use camera::Overview;
 pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
 pub use colour::Colour;
 pub use colour_map::{ColourMap, category_colour};
-pub use energies::{EnergyRow, energy_page};
+pub use energies::{EnergyFlows, EnergyRow, energy_page};
 pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
 pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;
-pub use scenery::{rest_speed, wall_surfaces};
+pub use scenery::{moves, wall_surfaces};
 
 /// The examples of the documentation, compiled and run as tests.
 #[cfg(doctest)]

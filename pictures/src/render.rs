@@ -16,8 +16,9 @@ mod spheres;
 mod strokes;
 
 pub(crate) use compose::paint;
-pub(crate) use facets::folded_edges;
+pub(crate) use facets::{facing, folded_edges};
 pub(crate) use light::shaded;
+pub(crate) use strokes::WALL_EDGE;
 
 use crate::colour::Colour;
 use crate::theme::Theme;

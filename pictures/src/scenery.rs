@@ -7,13 +7,26 @@ use mercury_common::surfaces::{self, Placement, faces_of_one_box};
 
 use crate::frame::{Grain, Surface};
 
-/// Spheres slower than this share of sqrt(g d) are at rest: they rose by less than 1e-12 diameters with it.
-const REST: f64 = 1e-6;
+/// Particles are at rest while their kinetic energy is less than this share of the energy that they would gain by falling by their diameter: the limit
+/// of `until_at_rest`.
+const REST_ENERGY: f64 = 1e-6;
+/// Without gravity they are at rest while they are so slow that they would have come by this share of their diameter since the start.
+const REST_WAY: f64 = 1e-6;
 
-/// The speed (m/s) up to which particles of this mean diameter (m) are at rest under this gravity (m/s²).
-#[must_use]
-pub fn rest_speed(gravity: DVec3, diameter: f64) -> f64 {
-    REST * (gravity.length() * diameter).max(0.0).sqrt()
+/// Whether particles move at a time (s) under this gravity (m/s²), or what they do is no more than what is left of their way to rest, or round-off.
+/// `grains`: radius (m) and velocity (m/s) of each. All are taken to be as dense.
+pub fn moves(gravity: DVec3, time: f64, grains: impl Iterator<Item = (f64, DVec3)>) -> bool {
+    let (mut energy, mut fall, mut way) = (0.0, 0.0, 0.0);
+    for (radius, velocity) in grains {
+        let (mass, diameter) = (radius * radius * radius, 2.0 * radius);
+        energy += 0.5 * mass * velocity.length_squared();
+        fall += mass * gravity.length() * diameter;
+        let slow = REST_WAY * diameter / time;
+        way += 0.5 * mass * slow * slow;
+    }
+    let rests = energy <= REST_ENERGY * fall || (time > 0.0 && energy <= way);
+    // What is no number moves.
+    !rests && energy != 0.0
 }
 
 /// The walls that are there, where they stand. `standing` says it for each of `shapes`; `names` tell which planes are faces of one
@@ -105,10 +118,21 @@ mod tests {
     }
 
     #[test]
-    fn rest_is_slower_than_any_fall() {
-        // sqrt(10 m/s² * 1 mm) = 0.1 m/s, of which a millionth.
-        let rest = rest_speed(DVec3::NEG_Z * 10.0, 1e-3);
-        assert!((rest - 1e-7).abs() < 1e-12, "{rest}");
-        assert_eq!(rest_speed(DVec3::ZERO, 1e-3), 0.0);
+    fn what_is_left_of_a_fall_is_rest() {
+        let down = DVec3::NEG_Z * 10.0;
+        // A bed of 1,000 beads of 1 mm. All at v: m v^2 / 2 = 1e-6 m g d at v = sqrt(2e-6 * 0.01 m^2/s^2) = 0.141 mm/s.
+        let bed = |speed: f64| (0..1000).map(move |_| (0.5e-3, DVec3::X * speed));
+        assert!(moves(down, 1.0, bed(1.5e-4)) && !moves(down, 1.0, bed(1.3e-4)));
+        // One bead that rolls at 4 mm/s is no reason to show the round-off of the others, one that falls at 0.2 m/s is.
+        let one = |speed: f64| bed(1e-9).chain([(0.5e-3, DVec3::X * speed)]);
+        assert!(!moves(down, 1.0, one(4e-3)) && moves(down, 1.0, one(0.2)));
+        // Without gravity round-off alone is rest: by 1 mm * 1e-6 in a second.
+        assert!(!moves(DVec3::ZERO, 1.0, bed(0.9e-9)) && moves(DVec3::ZERO, 1.0, bed(1.1e-9)));
+        assert!(moves(DVec3::ZERO, 0.0, bed(1e-12)));
+        for gravity in [down, DVec3::ZERO] {
+            assert!(!moves(gravity, 0.0, bed(0.0)) && !moves(gravity, 1.0, bed(0.0)));
+            assert!(!moves(gravity, 1.0, std::iter::empty()));
+            assert!(moves(gravity, 1.0, bed(f64::NAN)));
+        }
     }
 }

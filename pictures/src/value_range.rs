@@ -68,6 +68,13 @@ impl ValueRange {
         }
         Some(opened(low, high))
     }
+
+    /// The ends of a colour bar whose middle is 0, never empty.
+    pub(crate) fn centred(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.usual?;
+        let end = high.abs().max(low.abs());
+        Some(if end > 0.0 { (-end, end) } else { (-1.0, 1.0) })
+    }
 }
 
 /// `low..high`, opened where it is too narrow for a bar.
@@ -114,6 +121,20 @@ mod tests {
         assert_eq!(bar(&[-1.0, 3.0], ColourMap::CoolWarm), Some((-3.0, 3.0)));
         assert_eq!(bar(&[0.0, 0.0], ColourMap::Viridis), Some((0.0, 1.0)));
         assert_eq!(bar(&[f64::NAN], ColourMap::Viridis), None);
+    }
+
+    #[test]
+    fn the_middle_of_a_centred_bar_is_zero() {
+        for (values, expected) in [
+            (&[-3.0, -1.0][..], Some((-3.0, 3.0))),
+            (&[2.0, 5.0], Some((-5.0, 5.0))),
+            (&[0.0, 0.0], Some((-1.0, 1.0))),
+            (&[f64::NAN], None),
+        ] {
+            let mut range = ValueRange::default();
+            range.add(values.iter().copied());
+            assert_eq!(range.centred(), expected);
+        }
     }
 
     #[test]

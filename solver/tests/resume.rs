@@ -64,6 +64,12 @@ impl Case {
             "output.fstat=true".to_owned(),
             format!("output.fstat_interval={:?}", end / 4.7),
         ];
+        // Its sums go on, too; where they are not kept, forces and kicks are fused, which is to be seen as well.
+        let mut walls = physics.walls().iter();
+        let has_servos = walls.any(|wall| wall.motion.all_servos().next().is_some());
+        if has_servos || !physics.insertions().is_empty() {
+            settings.push("output.energy_budget=true".to_owned());
+        }
         for table in 0..read.fields.len() {
             settings.push(format!("fields[{table}].from={:?}", end / 5.3));
             settings.push(format!("fields[{table}].interval={:?}", end / 9.1));

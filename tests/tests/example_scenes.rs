@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mercury_common::scene::Files;
-use mercury_solver::plan::{parse_scene, read_scene};
+use mercury_solver::plan::{parse_scene, plan, read_scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes")
@@ -64,6 +64,48 @@ fn the_scene_of_the_readme_parses() {
     let read = parse_scene(Path::new("README.toml"), &blocks[0], &[], Files::MustExist);
     if let Err(errors) = read {
         panic!("{errors}");
+    }
+}
+
+#[test]
+fn the_scene_beside_a_script_of_another_code_is_a_whole_one() {
+    let blocks = toml_blocks("docs/how-to/start-from-a-scene.md");
+    assert_eq!(blocks.len(), 1);
+    let path = Path::new("from-liggghts.toml");
+    let read = parse_scene(path, &blocks[0], &[], Files::MustExist);
+    let scene = read.unwrap_or_else(|errors| panic!("{errors}"));
+    let plan = plan(&scene).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(
+        plan.notes().warnings().is_empty(),
+        "{:?}",
+        plan.notes().warnings()
+    );
+}
+
+/// Twelve pictures, all there and small, and each chapter with its commands and files that are there.
+#[test]
+fn the_gallery_is_whole() {
+    let docs = folder().join("../docs");
+    let text = std::fs::read_to_string(docs.join("gallery.md")).expect("the page is there");
+    let chapters: Vec<&str> = text.split("\n## ").skip(1).collect();
+    assert_eq!(chapters.len(), 12);
+    for chapter in chapters {
+        let title = chapter.lines().next().unwrap_or_default();
+        assert!(chapter.contains("```sh\nmercury-"), "{title}: no command");
+        let links = chapter.split("](").skip(1);
+        let links: Vec<&str> = links.filter_map(|rest| rest.split(')').next()).collect();
+        let pictures = links.iter().filter(|link| link.starts_with("pictures/"));
+        assert_eq!(pictures.count(), 1, "{title}");
+        for link in links {
+            let path = docs.join(link.split('#').next().unwrap_or_default());
+            let file = std::fs::metadata(&path);
+            let file = file.unwrap_or_else(|error| panic!("{title}: {}: {error}", path.display()));
+            assert!(
+                !link.starts_with("pictures/") || file.len() < 250_000,
+                "{title}: {} bytes",
+                file.len()
+            );
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use mercury_common::frames::{BodyFrame, BodyReader, Column};
+use mercury_common::paraview::{clump_column, clump_spec};
 
 use crate::beside;
 use crate::selection::retain;
@@ -88,6 +89,29 @@ pub(crate) fn notes(reader: Option<&BodyReader>) -> Vec<String> {
             )
         })
         .collect()
+}
+
+/// Gives particles that may be pebbles a column `clump`: the kind of clump that each is of, which is not known if the table has no bodies of that step.
+///
+/// # Errors
+/// When the file is damaged.
+pub(crate) fn add_clumps(reader: &BodyReader, particles: &mut Snapshot) -> Result<(), ExportError> {
+    let mut infos = reader.frames().infos();
+    let step = particles.frame.step;
+    let columns = match infos.position(|info| info.step == step) {
+        Some(number) => reader.frames().columns(number, &["id", "clump"])?,
+        None => Vec::new(),
+    };
+    let [ids, clumps] = [0, 1].map(|k| {
+        let column = columns.get(k).and_then(Column::as_u32);
+        column.unwrap_or_default()
+    });
+    if let Some(Column::OptionalU32(body)) = particles.column("body") {
+        let column = clump_column(body, ids, clumps);
+        particles.specs.push(clump_spec());
+        particles.frame.columns.push(column);
+    }
+    Ok(())
 }
 
 /// The bodies at the time of some particles; none if the table does not have that step.

@@ -158,6 +158,79 @@ fn clumps_become_pebbles_surfaces_or_both() {
     assert_eq!(counts(&vtu("run.particles.0000.vtu")), [1, 1]);
 }
 
+/// Where a surface stands for every particle there is no list of particles, as a grid without cells cannot be read by meshio.
+#[test]
+fn particles_that_are_all_hidden_leave_no_empty_files() {
+    let place = folder_with_clumps(true);
+    let vtu = |name: &str| place.path().join("out").join(name);
+    let stone = ["vtu", "run", "-o", "out", "--region", "x=1.2..2.8"];
+    let all: Vec<&str> = stone.into_iter().chain(["--clumps", "surface"]).collect();
+    // An earlier export into the same folder had them.
+    notes(place.path(), &stone);
+    assert_eq!(counts(&vtu("run.particles.0001.vtu")), [2, 2]);
+    let again: Vec<&str> = all.iter().copied().chain(["--force"]).collect();
+    let said = notes(place.path(), &again);
+    assert!(!said.contains("particles.pvd"), "{said}");
+    for name in [
+        "run.particles.pvd",
+        "run.particles.0000.vtu",
+        "run.particles.0001.vtu",
+    ] {
+        assert!(!vtu(name).exists(), "{name}");
+    }
+    assert_eq!(counts(&vtu("run.clumps.0001.vtu")), [4, 4]);
+    let script = fs::read_to_string(vtu("run.paraview.py")).unwrap();
+    assert!(!script.contains("series(\"particles\")") && !script.contains("shown"));
+    assert!(script.contains("series(\"clumps\")"));
+}
+
+#[test]
+fn colours_show_the_kind_of_clump() {
+    let place = folder_with_clumps(true);
+    for clumps in ["pebbles", "surface"] {
+        let all = [
+            "svg", "run", "--clumps", clumps, "--colour", "clump", "-o", "out", "--force",
+            "--quiet",
+        ];
+        notes(place.path(), &all);
+        let picture = fs::read_to_string(place.path().join("out/run.0001.svg")).unwrap();
+        for said in [">clump<", ">bean<", ">stone<"] {
+            assert!(picture.contains(said), "{clumps}: {said}");
+        }
+    }
+    notes(
+        place.path(),
+        &["vtu", "run", "-o", "grids", "--compression", "none"],
+    );
+    let bytes = fs::read(place.path().join("grids/run.particles.0001.vtu")).unwrap();
+    let head = String::from_utf8_lossy(&bytes).into_owned();
+    let (_, rest) = head.split_once("Name=\"clump\"").unwrap();
+    let (_, rest) = rest.split_once("offset=\"").unwrap();
+    let offset: usize = rest.split_once('"').unwrap().0.parse().unwrap();
+    let mark = b"<AppendedData encoding=\"raw\">\n_";
+    let data = bytes
+        .windows(mark.len())
+        .position(|part| part == mark)
+        .unwrap()
+        + mark.len();
+    // The length, then the sphere, two pebbles of the stone, and the bean.
+    let begin = data + offset + 8;
+    let values: Vec<i64> = bytes[begin..begin + 32]
+        .chunks_exact(8)
+        .map(|bytes| i64::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    assert_eq!(values, [-1, 1, 1, 0]);
+
+    let without = folder_with_clumps(false);
+    let output = export(without.path(), &["png", "run", "--colour", "clump"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("no file of bodies beside the particles"),
+        "{said}"
+    );
+}
+
 #[test]
 fn bodies_are_a_table_like_the_others() {
     let place = folder_with_clumps(true);

@@ -12,6 +12,9 @@ use crate::evaluate::Evaluator;
 /// Most charts on a page: somewhat more than the components of the standard fields.
 const MOST: usize = 48;
 
+/// What is smaller than this part of the largest value says nothing of its sign.
+const ROUND_OFF: f64 = 1e-9;
+
 /// Maps of lengths are to scale unless one side is so many times the other: then nothing could be seen along the shorter one.
 const LONGEST: f64 = 5.0;
 
@@ -253,6 +256,17 @@ fn slope([x, y]: [&GridAxis; 2], axes: [&Axis; 2]) -> Option<f64> {
     (lengths && (1.0 / LONGEST..=LONGEST).contains(&slope)).then_some(slope)
 }
 
+/// Whether values lie on both sides of zero, beyond round-off of the largest.
+fn has_both_signs(values: &[f64]) -> bool {
+    let there = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (
+        there().fold(0.0, f64::min).abs(),
+        there().fold(0.0, f64::max),
+    );
+    low.min(high) > ROUND_OFF * low.max(high)
+}
+
+/// A heat map for each component. Those that may be of either sign have a map of colours whose middle is zero.
 fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> Vec<Chart> {
     let to_scale = slope([x, y], [x_axis, y_axis]).is_some();
     let edges = |axis: &GridAxis| -> Vec<f64> {
@@ -273,15 +287,22 @@ fn maps(block: &Block, [x, y]: [&GridAxis; 2], [x_axis, y_axis]: [&Axis; 2]) -> 
             }
         };
         let cells = (0..y.count).flat_map(|row| (0..x.count).map(move |k| (row, k)));
-        let values = cells.map(|(row, k)| value(row, k)).collect();
+        let values: Vec<f64> = cells.map(|(row, k)| value(row, k)).collect();
+        let is_signed = column.field.is_signed(column.component) || has_both_signs(&values);
+        let map = if is_signed {
+            ColourMap::CoolWarm
+        } else {
+            ColourMap::Viridis
+        };
         let map = HeatMap {
             x_edges: edges(x),
             y_edges: edges(y),
             values,
             name: String::new(),
             unit: unit(column),
-            map: ColourMap::Viridis,
+            map,
             range: None,
+            centred: is_signed,
         };
         let mut chart = Chart::new(&name, x_axis.clone(), y_axis.clone()).with(Series::heat(map));
         chart.when_empty = "no particles".into();
@@ -410,7 +431,25 @@ mod tests {
         // Of a Gaussian, exp(-r^2 / (2 w^2)) > 0.05 within r = 2.45 w: 0.188 m^2 of 3 m^2.
         assert!((45..70).contains(&shown.len()), "{}", shown.len());
         assert!(shown.iter().all(|value| (value - 2.0).abs() < 1e-12));
+        // A density has one sign; a velocity has either, and grey is at rest.
+        let maps = page
+            .charts
+            .iter()
+            .map(|chart| match &chart.series[0].shape {
+                Shape::Heat(map) => (map.map, map.centred),
+                _ => panic!("no map"),
+            });
+        let maps: Vec<_> = maps.collect();
+        assert_eq!(maps[0], (ColourMap::Viridis, false));
+        assert_eq!(maps[1..], [(ColourMap::CoolWarm, true); 3]);
         assert!(page.svg().is_ok());
+    }
+
+    #[test]
+    fn round_off_has_no_sign() {
+        assert!(has_both_signs(&[-1.0, f64::NAN, 2.0]));
+        assert!(!has_both_signs(&[-1e-12, 0.0, 2.0]));
+        assert!(!has_both_signs(&[-3.0, -2.0]) && !has_both_signs(&[f64::NAN]));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Flat columns as vectors again.
 
+use std::collections::HashMap;
+
 use glam::{DQuat, DVec3};
 
 use crate::formats::vtu::VtuValues;
@@ -76,6 +78,20 @@ pub fn vectors(columns: &[Column], [x, y, z]: [usize; 3]) -> Option<Vec<DVec3>> 
     let number = |k: usize| columns.get(k).and_then(Column::as_f64);
     let parts = number(x)?.iter().zip(number(y)?).zip(number(z)?);
     Some(parts.map(|((&x, &y), &z)| DVec3::new(x, y, z)).collect())
+}
+
+/// What the column says that [`clump_column`] gives.
+#[must_use]
+pub fn clump_spec() -> ColumnSpec {
+    ColumnSpec::new("clump", ColumnKind::OptionalU32, "1")
+}
+
+/// The kind of clump of each particle by the body that it is a part of, none for spheres of their own: `ids` and `clumps` are those of all bodies.
+#[must_use]
+pub fn clump_column(body: &[Option<u32>], ids: &[u32], clumps: &[u32]) -> Column {
+    let clump_of: HashMap<u32, u32> = ids.iter().copied().zip(clumps.iter().copied()).collect();
+    let of = |body: &Option<u32>| clump_of.get(&(*body)?).copied();
+    Column::OptionalU32(body.iter().map(of).collect())
 }
 
 /// Takes a group as an array; nothing for text, which grids do not hold.

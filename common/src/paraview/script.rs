@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 /// Which series there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ScriptParts {
+    /// `<prefix>.particles.pvd`.
+    pub particles: bool,
     /// `<prefix>.contacts.pvd`.
     pub contacts: bool,
     /// `<prefix>.walls.pvd`.
@@ -39,8 +41,11 @@ def series(kind):
     reader = PVDReader(registrationName=prefix + "." + kind, FileName=os.path.join(here, prefix + "." + kind + ".pvd"))
     reader.UpdatePipeline(max(reader.TimestepValues or [0.0]))
     return reader
-
-
+"#
+    );
+    if parts.particles {
+        text.push_str(
+            r#"
 particles = series("particles")
 shown = Show(particles, view)
 names = [array.Name for array in particles.PointData]
@@ -56,8 +61,10 @@ if "diameter" in names:
     shown.ScaleFactor = 1.0
 if "speed" in names:
     ColorBy(shown, ("POINTS", "speed"))
-    shown.SetScalarBarVisibility(view, True)"#
-    );
+    shown.SetScalarBarVisibility(view, True)
+"#,
+        );
+    }
     if parts.walls {
         text.push_str(
             r#"
@@ -106,12 +113,21 @@ Hide(contacts, view)
 scene = GetAnimationScene()
 scene.UpdateAnimationUsingDataTimeSteps()
 scene.GoToLast()
-shown.RescaleTransferFunctionToDataRange(False, True)
 "#,
     );
+    if parts.particles {
+        text.push_str("shown.RescaleTransferFunctionToDataRange(False, True)\n");
+    }
     if parts.clumps {
         // One range of colours for speeds of spheres and of clumps.
-        text.push_str("clump_display.RescaleTransferFunctionToDataRange(True, True)\n");
+        let _ = writeln!(
+            text,
+            "clump_display.RescaleTransferFunctionToDataRange({}, True)",
+            if parts.particles { "True" } else { "False" }
+        );
+        if !parts.particles {
+            text.push_str("clump_display.SetScalarBarVisibility(view, True)\n");
+        }
     }
     text.push_str(
         r#"view.CameraPosition = [0.0, -1.0, 0.0]

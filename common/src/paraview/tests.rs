@@ -284,6 +284,7 @@ fn a_series_lists_its_frames_and_removes_only_those_of_an_earlier_one() {
 #[test]
 fn the_script_names_the_series_that_there_are() {
     let all = ScriptParts {
+        particles: true,
         contacts: true,
         walls: true,
         bodies: true,
@@ -294,6 +295,14 @@ fn the_script_names_the_series_that_there_are() {
     for kind in ["particles", "contacts", "walls", "bodies", "clumps"] {
         assert!(text.contains(&format!("series(\"{kind}\")")));
     }
+    let text = script(
+        "run",
+        ScriptParts {
+            clumps: true,
+            ..ScriptParts::default()
+        },
+    );
+    assert!(!text.contains("shown") && text.contains("clump_display.SetScalarBarVisibility"));
     let few = script("run", ScriptParts::default());
     assert!(!few.contains("series(\"walls\")") && !few.contains("series(\"contacts\")"));
 }

@@ -153,6 +153,8 @@ pub struct HeatMap {
     pub map: ColourMap,
     /// Ends of the colour bar; none: what the values need.
     pub range: Option<(f64, f64)>,
+    /// Whether ends that follow from the values are as far below 0 as above it: for maps with a middle and values of either sign.
+    pub centred: bool,
 }
 
 impl Series {

@@ -34,6 +34,7 @@ impl Bar {
         let (lowest, highest) = values.full()?;
         let range = match heat.range {
             Some((low, high)) => crate::value_range::opened(low, high),
+            None if heat.centred => values.centred()?,
             None => values.bar(heat.map)?,
         };
         let axis = Axis::linear(&heat.name, &heat.unit).within(range.0, range.1);

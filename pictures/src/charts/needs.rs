@@ -1,8 +1,65 @@
 //! What the series of a chart need of its axes.
 
-use super::axis::Axis;
+use super::axis::{Axis, Scale};
 use super::chart::{Chart, Shape};
 use super::ruler::Need;
+
+/// Points that have no place on a chart, by the reason.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Lost {
+    /// Not numbers, or infinite.
+    no_value: usize,
+    /// Zero or negative on a logarithmic axis.
+    no_logarithm: usize,
+    /// Outside of 0 to 1 on an axis for shares.
+    no_share: usize,
+}
+
+impl Lost {
+    /// All of them.
+    pub(super) fn all(self) -> usize {
+        self.no_value + self.no_logarithm + self.no_share
+    }
+
+    /// Why they have none, with numbers where there are several reasons.
+    pub(super) fn reasons(self) -> String {
+        let reasons = [
+            (self.no_value, "without a value"),
+            (self.no_logarithm, "at 0 or less on a log axis"),
+            (self.no_share, "beyond 0 to 100 %"),
+        ];
+        let some = reasons.iter().filter(|(number, _)| *number > 0);
+        match some.clone().count() {
+            1 => some.map(|(_, reason)| (*reason).to_owned()).collect(),
+            _ => {
+                let numbered = some
+                    .map(|(number, reason)| format!("{} {reason}", crate::scale::count(*number)));
+                numbered.collect::<Vec<_>>().join(", ")
+            }
+        }
+    }
+
+    /// Counts a point whose coordinates are not all on their axes.
+    fn add(&mut self, point: [(&Axis, f64); 2]) {
+        let misses = point.iter().filter(|(axis, value)| !is_there(axis, *value));
+        let number = if point.iter().all(|(_, value)| value.is_finite()) {
+            match misses.map(|(axis, _)| axis.scale).next() {
+                Some(Scale::Log) => &mut self.no_logarithm,
+                Some(Scale::Probability | Scale::RosinRammler) => &mut self.no_share,
+                _ => &mut self.no_value,
+            }
+        } else {
+            &mut self.no_value
+        };
+        *number += 1;
+    }
+}
+
+/// Whether a value has a place on an axis, be it infinitely far.
+fn is_there(axis: &Axis, value: f64) -> bool {
+    let infinite = axis.scale.is_share() && (value == 0.0 || value == 1.0);
+    axis.scale.place(value).is_some() || infinite
+}
 
 /// What all series need of both axes.
 pub(super) struct Needs {
@@ -10,7 +67,7 @@ pub(super) struct Needs {
     pub(super) y: Need,
     /// Points that have a place, and points that have none.
     pub(super) drawn: usize,
-    pub(super) lost: usize,
+    pub(super) lost: Lost,
 }
 
 impl Needs {
@@ -25,7 +82,7 @@ impl Needs {
                 tight: false,
             },
             drawn: 0,
-            lost: 0,
+            lost: Lost::default(),
         };
         let (mut rightwards, mut upwards, mut lines) = (true, true, false);
         for series in &chart.series {
@@ -67,7 +124,7 @@ impl Needs {
                         .for_each(|y| needs.y.add(&chart.y, *y));
                     let drawn = heights.iter().filter(|height| height.is_finite()).count();
                     needs.drawn += drawn;
-                    needs.lost += heights.len() - drawn;
+                    needs.lost.no_value += heights.len() - drawn;
                     (rightwards, upwards) = (false, false);
                 }
                 Shape::Level(y) => needs.y.add(&chart.y, *y),
@@ -87,17 +144,12 @@ impl Needs {
 
     fn points(&mut self, chart: &Chart, points: &[(f64, f64)]) {
         for (x, y) in points {
-            let infinite =
-                |axis: &Axis, value: f64| axis.scale.is_share() && (value == 0.0 || value == 1.0);
-            let there = |axis: &Axis, value: f64| {
-                axis.scale.place(value).is_some() || infinite(axis, value)
-            };
-            if there(&chart.x, *x) && there(&chart.y, *y) {
+            if is_there(&chart.x, *x) && is_there(&chart.y, *y) {
                 self.x.add(&chart.x, *x);
                 self.y.add(&chart.y, *y);
                 self.drawn += 1;
             } else {
-                self.lost += 1;
+                self.lost.add([(&chart.x, *x), (&chart.y, *y)]);
             }
         }
     }

@@ -20,13 +20,17 @@ pub enum Hue {
     Sky,
     /// Nearly black: the colour of the text.
     Ink,
+    /// Wine red, of P. Tol, *Colour schemes* (2021), muted.
+    Wine,
+    /// Olive, likewise.
+    Olive,
     /// Grey, for what is there to compare with.
     Grey,
 }
 
 impl Hue {
-    /// In the order in which series without a colour of their own take them.
-    pub(super) const CYCLE: [Self; 7] = [
+    /// In the order in which series without a colour of their own take them: as many as a tensor has components.
+    pub(super) const CYCLE: [Self; 9] = [
         Self::Blue,
         Self::Vermillion,
         Self::Green,
@@ -34,6 +38,8 @@ impl Hue {
         Self::Orange,
         Self::Sky,
         Self::Ink,
+        Self::Wine,
+        Self::Olive,
     ];
 
     /// As red, green and blue.
@@ -47,6 +53,8 @@ impl Hue {
             Self::Orange => Colour(230, 159, 0),
             Self::Sky => Colour(86, 180, 233),
             Self::Ink => Colour::INK,
+            Self::Wine => Colour(136, 34, 85),
+            Self::Olive => Colour(153, 153, 51),
             Self::Grey => Colour(128, 132, 138),
         }
     }
@@ -114,4 +122,24 @@ impl Marker {
         Self::Ring,
         Self::Cross,
     ];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nine lines, as of a tensor, have nine colours, each far from the others in one of its channels.
+    #[test]
+    fn colours_of_a_cycle_are_distinct() {
+        for (number, one) in Hue::CYCLE.iter().enumerate() {
+            for other in &Hue::CYCLE[..number] {
+                let (a, b) = (one.colour(), other.colour());
+                let apart =
+                    a.0.abs_diff(b.0)
+                        .max(a.1.abs_diff(b.1))
+                        .max(a.2.abs_diff(b.2));
+                assert!(apart >= 50, "{one:?} {other:?}");
+            }
+        }
+    }
 }

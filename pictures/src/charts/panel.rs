@@ -12,7 +12,7 @@ use super::elements::{Area, Curve, Mark};
 use super::heat::Bar;
 use super::legend;
 use super::look::{Look, looks};
-use super::needs::Needs;
+use super::needs::{Lost, Needs};
 use super::outline::Outline;
 use super::palette::Marker;
 use super::ruler::{Ruler, Span};
@@ -26,6 +26,8 @@ const HEADING: f64 = 13.5;
 const TITLES: f64 = 12.5;
 pub(super) const NUMBERS: f64 = 11.5;
 const SMALL: f64 = 10.0;
+/// No print is smaller.
+const SMALLEST_PRINT: f64 = 7.0;
 /// Length of a tick.
 const TICK: f64 = 4.0;
 /// How much of what lies below shows through a band and a bar (1: nothing).
@@ -50,7 +52,7 @@ pub(super) struct Panel<'a> {
     bar: Option<Bar>,
     /// Points that have a place, and points that have none.
     drawn: usize,
-    lost: usize,
+    lost: Lost,
 }
 
 impl<'a> Panel<'a> {
@@ -74,7 +76,7 @@ impl<'a> Panel<'a> {
 
     /// What it needs around it, if it and its surroundings are `height` points high.
     pub(super) fn margins(&self, height: f64, legend: Legend) -> Margins {
-        let heading = if self.outline.chart.title.is_empty() && self.lost == 0 {
+        let heading = if self.outline.chart.title.is_empty() && self.lost.all() == 0 {
             8.0
         } else {
             1.9 * HEADING
@@ -309,18 +311,21 @@ impl<'a> Panel<'a> {
         let ((x0, y0), (x1, y1)) = between;
         let heading = Lettering::new(HEADING, Colour::INK, Anchor::Start);
         let small = Lettering::new(SMALL, Colour::SOFT_INK, Anchor::End);
-        let lost = (self.lost > 0).then(|| {
-            format!(
-                "{} of {} points not drawn",
-                crate::scale::count(self.lost),
-                crate::scale::count(self.lost + self.drawn)
-            )
+        let lost = self.lost.all();
+        let lost = (lost > 0).then(|| {
+            let text = format!(
+                "{} of {} points not drawn: {}",
+                crate::scale::count(lost),
+                crate::scale::count(lost + self.drawn),
+                self.lost.reasons()
+            );
+            font::fit(&text, SMALL, SMALLEST_PRINT, x1 - x0)
         });
         let room = right
             - x0
             - lost
                 .as_ref()
-                .map_or(0.0, |text| font::width(text, SMALL) + 12.0);
+                .map_or(0.0, |(text, size)| font::width(text, *size) + 12.0);
         let (title, size) = font::fit(&self.outline.chart.title, HEADING, 9.0, room);
         if !title.is_empty() {
             canvas.text(
@@ -329,7 +334,8 @@ impl<'a> Panel<'a> {
                 Lettering { size, ..heading },
             );
         }
-        if let Some(text) = lost {
+        if let Some((text, size)) = lost {
+            let small = Lettering { size, ..small };
             canvas.text(&text, (x1, y0 - 0.5 * SMALL), small);
         }
         let mut beside = x1;

@@ -191,7 +191,7 @@ fn values_that_are_missing_break_the_line_and_are_counted() {
     let points = (0..10).map(|k| (f64::from(k), if k == 4 { f64::NAN } else { f64::from(k) }));
     let text = svg(plain(Series::line("", points.collect())));
     assert_eq!(lines(&text, Hue::Blue).len(), 2);
-    let said = "1 of 10 points not drawn";
+    let said = "1 of 10 points not drawn: without a value";
     assert!(
         texts(&text).iter().any(|text| text == said),
         "{:?}",
@@ -203,7 +203,24 @@ fn values_that_are_missing_break_the_line_and_are_counted() {
     assert!(
         texts(&text)
             .iter()
-            .any(|text| text == "1 of 3 points not drawn")
+            .any(|text| text == "1 of 3 points not drawn: at 0 or less on a log axis")
+    );
+    let chart = Chart::new("", Axis::linear("t", "s"), Axis::log("E", "J"));
+    let odd = vec![(0.0, -1.0), (1.0, 1.0), (2.0, f64::NAN), (3.0, 0.0)];
+    let text = svg(chart.with(Series::line("", odd)));
+    let said = "3 of 4 points not drawn: 1 without a value, 2 at 0 or less on a log axis";
+    assert!(
+        texts(&text).iter().any(|text| text == said),
+        "{:?}",
+        texts(&text)
+    );
+    let chart = Chart::new("", Axis::linear("d", "m"), Axis::probability("share"));
+    let text = svg(chart.with(Series::line("", vec![(0.0, 0.2), (1.0, 0.5), (2.0, 1.2)])));
+    let said = "1 of 3 points not drawn: beyond 0 to 100 %";
+    assert!(
+        texts(&text).iter().any(|text| text == said),
+        "{:?}",
+        texts(&text)
     );
 }
 
@@ -271,6 +288,7 @@ fn grid(values: Vec<f64>) -> HeatMap {
         unit: "Pa".into(),
         map: ColourMap::Viridis,
         range: Some((0.0, 4000.0)),
+        centred: false,
     }
 }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::camera::Lens;
 use crate::colour::Colour;
 use crate::frame::{is_place, is_width};
-use crate::render::{Look, folded_edges, shaded};
+use crate::render::{Look, WALL_EDGE, facing, folded_edges, shaded};
 use crate::svg::short;
 
 /// The most circles of a file, ...
@@ -254,9 +254,11 @@ fn lines(
             add(from, to, look.theme.domain, look.unit, 24);
         }
     }
+    let width = WALL_EDGE * look.unit;
     for surface in frame.surfaces.iter().filter(|surface| surface.edges) {
-        for [from, to] in folded_edges(&surface.triangles) {
-            add(from, to, look.theme.wall, 1.1 * look.unit, 4);
+        let line = width / lens.target_scale();
+        for [from, to] in folded_edges(&surface.triangles, line, |normal| facing(lens, normal)) {
+            add(from, to, look.theme.wall, width, 4);
         }
     }
     for line in &frame.lines {

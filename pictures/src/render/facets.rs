@@ -208,33 +208,110 @@ fn in_front(places: &[DVec3; 3], lens: &Lens) -> Vec<DVec3> {
     kept
 }
 
-/// The edges of a surface that one wants to see: free ones, and those where it folds by more than [`Surface::FOLD`].
-pub(crate) fn folded_edges(triangles: &[[DVec3; 3]]) -> Vec<[DVec3; 2]> {
+/// Between the edges of a surface that are drawn there is so much space in the window as a mean, in widths of a line: where they lie closer, as on a
+/// mesh of scanned stone or one seen at a slant, they would cover more than a tenth of it and make a dark band of it.
+const SPACE_BETWEEN_EDGES: f64 = 10.0;
+
+/// How much of a surface with this normal the eye sees: 1 straight from before, 0 from its edge. In perspective that of the ray in the middle.
+pub(crate) fn facing(lens: &Lens, normal: DVec3) -> f64 {
+    let (x, y) = lens.direction(normal);
+    (1.0 - x * x - y * y).max(0.0).sqrt()
+}
+
+/// The edges of a surface that one wants to see with lines of this width (m): free ones, and those where it folds by more than
+/// [`Surface::FOLD`] beside a smooth patch that is large enough for its outline to be seen as one. `facing` is what the eye sees of a surface with a
+/// normal, 0 to 1.
+pub(crate) fn folded_edges(
+    triangles: &[[DVec3; 3]],
+    line: f64,
+    facing: impl Fn(DVec3) -> f64,
+) -> Vec<[DVec3; 2]> {
     let key = |p: DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
-    // Normals of the triangles at each edge, which its ends name whichever way round it is walked.
-    let mut edges: BTreeMap<_, ([DVec3; 2], Vec<DVec3>)> = BTreeMap::new();
+    // Triangles at each edge, which its ends name whichever way round it is walked.
+    let mut edges: BTreeMap<_, ([DVec3; 2], Vec<usize>)> = BTreeMap::new();
+    let mut normals = Vec::new();
+    let mut areas = Vec::new();
     for [a, b, c] in triangles {
-        let Some(normal) = (*b - *a).cross(*c - *a).try_normalize() else {
+        let cross = (*b - *a).cross(*c - *a);
+        let Some(normal) = cross.try_normalize() else {
             continue;
         };
+        let number = normals.len();
+        normals.push(normal);
+        areas.push(0.5 * cross.length() * facing(normal));
         for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
             let (low, high) = (key(from).min(key(to)), key(from).max(key(to)));
             let entry = edges
                 .entry((low, high))
                 .or_insert_with(|| ([from, to], Vec::new()));
-            entry.1.push(normal);
+            entry.1.push(number);
         }
     }
     let cosine = Surface::FOLD.to_radians().cos();
+    // Orientation does not count: surfaces are seen from both sides.
+    let is_smooth = |beside: &[usize]| match *beside {
+        [a, b] => normals[a].dot(normals[b]).abs() >= cosine,
+        _ => false,
+    };
+    let mut patches = Patches::new(areas.len());
+    for (_, beside) in edges.values() {
+        if is_smooth(beside) {
+            patches.join(beside[0], beside[1]);
+        }
+    }
+    // Of each patch its area as it is seen, and the length of the edges around and in it.
+    let mut sizes = vec![(0.0, 0.0); areas.len()];
+    for (number, area) in areas.iter().enumerate() {
+        sizes[patches.of(number)].0 += area;
+    }
+    for ([from, to], beside) in edges.values() {
+        if !is_smooth(beside) {
+            for &number in beside {
+                sizes[patches.of(number)].1 += from.distance(*to);
+            }
+        }
+    }
+    let mut is_wide = |number: usize| {
+        let (area, length) = sizes[patches.of(number)];
+        // Each edge is shared by two patches; so much lies between two of them in a long strip.
+        2.0 * area >= SPACE_BETWEEN_EDGES * line * length
+    };
     edges
         .into_values()
-        .filter(|(_, normals)| match normals.as_slice() {
-            // Orientation does not count: surfaces are seen from both sides.
-            [a, b] => a.dot(*b).abs() < cosine,
-            _ => true,
+        .filter(|(_, beside)| match beside.as_slice() {
+            [_] => true,
+            beside => !is_smooth(beside) && beside.iter().any(|&number| is_wide(number)),
         })
         .map(|(edge, _)| edge)
         .collect()
+}
+
+/// Triangles that belong together (R. E. Tarjan, 1975, with halved paths).
+struct Patches {
+    /// A triangle of the same patch; of one in each patch itself.
+    towards: Vec<usize>,
+}
+
+impl Patches {
+    fn new(count: usize) -> Self {
+        Self {
+            towards: (0..count).collect(),
+        }
+    }
+
+    /// The triangle that stands for the patch of this one.
+    fn of(&mut self, mut number: usize) -> usize {
+        while self.towards[number] != number {
+            self.towards[number] = self.towards[self.towards[number]];
+            number = self.towards[number];
+        }
+        number
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.of(a), self.of(b));
+        self.towards[a.max(b)] = a.min(b);
+    }
 }
 
 #[cfg(test)]
@@ -255,7 +332,56 @@ mod tests {
             square(y, z, x),
         ]
         .concat();
-        assert_eq!(folded_edges(&cube).len(), 12);
-        assert_eq!(folded_edges(&square(o, x, y)).len(), 4, "free edges");
+        assert_eq!(folded_edges(&cube, 0.01, |_| 1.0).len(), 12);
+        assert_eq!(
+            folded_edges(&square(o, x, y), 0.01, |_| 1.0).len(),
+            4,
+            "free edges"
+        );
+    }
+
+    /// A plate of 1 m with a rim of 1 cm: the rim is thinner than the lines, but the plate beside it is not.
+    #[test]
+    fn a_thin_plate_keeps_its_outline() {
+        let square = |o: DVec3, u: DVec3, v: DVec3| [[o, o + u, o + u + v], [o, o + u + v, o + v]];
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z * 0.01);
+        let o = DVec3::ZERO;
+        let plate = [
+            square(o, x, y),
+            square(z, x, y),
+            square(o, y, z),
+            square(x, y, z),
+            square(o, z, x),
+            square(y, z, x),
+        ]
+        .concat();
+        // The four upright edges, 1 cm long, lie between parts of the rim alone.
+        assert_eq!(folded_edges(&plate, 0.01, |_| 1.0).len(), 8);
+    }
+
+    /// A sheet of 40 x 40 pyramids whose sides fold by 90 degrees: seen from near, all edges are drawn, seen from far only its outline.
+    #[test]
+    fn a_bumpy_sheet_is_not_drawn_full_of_lines() {
+        let mut sheet = Vec::new();
+        for i in 0..40 {
+            for j in 0..40 {
+                let at = |x: f64, y: f64, z: f64| DVec3::new(f64::from(i) + x, f64::from(j) + y, z);
+                let [a, b, c, d] = [
+                    at(0.0, 0.0, 0.0),
+                    at(1.0, 0.0, 0.0),
+                    at(1.0, 1.0, 0.0),
+                    at(0.0, 1.0, 0.0),
+                ];
+                let top = at(0.5, 0.5, 0.5);
+                sheet.extend([[a, b, top], [b, c, top], [c, d, top], [d, a, top]]);
+            }
+        }
+        let free = 4 * 40;
+        let inner = 2 * 40 * 39 + 4 * 40 * 40;
+        // A side of a pyramid has an area of sqrt(2)/4 and edges of 1 + sqrt(3) in all, so that there are 0.26 between them.
+        assert_eq!(folded_edges(&sheet, 0.01, |_| 1.0).len(), free + inner);
+        assert_eq!(folded_edges(&sheet, 0.1, |_| 1.0).len(), free);
+        // At a slant they lie closer.
+        assert_eq!(folded_edges(&sheet, 0.01, |_| 0.3).len(), free);
     }
 }

@@ -3,13 +3,15 @@
 use glam::DVec3;
 
 use super::bins::Rect;
-use super::{Look, SAMPLES, folded_edges};
+use super::{Look, SAMPLES, facing, folded_edges};
 use crate::camera::Lens;
 use crate::colour::Colour;
 use crate::frame::{is_place, is_width};
 
 /// Lines on a surface are drawn this much (samples) nearer, or half of them would sink into it.
 const LIFT: f64 = 1.5;
+/// Width of the edges of walls, in pixels of a picture of 1200 x 900.
+pub(crate) const WALL_EDGE: f64 = 1.1;
 /// Before everything.
 const IN_FRONT: f64 = 1e9;
 
@@ -65,9 +67,11 @@ pub(super) fn seen(look: &Look, lens: &Lens, columns: usize, rows: usize) -> Vec
             add(from, to, theme.domain, look.unit);
         }
     }
+    let width = WALL_EDGE * look.unit;
+    let line = width * SAMPLES as f64 / lens.target_scale();
     for surface in frame.surfaces.iter().filter(|surface| surface.edges) {
-        for [from, to] in folded_edges(&surface.triangles) {
-            add(from, to, theme.wall, 1.1 * look.unit);
+        for [from, to] in folded_edges(&surface.triangles, line, |normal| facing(lens, normal)) {
+            add(from, to, theme.wall, width);
         }
     }
     for line in &frame.lines {

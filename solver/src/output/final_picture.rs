@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::surfaces::Placement;
 use mercury_pictures::{
-    ColourBy, Frame, Options, Overview, Painter, Sphere, rest_speed, upwards, wall_surfaces,
+    ColourBy, Frame, Options, Overview, Painter, Sphere, moves, upwards, wall_surfaces,
 };
 
 use super::wall_frames::surfaces;
@@ -42,12 +42,8 @@ pub fn draw_final(
 fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions() == 2;
-    let diameters: f64 = particles.iter().map(|particle| 2.0 * particle.radius).sum();
-    let rest = rest_speed(
-        plan.physics().gravity(),
-        diameters / particles.len().max(1) as f64,
-    );
-    let moves = particles.iter().any(|p| p.velocity.length() > rest);
+    let grains = particles.iter().map(|p| (p.radius, p.velocity));
+    let moves = moves(plan.physics().gravity(), last.time, grains);
     let up = upwards(plan.physics().gravity(), flat);
     let spheres = particles.iter().map(|particle| Sphere {
         centre: particle.position,

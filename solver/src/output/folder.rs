@@ -80,7 +80,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 22] = [
+const ENDINGS: [&str; 23] = [
     "data",
     "ene",
     "fstat",
@@ -97,6 +97,7 @@ const ENDINGS: [&str; 22] = [
     "regions.csv",
     "flux.csv",
     "liquid.csv",
+    "budget.csv",
     "0.restart",
     "1.restart",
     "final.png",
@@ -363,6 +364,7 @@ mod tests {
             "plan.toml",
             "summary.json",
             "lid.data",
+            "lid.budget.csv",
             "lid.1.restart",
             "lid.particles.arrow.tmp-17",
             ".mercury-17",

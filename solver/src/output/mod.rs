@@ -5,6 +5,8 @@
 //! up, one room for each file writes; `folder` guards what is already there.
 
 mod body_frames;
+mod budget;
+mod budget_file;
 mod contact_frames;
 mod data_file;
 mod data_rows;
@@ -34,6 +36,7 @@ mod wall_frames;
 mod wall_loads;
 mod writer;
 
+pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
 pub use energies::energies;
 pub use final_picture::{Put, draw_final};
 pub use memory::{OutputBytes, output_bytes};

@@ -1,8 +1,10 @@
 //! The state at one time, copied so that the time loop can go on.
 
 use glam::DQuat;
+use mercury_pictures::EnergyFlows;
 
 use super::Due;
+use super::budget::{Exchanged, energy_flows};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
@@ -36,8 +38,8 @@ pub struct Moment {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts.
     pub observation: Observation,
-    /// Dissipated since the start, J, in audited runs.
-    pub dissipated: Option<f64>,
+    /// What became of the energy since the start, in audited runs.
+    pub flows: Option<EnergyFlows>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
@@ -49,9 +51,10 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Of an engine whose step is complete and was watched; takes the sums that are due out of it.
+    /// Of an engine whose step is complete and was watched; takes the sums that are due out of it. `at_start`: what had come and gone before
+    /// the first step.
     #[must_use]
-    pub fn take(engine: &mut Engine, due: Due) -> Self {
+    pub fn take(engine: &mut Engine, due: Due, at_start: &Exchanged) -> Self {
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
         let crossed = if due.frame {
             engine.take_crossed()
@@ -59,8 +62,8 @@ impl Moment {
             Vec::new()
         };
         let observation = engine.take_observation();
+        let flows = energy_flows(engine, at_start);
         let particles = &engine.particles;
-        let audit = engine.audit();
         Self {
             time: engine.time(),
             step: engine.steps(),
@@ -75,11 +78,7 @@ impl Moment {
                 .map(|(now, wall)| now.state_at(wall, engine.time()))
                 .collect(),
             observation,
-            dissipated: engine
-                .plan()
-                .physics()
-                .energy_budget()
-                .then(|| audit.dissipated()),
+            flows,
             load_sums,
             crossed,
             liquid: engine.liquid().map(|row| {

@@ -1,8 +1,9 @@
 //! The state at one time in the order of every file: by id, positions inside the periodic domain.
 
 use glam::{DQuat, DVec3};
+use mercury_pictures::EnergyFlows;
 
-use super::{Due, Moment};
+use super::{BudgetRow, Due, Moment};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
@@ -40,8 +41,10 @@ pub struct State {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts; its rows are the engine's.
     pub observation: Observation,
-    /// Dissipated since the start, J, in audited runs.
-    pub dissipated: Option<f64>,
+    /// What became of the energy since the start, in audited runs.
+    pub flows: Option<EnergyFlows>,
+    /// The energy budget at this time, in audited runs; the writer closes it against the first state.
+    pub budget: Option<BudgetRow>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
@@ -96,7 +99,8 @@ impl State {
             rank_of_row,
             walls: moment.walls,
             observation: moment.observation,
-            dissipated: moment.dissipated,
+            flows: moment.flows,
+            budget: None,
             load_sums: moment.load_sums,
             crossed: moment.crossed,
             films: films.map(|films| gather(films, &order)),

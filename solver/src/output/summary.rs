@@ -97,6 +97,8 @@ pub struct EnergySummary {
     pub dissipated: Option<Dissipated>,
     /// Work that the walls did on the particles.
     pub wall_work: Option<f64>,
+    /// The part of it that walls with a servo did.
+    pub servo_work: Option<f64>,
     /// Brought in by particles that came.
     pub inserted: Option<f64>,
     /// Taken out by particles that went, with what their contacts stored.

@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::contact_frames::contact_frame;
 use super::fstat_file::contact_rows;
 use super::region_counts::{Content, contents};
-use super::{Due, Moment, Schedule, State, Writer, energies, folder};
+use super::{Due, Exchanged, Moment, Schedule, State, Writer, energies, folder};
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, Region};
 use crate::forces::{ContactRecord, Observation, Partner, Watch};
@@ -82,7 +82,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
             elastic_energy: 0.25,
             ..Observation::default()
         },
-        dissipated: None,
+        flows: None,
         load_sums: [None, None],
         crossed: Vec::new(),
         droplets: Vec::new(),
@@ -401,6 +401,7 @@ fn everything_written() -> Arc<Plan> {
         frames = true
         walls = true
         triangle_loads = true
+        energy_budget = true
         track = ["ball"]
         [materials.m]
         density = 2000.0
@@ -460,7 +461,9 @@ fn outputs_continued_are_the_same_bytes() {
     let writer = begin(None);
     let time_step = plan.physics().time_step();
     let mut schedule = Schedule::behind(plan.outputs().files(), time_step, 0);
-    assert!(writer.send(Moment::take(&mut engine, schedule.everything())));
+    let at_start = Exchanged::by_now(&engine);
+    let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
+    assert!(writer.send(moment));
     let mut moments = Vec::new();
     for step in 1..=plan.physics().steps() {
         let due = schedule.due(step);
@@ -471,7 +474,7 @@ fn outputs_continued_are_the_same_bytes() {
         engine.step(watch).unwrap();
         if due.any() {
             engine.complete_step().unwrap();
-            moments.push(Moment::take(&mut engine, due));
+            moments.push(Moment::take(&mut engine, due, &at_start));
         }
     }
     let (first, second) = moments.split_at(moments.len() / 2);

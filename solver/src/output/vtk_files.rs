@@ -95,6 +95,7 @@ impl VtkFiles {
             })
         });
         let parts = ScriptParts {
+            particles: true,
             contacts: true,
             walls: walls.is_some(),
             bodies: plan.physics().has_bodies(),
@@ -106,11 +107,15 @@ impl VtkFiles {
             paraview::script(plan.outputs().prefix(), parts).as_bytes(),
         )?;
         let table = ParticleTable::new(plan);
+        let mut particle_columns = ParticleFrame::specs(&table.columns);
+        if plan.physics().has_bodies() {
+            particle_columns.push(paraview::clump_spec());
+        }
         Ok(Self {
             frames: begin.unwrap_or(0) as usize,
             made: Vec::new(),
             particles: series("particles")?,
-            particle_columns: ParticleFrame::specs(&table.columns),
+            particle_columns,
             table,
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, history),
@@ -160,13 +165,19 @@ impl Stream for VtkFiles {
         let grid = paraview::contacts(&ContactFrame::specs(&self.contact_columns), frame, &centres)
             .map_err(|reason| unfit(&self.folder, reason))?;
         self.contacts.write(number, &grid)?;
+        let particles = self.table.frame(state);
+        let mut clumps = None;
         if let Some(bodies) = &mut self.bodies {
-            let frame = bodies.table.frame(state).into_frame();
+            let frame = bodies.table.frame(state);
+            let body = particles.body.as_deref().unwrap_or_default();
+            clumps = Some(paraview::clump_column(body, &frame.id, &frame.clump));
+            let frame = frame.into_frame();
             let grid = paraview::particles(&BodyFrame::specs(&Vec::new()), frame);
             let grid = grid.map_err(|reason| unfit(&self.folder, reason))?;
             bodies.series.write(number, &grid)?;
         }
-        let frame = self.table.frame(state).into_frame();
+        let mut frame = particles.into_frame();
+        frame.columns.extend(clumps);
         let grid = paraview::particles(&self.particle_columns, frame)
             .map_err(|reason| unfit(&self.folder, reason))?;
         self.particles.write(number, &grid)?;

@@ -8,10 +8,12 @@ use std::thread::JoinHandle;
 
 use glam::DVec3;
 use mercury_common::whole_file::{FileError, WholeFile};
-use mercury_pictures::EnergyRow;
+use mercury_pictures::{EnergyFlows, EnergyRow};
 use rayon::ThreadPoolBuilder;
 
 use super::body_frames::BodyFrames;
+use super::budget::{BudgetRow, gap, is_closed, largest_term};
+use super::budget_file::BudgetFile;
 use super::contact_frames::ContactFrames;
 use super::data_file::DataFile;
 use super::droplet_frames::DropletFrames;
@@ -116,6 +118,8 @@ impl Plain for Positions {
 #[derive(Debug, Clone, PartialEq, Default)]
 struct RunningSums {
     energies: Vec<EnergyRow>,
+    /// The largest term of the energy budget in any of them, J.
+    largest_energy: f64,
     initial: Option<DVec3>,
     deep_frames: u64,
     deepest: f64,
@@ -123,6 +127,7 @@ struct RunningSums {
 
 crate::state::plain!(RunningSums {
     energies,
+    largest_energy,
     initial,
     deep_frames,
     deepest
@@ -133,7 +138,20 @@ crate::state::plain!(EnergyRow {
     rotational,
     gravitational,
     elastic,
-    dissipated
+    flows
+});
+crate::state::plain!(EnergyFlows {
+    dissipated_normal,
+    dissipated_tangential,
+    dissipated_rolling,
+    dissipated_liquid,
+    wall_work,
+    servo_work,
+    inserted,
+    deleted,
+    deleted_elastic,
+    vanished_walls,
+    put_to_rest
 });
 
 impl Positions {
@@ -155,8 +173,8 @@ impl Positions {
 pub struct Written {
     /// Energies of every frame.
     pub energies: Vec<EnergyRow>,
-    /// Energies of the last state, which a run that was stopped writes to no file.
-    pub at_end: Option<EnergyRow>,
+    /// Energies of the last state and their budget, which a run that was stopped writes to no file.
+    pub at_end: Option<BudgetRow>,
     /// Momentum of the first state, kg m/s.
     pub initial: DVec3,
     /// Frames in which some overlap exceeded a tenth of the smaller radius.
@@ -183,7 +201,11 @@ impl Writer {
         let streams = streams(folder, plan, history, from.as_ref())?;
         let sums = from.map_or_else(RunningSums::default, |positions| positions.sums);
         let images = plan.physics().images();
-        let (gravity, dimensions) = (plan.physics().gravity(), plan.physics().dimensions());
+        let accounting = Accounting {
+            gravity: plan.physics().gravity(),
+            dimensions: plan.physics().dimensions(),
+            is_closed: is_closed(plan),
+        };
         let (sender, receiver) = sync_channel(QUEUE);
         let (spent, memory) = channel();
         let lent = spent.clone();
@@ -196,7 +218,7 @@ impl Writer {
             .name("output".to_owned())
             .spawn(move || {
                 write_all(
-                    receiver, streams, sums, &images, gravity, dimensions, &spent, watched,
+                    receiver, streams, sums, &images, accounting, &spent, watched,
                 )
             })
             .map_err(FileError::of(
@@ -334,6 +356,10 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(LiquidFile::begin(folder, plan, at)?));
     }
+    if plan.physics().energy_budget() {
+        let at = begin(&streams);
+        streams.push(Box::new(BudgetFile::begin(folder, plan, at)?));
+    }
     if !output.fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");
         let pool = ThreadPoolBuilder::new().num_threads(1).build();
@@ -354,23 +380,25 @@ fn write_all(
     mut streams: Vec<Box<dyn Stream>>,
     mut sums: RunningSums,
     images: &Images,
-    gravity: DVec3,
-    dimensions: u8,
+    accounting: Accounting,
     spent: &Sender<Vec<Piece>>,
     mut watched: Watched,
 ) -> Result<Written, OutputError> {
     let mut last = None;
+    let mut at_end = None;
     for message in receiver {
         match message {
             Message::Write(moment) => {
                 // Memory holds one state, not the last one beside the next.
                 drop(last.take());
                 let mut state = State::new(*moment, images);
+                let budget = sums.take_in(&state, &accounting);
+                state.budget = budget.energies.flows.is_some().then_some(budget);
+                at_end = Some(budget);
                 for stream in &mut streams {
                     stream.write(&state)?;
                 }
                 watched.tell_of(&state, &mut streams);
-                sums.take_in(&state, gravity, dimensions);
                 // They are written, and as large as all particles together.
                 state.observation.records = Vec::new();
                 last = Some(state);
@@ -413,7 +441,6 @@ fn write_all(
     for stream in &mut streams {
         stream.close()?;
     }
-    let at_end = last.as_ref().map(|state| row(state, gravity, dimensions));
     Ok(Written {
         energies: sums.energies,
         at_end,
@@ -485,28 +512,48 @@ impl Watched {
     }
 }
 
-/// The energies of a state.
-fn row(state: &State, gravity: DVec3, dimensions: u8) -> EnergyRow {
-    let row = energies(state, gravity, dimensions);
-    EnergyRow {
-        time: row.time,
-        kinetic: row.translational_kinetic,
-        rotational: row.rotational_kinetic,
-        gravitational: row.gravitational,
-        elastic: row.elastic,
-        dissipated: state.dissipated,
+/// What the energies of a state are counted with.
+struct Accounting {
+    /// m/s^2
+    gravity: DVec3,
+    dimensions: u8,
+    /// Whether the energy budget can close.
+    is_closed: bool,
+}
+
+impl Accounting {
+    /// The energies of a state.
+    fn row(&self, state: &State) -> EnergyRow {
+        let row = energies(state, self.gravity, self.dimensions);
+        EnergyRow {
+            time: row.time,
+            kinetic: row.translational_kinetic,
+            rotational: row.rotational_kinetic,
+            gravitational: row.gravitational,
+            elastic: row.elastic,
+            flows: state.flows,
+        }
     }
 }
 
 impl RunningSums {
-    fn take_in(&mut self, state: &State, gravity: DVec3, dimensions: u8) {
+    /// Takes in a state, and gives its energies with their budget.
+    fn take_in(&mut self, state: &State, accounting: &Accounting) -> BudgetRow {
         self.initial
             .get_or_insert_with(|| state.mass_and_momentum().1);
+        let row = accounting.row(state);
+        let first = *self.energies.first().unwrap_or(&row);
+        let largest = self.largest_energy.max(largest_term(&row, &first));
         if state.due.frame {
-            self.energies.push(row(state, gravity, dimensions));
+            self.energies.push(row);
+            self.largest_energy = largest;
             let depth = state.observation.largest_overlap;
             self.deep_frames += u64::from(depth > 0.1);
             self.deepest = self.deepest.max(depth);
+        }
+        BudgetRow {
+            energies: row,
+            gap: gap(&row, &first, largest).filter(|_| accounting.is_closed),
         }
     }
 }

@@ -14,9 +14,8 @@ use serde_json::{Value, json};
 
 use super::Run;
 use super::rest::Rest;
-use crate::boundaries::Tally;
 use crate::forces::{SavedSlots, SlotState};
-use crate::output::{POSITIONS, Positions};
+use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};
 use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
@@ -80,7 +79,7 @@ pub enum CheckpointError {
 pub(super) struct Known {
     pub(super) rest: Option<Rest>,
     /// What had come and gone before the first step.
-    pub(super) at_start: (Tally, Tally),
+    pub(super) at_start: Exchanged,
 }
 
 crate::state::plain!(Known { rest, at_start });

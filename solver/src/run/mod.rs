@@ -32,7 +32,6 @@ pub use memory::{check_fit, memory, plan_within};
 pub use report::Report;
 pub use trial::{Trial, trial};
 
-use budget::exchanged;
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
 use pace::{Pace, Way};
@@ -41,11 +40,12 @@ use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
 use rest::Rest;
 
-use crate::boundaries::Tally;
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
 use crate::output::summary::Status;
-use crate::output::{Due, Moment, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder};
+use crate::output::{
+    Due, Exchanged, Moment, OutputError, POSITIONS, Schedule, ToWrite, Writer, folder,
+};
 use crate::plan::{Ahead, Here, Plan, Workload, checkpoint_paths};
 use crate::results::NamedResult;
 use crate::stage::{Event, OutputFile, Stage, Task};
@@ -264,7 +264,7 @@ pub struct Run {
     /// With how many threads steps are made, where that is free.
     pace: Option<Pace>,
     /// What had come and gone before the first step.
-    at_start: (Tally, Tally),
+    at_start: Exchanged,
     /// Grains of the start.
     starting: u64,
     begun: Instant,
@@ -395,9 +395,10 @@ impl Run {
                 let mut engine = Engine::start(Arc::clone(&plan), start)?;
                 let writer = open(&engine, None)?;
                 let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
-                let at_start = exchanged(&engine);
+                let at_start = Exchanged::by_now(&engine);
                 // Should the writer have given up, `advance` finds it so, and `finish` says why.
-                let _ = writer.send(Moment::take(&mut engine, schedule.everything()));
+                let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
+                let _ = writer.send(moment);
                 (engine, writer, Known { rest, at_start })
             }
             Some(from) => {
@@ -591,8 +592,11 @@ impl Run {
             engine.complete_step()?;
         }
         self.stepping += since.elapsed();
-        if due.any() && !self.writer.send(Moment::take(&mut self.engine, due)) {
-            return Ok(false);
+        if due.any() {
+            let moment = Moment::take(&mut self.engine, due, &self.at_start);
+            if !self.writer.send(moment) {
+                return Ok(false);
+            }
         }
         if !self.keep_checkpoints(step) {
             return Ok(false);
@@ -601,7 +605,7 @@ impl Run {
             return Ok(true);
         };
         self.engine.complete_step()?;
-        let moment = Moment::take(&mut self.engine, closing);
+        let moment = Moment::take(&mut self.engine, closing, &self.at_start);
         Ok(self.writer.send(Moment {
             observation: seen,
             ..moment
@@ -687,7 +691,6 @@ impl Run {
         let mut report = report(
             &self.engine,
             &self.options,
-            &self.at_start,
             self.starting,
             &looped,
             &written,

@@ -7,7 +7,6 @@ use mercury_common::readable::{duration, rounded, significant};
 use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
-use crate::boundaries::Tally;
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary};
 use crate::step::Engine;
@@ -95,8 +94,15 @@ impl fmt::Display for Report {
         if let (Some(lost), Some(work)) = (e.dissipated, e.wall_work) {
             writeln!(
                 f,
-                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e}, liquid {:.4e} J; work of walls {work:.4e} J",
-                lost.normal, lost.tangential, lost.rolling, lost.liquid
+                "  dissipated normal {:.4e}, tangential {:.4e}, rolling {:.4e}, liquid {:.4e} J; work of walls {work:.4e} J{}",
+                lost.normal,
+                lost.tangential,
+                lost.rolling,
+                lost.liquid,
+                match e.servo_work {
+                    Some(servos) if servos != 0.0 => format!(", of it of servos {servos:.4e} J"),
+                    _ => String::new(),
+                }
             )?;
         }
         if let Some(left) = e.deleted_elastic.filter(|left| left.total() != 0.0) {
@@ -212,7 +218,6 @@ pub(super) struct Looped {
 pub(super) fn report(
     engine: &Engine,
     options: &RunOptions,
-    at_start: &(Tally, Tally),
     starting: u64,
     looped: &Looped,
     written: &Written,
@@ -254,7 +259,7 @@ pub(super) fn report(
             },
             threads: options.threads.max(1),
             coordination_number: 2.0 * contacts as f64 / particles.max(1) as f64,
-            energy: energy_summary(engine, at_start, written),
+            energy: energy_summary(engine, written),
             inserted: created - starting,
             deleted: created - particles as u64,
             sleeping: engine.sleepers().map(|(asleep, counts)| SleepSummary {

@@ -23,6 +23,8 @@ impl Run {
             _ => return,
         };
         // Should the writer have given up, the caller hears why from the error itself.
-        let _ = self.writer.send(Moment::take(&mut self.engine, due));
+        let _ = self
+            .writer
+            .send(Moment::take(&mut self.engine, due, &self.at_start));
     }
 }

@@ -13,7 +13,7 @@ use super::pace::{Pace, Way};
 use super::remaining::Cost;
 use super::{RunOptions, ahead_of};
 use crate::forces::Watch;
-use crate::output::{Moment, Schedule};
+use crate::output::{Exchanged, Moment, Schedule};
 use crate::plan::{Ahead, Plan, Workload};
 use crate::stage::Task;
 use crate::step::{Engine, RunError};
@@ -135,7 +135,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         if due.any() {
             engine.complete_step()?;
             // As a run would hand it over.
-            drop(Moment::take(&mut engine, due));
+            drop(Moment::take(&mut engine, due, &Exchanged::default()));
         }
         stage.begin(Task::Stepping);
         let took = since.elapsed();

@@ -25,6 +25,8 @@ pub struct Audit {
     pub dissipated_adhesion: f64,
     /// Done by the walls on the particles.
     pub wall_work: f64,
+    /// The part of it that walls with a servo did.
+    pub servo_work: f64,
     /// Stored in the contacts of particles that left, when they left.
     pub left: SpringEnergy,
     /// Stored in contacts with walls that vanished, when they vanished.
@@ -81,6 +83,8 @@ struct Powers {
     adhesion: f64,
     /// Given by walls.
     walls: f64,
+    /// The part of it given by walls with a servo.
+    servos: f64,
 }
 
 impl Audit {
@@ -109,6 +113,7 @@ impl Audit {
             self.dissipated_rolling +=
                 half * (last.rolling + now.rolling) - (stored.rolling - self.stored.rolling);
             self.wall_work += half * (last.walls + now.walls);
+            self.servo_work += half * (last.servos + now.servos);
         }
         (self.last, self.stored) = (now, stored);
     }
@@ -168,7 +173,11 @@ impl Engine {
                         velocity: 0.5 * (before.at(exchange.point) + after.at(exchange.point)),
                         spin: 0.5 * (before.angular_velocity + after.angular_velocity),
                     };
-                    powers.walls += force.dot(b.velocity) + couple.dot(b.spin);
+                    let power = force.dot(b.velocity) + couple.dot(b.spin);
+                    powers.walls += power;
+                    if !self.walls[wall.index()].servos.is_empty() {
+                        powers.servos += power;
+                    }
                     b
                 }
             };
@@ -313,7 +322,8 @@ crate::state::plain!(Powers {
     tangential,
     rolling,
     adhesion,
-    walls
+    walls,
+    servos
 });
 
 crate::state::plain!(AuditedContact {
@@ -329,6 +339,7 @@ crate::state::plain!(Audit {
     dissipated_rolling,
     dissipated_adhesion,
     wall_work,
+    servo_work,
     left,
     vanished,
     last,

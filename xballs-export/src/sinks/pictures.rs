@@ -24,7 +24,7 @@ pub struct PictureChoice {
     /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
     pub options: Options,
     /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `material`, `body`, or the name of a column or of a vector, whose length is shown.
+    /// `material`, `body`, `clump`, or the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
@@ -222,8 +222,10 @@ impl Sink for Pictures<'_> {
     }
 
     fn look(&mut self, snapshot: &Snapshot) -> Result<(), ExportError> {
+        let snapshot = &*self.scenery.with_clumps(snapshot)?;
         if self.candidates.is_empty() {
-            for quantity in Quantity::candidates(&self.choice.quantity, snapshot)? {
+            let clumps = self.scenery.clumps();
+            for quantity in Quantity::candidates(&self.choice.quantity, snapshot, &clumps)? {
                 let options = self.options(&quantity, snapshot);
                 self.candidates
                     .push((quantity, options, Overview::default()));
@@ -251,6 +253,7 @@ impl Sink for Pictures<'_> {
             return Ok(());
         };
         if drawing.reel.wants(drawing.count, drawing.delays.len()) {
+            let snapshot = self.scenery.with_clumps(&snapshot)?;
             let frame = self.scenery.frame(&snapshot, &drawing.quantity)?;
             let (reel, output) = (&mut drawing.reel, &self.job.output);
             reel.take(&drawing.painter, frame, snapshot.number, *delay, output)?;

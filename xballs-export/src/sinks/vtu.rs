@@ -41,6 +41,8 @@ pub struct Vtu<'a> {
     warnings: Vec<String>,
     files: Vec<PathBuf>,
     particles: Option<Series>,
+    /// Frames without particles before the first one that has some.
+    empty: Vec<Snapshot>,
     bodies: Option<Series>,
     clumps: Option<Series>,
     /// Times of the first and the last frame, s.
@@ -109,6 +111,7 @@ impl<'a> Vtu<'a> {
             warnings,
             files,
             particles: None,
+            empty: Vec::new(),
             bodies: None,
             clumps: None,
             span: None,
@@ -123,6 +126,36 @@ impl<'a> Vtu<'a> {
         Series::create(&output.folder, &stem, self.choice.options)
     }
 
+    /// A frame of particles, behind those without any before it.
+    fn write_particles(&mut self, snapshot: Snapshot) -> Result<(), ExportError> {
+        self.write_empty()?;
+        self.list_particles(snapshot)
+    }
+
+    /// The frames without particles that were put off.
+    fn write_empty(&mut self) -> Result<(), ExportError> {
+        for snapshot in std::mem::take(&mut self.empty) {
+            self.list_particles(snapshot)?;
+        }
+        Ok(())
+    }
+
+    fn list_particles(&mut self, snapshot: Snapshot) -> Result<(), ExportError> {
+        let number = snapshot.number;
+        let grid = paraview::particles(&snapshot.specs, snapshot.frame);
+        let grid = grid.map_err(|reason| unfit(&snapshot.path, number, &reason))?;
+        // Only now, so that a wrong input leaves what is there.
+        let list = match &mut self.particles {
+            Some(list) => list,
+            None => {
+                let series = self.series("particles")?;
+                self.particles.insert(series)
+            }
+        };
+        list.write(number, &grid)?;
+        Ok(())
+    }
+
     /// The bodies at the step of some particles, whose pebbles are hidden where surfaces stand for them.
     fn write_bodies(&mut self, particles: &mut Snapshot) -> Result<(), ExportError> {
         let (step, number) = (particles.frame.step, particles.number);
@@ -133,7 +166,11 @@ impl<'a> Vtu<'a> {
             return Ok(());
         };
         if self.bodies.is_none() {
-            let surfaces = self.beside.surfaces;
+            let has_surface = |reader: &&BodyReader| {
+                let mut kinds = reader.kinds().iter();
+                kinds.any(|kind| kind.surface.is_some())
+            };
+            let surfaces = self.beside.surfaces.filter(has_surface);
             self.clumps = surfaces.map(|_| self.series("clumps")).transpose()?;
             self.bodies = Some(self.series("bodies")?);
         }
@@ -255,27 +292,30 @@ impl Sink for Vtu<'_> {
     }
 
     fn write(&mut self, mut snapshot: Snapshot) -> Result<(), ExportError> {
-        if self.particles.is_none() {
-            // Only now, so that a wrong input leaves what is there.
-            self.particles = Some(self.series("particles")?);
-        }
         let (time, number) = (snapshot.frame.time, snapshot.number);
         self.span = Some(self.span.map_or((time, time), |(first, _)| (first, time)));
         let ids = snapshot.column("id").and_then(Column::as_u32);
         let partial = self.job.selection.is_partial();
         let ids = partial.then(|| ids.unwrap_or_default().to_vec());
         self.steps.insert(snapshot.frame.step, (number, ids));
-        self.write_bodies(&mut snapshot)?;
-        let grid = paraview::particles(&snapshot.specs, snapshot.frame);
-        let grid = grid.map_err(|reason| unfit(&snapshot.path, number, &reason))?;
-        if let Some(list) = &mut self.particles {
-            list.write(number, &grid)?;
+        if let Some(reader) = self.beside.bodies {
+            bodies::add_clumps(reader, &mut snapshot)?;
         }
-        Ok(())
+        self.write_bodies(&mut snapshot)?;
+        if self.particles.is_none() && snapshot.frame.rows() == 0 {
+            self.empty.push(snapshot);
+            return Ok(());
+        }
+        self.write_particles(snapshot)
     }
 
-    fn finish(self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
+    fn finish(mut self: Box<Self>, outcome: &mut Outcome) -> Result<Vec<PathBuf>, ExportError> {
+        // Where surfaces stand for all particles there is nothing to list. Without particles in any frame the list says when there were none.
+        if self.choice.clumps != ClumpsAs::Surface || self.clumps.is_none() {
+            self.write_empty()?;
+        }
         let parts = ScriptParts {
+            particles: self.particles.is_some(),
             contacts: self.write_contacts(outcome)?,
             walls: self.write_walls()?,
             bodies: self.bodies.is_some(),
@@ -289,6 +329,7 @@ impl Sink for Vtu<'_> {
         let mut files = self.files;
         // A list that names no file is not written, and one of an earlier export is not of these frames.
         for (kind, was_asked, is_written) in [
+            ("particles", true, parts.particles),
             ("contacts", self.beside.contacts.is_some(), parts.contacts),
             ("walls", self.beside.walls.is_some(), parts.walls),
             ("bodies", self.beside.bodies.is_some(), parts.bodies),

@@ -2,9 +2,12 @@
 
 use mercury_common::frames::Column;
 use mercury_common::paraview::{Group, groups};
-use mercury_pictures::{ColourBy, rest_speed, upwards};
+use mercury_pictures::{ColourBy, upwards};
 
 use crate::{ExportError, Snapshot};
+
+/// The kind of clump of a pebble, or of a body.
+pub(super) const CLUMP: &str = "clump";
 
 /// Something that each particle has one of.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +20,11 @@ pub(super) enum Quantity {
     Material,
     /// The body that a sphere is a part of.
     Body,
+    /// The kind of clump that a sphere is a part of.
+    Clump {
+        /// Names of the kinds.
+        names: Vec<String>,
+    },
     /// A column of numbers.
     Column { name: String, unit: String },
     /// The length of a vector of three columns.
@@ -29,7 +37,12 @@ pub(super) enum Quantity {
 
 impl Quantity {
     /// What `wanted` may mean: one thing, or for `auto` what to show if something moves and what if nothing does.
-    pub(super) fn candidates(wanted: &str, snapshot: &Snapshot) -> Result<Vec<Self>, ExportError> {
+    /// `clumps`: names of the kinds of clumps that the run has.
+    pub(super) fn candidates(
+        wanted: &str,
+        snapshot: &Snapshot,
+        clumps: &[String],
+    ) -> Result<Vec<Self>, ExportError> {
         let speed = || Self::vector("velocity", "speed", snapshot);
         Ok(match wanted {
             "auto" => match speed() {
@@ -40,6 +53,9 @@ impl Quantity {
             "height" => vec![Self::Height],
             "material" if has(snapshot, "material") => vec![Self::Material],
             "body" if has(snapshot, "body") => vec![Self::Body],
+            CLUMP if has(snapshot, CLUMP) => vec![Self::Clump {
+                names: clumps.to_vec(),
+            }],
             "speed" if speed().is_some() => speed().into_iter().collect(),
             _ => {
                 let found = Self::column(wanted, snapshot);
@@ -88,6 +104,10 @@ impl Quantity {
                 label: "body".into(),
                 names: Vec::new(),
             },
+            Self::Clump { names } => ColourBy::Category {
+                label: CLUMP.into(),
+                names: names.clone(),
+            },
             Self::Column { name, unit } => ColourBy::scalar(&name.replace('_', " "), unit),
             Self::Length { name, unit, .. } => ColourBy::scalar(name, unit),
         }
@@ -99,6 +119,7 @@ impl Quantity {
             Self::None | Self::Height => true,
             Self::Material => has(snapshot, "material"),
             Self::Body => has(snapshot, "body"),
+            Self::Clump { .. } => has(snapshot, CLUMP),
             Self::Column { name, .. } => snapshot.column(name).and_then(numbers).is_some(),
             Self::Length { columns, .. } => columns.iter().all(|name| has(snapshot, name)),
         }
@@ -124,6 +145,7 @@ impl Quantity {
             }
             Self::Material => named("material")?,
             Self::Body => named("body")?,
+            Self::Clump { .. } => named(CLUMP)?,
             Self::Column { name, .. } => named(name)?,
             Self::Length { columns, .. } => {
                 let names = columns.each_ref().map(String::as_str);
@@ -143,9 +165,9 @@ pub(super) fn moves(snapshot: &Snapshot) -> bool {
     ) else {
         return false;
     };
-    let diameter = 2.0 * radii.iter().sum::<f64>() / radii.len().max(1) as f64;
-    let rest = rest_speed(snapshot.header.gravity.unwrap_or_default(), diameter);
-    velocities.iter().any(|velocity| velocity.length() > rest)
+    let gravity = snapshot.header.gravity.unwrap_or_default();
+    let grains = radii.iter().copied().zip(velocities);
+    mercury_pictures::moves(gravity, snapshot.frame.time, grains)
 }
 
 fn has(snapshot: &Snapshot, name: &str) -> bool {

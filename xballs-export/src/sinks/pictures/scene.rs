@@ -1,5 +1,6 @@
 //! A snapshot, and the walls and contacts beside it, as a frame to be drawn.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
@@ -9,7 +10,7 @@ use mercury_common::surfaces::Placement;
 use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface, wall_surfaces};
 
 use super::PictureChoice;
-use super::quantity::Quantity;
+use super::quantity::{CLUMP, Quantity};
 use crate::beside;
 use crate::bodies::{self, Shown};
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
@@ -21,6 +22,8 @@ pub(super) struct Scenery<'a> {
     /// Where clumps are shown as surfaces.
     bodies: Option<&'a BodyReader>,
     hide_pebbles: bool,
+    /// Where colours show the kind of clump.
+    kinds: Option<&'a BodyReader>,
     /// Frames drawn at whose times no contacts were written.
     without_contacts: usize,
     selection: &'a Selection,
@@ -53,7 +56,15 @@ impl<'a> Scenery<'a> {
             .map(|run| run.walls("--no-walls leaves walls out"))
             .transpose()?
             .flatten();
+        let kinds = if choice.quantity == CLUMP {
+            let help = "--colour body, material or speed shows what there is";
+            let found = bodies::reader(source, help)?;
+            Some(found.ok_or_else(|| bodies::missing(source, help))?)
+        } else {
+            None
+        };
         Ok(Self {
+            kinds,
             contacts,
             walls,
             bodies: bodies::reader_for(source, choice.clumps)?,
@@ -63,6 +74,24 @@ impl<'a> Scenery<'a> {
             title: choice.title.clone(),
             name: source.prefix().to_owned(),
         })
+    }
+
+    /// Names of the kinds of clumps, where colours show them.
+    pub(super) fn clumps(&self) -> Vec<String> {
+        let kinds = self.kinds.map_or(&[][..], BodyReader::kinds);
+        kinds.iter().map(|kind| kind.name.clone()).collect()
+    }
+
+    /// The particles, with the kinds of their clumps where colours show them.
+    pub(super) fn with_clumps<'s>(
+        &self,
+        snapshot: &'s Snapshot,
+    ) -> Result<Cow<'s, Snapshot>, ExportError> {
+        let mut snapshot = Cow::Borrowed(snapshot);
+        if let Some(reader) = self.kinds {
+            bodies::add_clumps(reader, snapshot.to_mut())?;
+        }
+        Ok(snapshot)
     }
 
     /// Counts from nothing again.

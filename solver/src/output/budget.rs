@@ -1,0 +1,116 @@
+//! The energy budget: what particles have, what was done to them and lost since the start, and how well that closes.
+
+use mercury_pictures::{EnergyFlows, EnergyRow};
+
+use crate::boundaries::Tally;
+use crate::plan::{NewBody, NewParticle, Plan};
+use crate::step::Engine;
+
+/// What came in and what went out by a given time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Exchanged {
+    /// By insertions.
+    pub inserted: Tally,
+    /// By deletions and through faces of the domain.
+    pub removed: Tally,
+}
+
+crate::state::plain!(Exchanged { inserted, removed });
+
+impl Exchanged {
+    /// By now.
+    #[must_use]
+    pub fn by_now(engine: &Engine) -> Self {
+        Self {
+            inserted: engine.boundaries().inserted(),
+            removed: engine.boundaries().removed(),
+        }
+    }
+}
+
+/// What became of the energy since the first state, J; `None` if the plan does not ask for the budget. `at_start`: what had come and gone
+/// before the first state.
+#[must_use]
+pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
+    let plan = engine.plan();
+    if !plan.physics().energy_budget() {
+        return None;
+    }
+    let audit = engine.audit();
+    // Velocities of particles that come and go are half a step older than their places. What they carry is that of the velocities' time.
+    let half = 0.5 * plan.physics().time_step();
+    let carried = |tally: &Tally| {
+        let moment = tally.mass_moment - tally.momentum * half;
+        tally.kinetic + tally.rotational - plan.physics().gravity().dot(moment)
+    };
+    let now = Exchanged::by_now(engine);
+    Some(EnergyFlows {
+        dissipated_normal: audit.dissipated_normal,
+        dissipated_tangential: audit.dissipated_tangential,
+        dissipated_rolling: audit.dissipated_rolling,
+        dissipated_liquid: audit.dissipated_adhesion,
+        wall_work: audit.wall_work,
+        servo_work: audit.servo_work,
+        inserted: carried(&now.inserted) - carried(&at_start.inserted),
+        deleted: carried(&now.removed) - carried(&at_start.removed) + audit.left.total(),
+        deleted_elastic: audit.left.total(),
+        vanished_walls: audit.vanished.total(),
+        put_to_rest: engine.sleepers().map_or(0.0, |(_, counts)| counts.energy),
+    })
+}
+
+/// Whether all work done on the particles is measured: what is prescribed of particles takes work that is not, and where gravity acts along a
+/// periodic axis, particles fall for ever while their height within the domain does not change.
+#[must_use]
+pub fn is_closed(plan: &Plan) -> bool {
+    let mut particles = plan.physics().particles().iter();
+    let driven = particles.any(NewParticle::is_prescribed);
+    let driven = driven || plan.physics().bodies().iter().any(NewBody::is_prescribed);
+    let falls_for_ever =
+        (0..3).any(|axis| plan.physics().periodic()[axis] && plan.physics().gravity()[axis] != 0.0);
+    !driven && !falls_for_ever
+}
+
+/// The budget at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BudgetRow {
+    /// Energies, and what became of the rest.
+    pub energies: EnergyRow,
+    /// By how much the budget fails to close.
+    pub gap: Option<Gap>,
+}
+
+/// By how much a budget fails to close.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// What should be there and is not, J: the energy of the first state and all that was given since, less all that was taken, less the energy
+    /// of now.
+    pub error: f64,
+    /// The same over the largest term of the budget since the start; 0 if all were 0.
+    pub relative: f64,
+}
+
+/// The largest term of a budget, J; of gravitational energy the change since `first`, as it has no zero of its own.
+pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
+    let flows = row.flows.unwrap_or_default();
+    [
+        row.kinetic,
+        row.rotational,
+        row.elastic,
+        row.gravitational - first.gravitational,
+        flows.wall_work,
+        flows.inserted,
+        flows.deleted,
+        flows.vanished_walls,
+        flows.dissipated(),
+    ]
+    .into_iter()
+    .fold(0.0, |largest: f64, energy| largest.max(energy.abs()))
+}
+
+/// The gap of a budget whose largest term so far is `largest` (J).
+pub(super) fn gap(row: &EnergyRow, first: &EnergyRow, largest: f64) -> Option<Gap> {
+    let error = first.stored() - row.stored() - row.flows?.taken();
+    let relative = if largest > 0.0 { error / largest } else { 0.0 };
+    Some(Gap { error, relative })
+}

@@ -1,0 +1,72 @@
+//! `<prefix>.budget.csv`: the energy budget.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_number};
+
+use super::stream::{Begin, Sink, Stream, TextFile};
+use super::{OutputError, State};
+use crate::plan::Plan;
+
+const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,put_to_rest,error,closure\n";
+
+/// A row for each output interval; energies in J.
+pub(super) struct BudgetFile {
+    file: TextFile,
+}
+
+impl BudgetFile {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.budget.csv", plan.outputs().prefix());
+        let file = TextFile::begin(folder, &name, HEAD, begin)?;
+        Ok(Self { file })
+    }
+}
+
+impl Stream for BudgetFile {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let Some(budget) = state.budget.as_ref().filter(|_| state.due.frame) else {
+            return Ok(());
+        };
+        let row = &budget.energies;
+        let flows = row.flows.unwrap_or_default();
+        let out = &mut self.file.buffer;
+        push_number(out, row.time, NumberStyle::Shortest);
+        for energy in [
+            row.kinetic,
+            row.rotational,
+            row.gravitational,
+            row.elastic,
+            flows.dissipated_normal,
+            flows.dissipated_tangential,
+            flows.dissipated_rolling,
+            flows.dissipated_liquid,
+            flows.wall_work,
+            flows.servo_work,
+            flows.inserted,
+            flows.deleted,
+            flows.deleted_elastic,
+            flows.vanished_walls,
+            flows.put_to_rest,
+        ] {
+            out.push(b',');
+            push_number(out, energy, NumberStyle::Shortest);
+        }
+        // Empty where the budget cannot close, as tables say that a number is missing.
+        for number in [
+            budget.gap.map(|gap| gap.error),
+            budget.gap.map(|gap| gap.relative),
+        ] {
+            out.push(b',');
+            if let Some(number) = number {
+                push_number(out, number, NumberStyle::Shortest);
+            }
+        }
+        out.push(b'\n');
+        self.file.flush()
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
+    }
+}
