@@ -72,6 +72,8 @@ pub(super) const READERS: &[Reader] = &[
         .bound(MB, 800, "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow"),
     Reader::new("size-law", Text(&["kind", "\"lognormal\"", "\"classes\"", "\"mixture\"", "parts", "median", "weighting"]), law_samples, law)
         .bound(8 * MB, 800, "the tree of the text and TOML's own; classes of the distribution, bounded by the numbers in the text"),
+    Reader::new("size-law-of-files", Text(&["kind", "\"mixture\"", "of", "share", "file", "\"law.toml\"", "\"other.toml\"", "\"twice.toml\"", "\"sizes.csv\"", "weighting"]), files_samples, law)
+        .bound(8 * MB, 1600, "as of a law, and the law of each file that one names, of which 1000 are read at most, one after the other"),
     Reader::new("scene-with-particles", Text(&["x", "radius", "material", "vx"]), |place| {
         place.scene();
         vec![file("tests/scenes/good/some.csv"), file("scenes/particles.csv")]
@@ -241,6 +243,27 @@ fn law_samples(_: &Place) -> Vec<Vec<u8>> {
     ]
     .map(|text| text.as_bytes().to_vec())
     .to_vec()
+}
+
+/// Laws that name files whose laws name files, among them the one that is read.
+fn files_samples(place: &Place) -> Vec<Vec<u8>> {
+    place.write("sizes.csv", &file("tests/scenes/good/sizes.csv"));
+    let mixture = |files: &[&str]| {
+        let parts = files
+            .iter()
+            .map(|name| format!("{{ share = 1, file = \"{name}\" }}"));
+        let parts = parts.collect::<Vec<_>>().join(", ");
+        format!("kind = \"mixture\"\nweighting = \"volume\"\nof = [{parts}]\n").into_bytes()
+    };
+    place.write("other.toml", &mixture(&["sizes.csv", "law.toml"]));
+    place.write("twice.toml", &mixture(&["sizes.csv", "sizes.csv"]));
+    place.write("law.toml", b"");
+    vec![
+        mixture(&["sizes.csv"]),
+        mixture(&["law.toml"]),
+        mixture(&["other.toml", "twice.toml"]),
+        b"file = \"twice.toml\"\n".to_vec(),
+    ]
 }
 
 fn law(bytes: &[u8], place: &Place) {
