@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::scene::{
-    ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep,
+    ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep, stem,
 };
 
 use super::checks;
@@ -284,10 +284,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         },
         outputs: Outputs {
             title: scene.title.clone(),
-            prefix: scene.path.file_stem().map_or_else(
-                || "run".to_owned(),
-                |stem| stem.to_string_lossy().into_owned(),
-            ),
+            prefix: stem(&scene.path),
             files: OutputPlan {
                 interval: *scene.output.interval,
                 fstat_interval: *scene.output.fstat_interval,

@@ -70,6 +70,8 @@ pub struct RunOptions {
     pub command_line: String,
     /// Content of `plan.toml`.
     pub plan_document: Option<String>,
+    /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
+    pub scene_text: Option<String>,
     /// Set by anyone who wants the run to end after the step it is in.
     pub stop: Arc<AtomicBool>,
     /// Who is told what takes long; its flag for stops should be the one above.
@@ -377,6 +379,10 @@ impl Run {
             stage.begin(Task::Stepping);
             if let Some(document) = &options.plan_document {
                 write_whole(&folder.join("plan.toml"), document.as_bytes())
+                    .map_err(OutputError::from)?;
+            }
+            if let Some(text) = &options.scene_text {
+                folder::copy_scene(folder, plan.outputs().prefix(), text)
                     .map_err(OutputError::from)?;
             }
             Ok(Writer::start(

@@ -139,8 +139,20 @@ fn is_scene(name: &str) -> bool {
 fn scene_samples(_: &Place) -> Vec<Vec<u8>> {
     let mut samples = files_in("scenes", is_scene);
     samples.extend(files_in("tests/scenes/good", is_scene));
+    samples.push(JSON.as_bytes().to_vec());
     samples
 }
+
+const JSON: &str = r#"{
+  "title": "one \"ball\"", "seed": 7, "gravity": [0, 0, -9.81],
+  "time": {"end": 0.004, "step": 1e-5},
+  "domain": {"min": [0, 0, 0], "max": [0.1, 0.1, 0.1], "periodic": ["x"]},
+  "materials": {"ball": {"density": 2500, "normal": {"law": "linear", "stiffness": 1e5, "restitution": 0.8}}},
+  "walls": [{"name": "floor", "shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": "ball"}],
+  "particles": [{"name": "first", "material": "ball", "radius": "1 cm", "position": [0.05, 0.05, 0.05]}],
+  "output": {"interval": 0.001, "pictures": false, "track": ["first"]}
+}
+"#;
 
 /// The machine of the tests: what a scene asks for is not bounded by its length, but by this. Beside the program's own 16 MB it has room
 /// for some 3,000 spheres.
