@@ -100,11 +100,11 @@ fn mistakes_from_standard_input_have_their_line() {
         ),
         (
             JSON.replace("\"1 cm\"", "-1"),
-            "<stdin>:6:46: particles[0].radius: must be > 0",
+            "<stdin>:6:48: particles[0].radius: must be > 0",
         ),
         (
             JSON.replace("\"1 cm\"", "1 cm"),
-            "<stdin>:6:47: not valid JSON: expected comma",
+            "<stdin>:6:50: not valid JSON: unexpected token",
         ),
         (String::new(), "<stdin>: time: is missing"),
     ] {
