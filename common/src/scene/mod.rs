@@ -86,6 +86,7 @@ pub use walls::{Wall, Wear, WearBasis};
 
 use cursor::{Context, Fields};
 use item::Item;
+use output::Trackable;
 use tree::{Node, Value};
 
 use crate::readable;
@@ -459,7 +460,13 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     let sprays = read_list(context, &root, "sprays", sprays::read);
     let fields = read_list(context, &root, "fields", fields::read);
 
-    let names = tracked_names(&particle_items, &particles);
+    let mut names = tracked_names(&particle_items, &particles);
+    let inserted = list(&root, "insertions").into_iter().enumerate();
+    names.extend(inserted.map(|(index, item)| {
+        let name = item.node.name().map(str::to_owned);
+        let name = name.unwrap_or_else(|| format!("insertion-{}", index + 1));
+        (name, Trackable::Insertion)
+    }));
     let output = section("output").and_then(|fields| output::read(&fields, &names));
     root.finish();
 
@@ -555,9 +562,9 @@ fn law_words(root: &Fields<'_>) -> contacts::LawWords {
     }
 }
 
-/// The names that can be tracked, and whether each is a single particle. An entry that is wrong counts
+/// The names of `[[particles]]`, and whether each is a single particle. An entry that is wrong counts
 /// as single: its own mistake is reported already.
-fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, bool)> {
+fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, Trackable)> {
     items
         .iter()
         .filter_map(|item| item.node.name())
@@ -565,7 +572,11 @@ fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, bo
             let read = particles
                 .iter()
                 .find(|entry| entry.name.as_ref().is_some_and(|other| other.value == name));
-            (name.to_owned(), read.is_none_or(output::is_single))
+            let what = match read.is_none_or(output::is_single) {
+                true => Trackable::One,
+                false => Trackable::Several,
+            };
+            (name.to_owned(), what)
         })
         .collect()
 }

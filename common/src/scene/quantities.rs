@@ -211,7 +211,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         ["liquid", "evaporation"] => D::SPEED,
         [
             "output",
-            "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",
+            "interval" | "fstat_interval" | "vtk_interval" | "track_interval" | "restart_interval",
         ] => D::TIME,
         ["fields", "interval" | "smooth"] => D::TIME,
         ["fields", "spacing"] => return Some(Kind::Either(D::LENGTH, D::ANGLE)),

@@ -209,6 +209,16 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         .filter_map(|name| start.named.iter().find(|(known, _)| *known == name.value))
         .cloned()
         .collect();
+    let track_insertions: Vec<(String, usize)> = scene
+        .output
+        .track
+        .iter()
+        .filter_map(|name| {
+            let mut insertions = scene.insertions.iter();
+            let index = insertions.position(|insertion| insertion.name.value == name.value)?;
+            Some((name.value.clone(), index))
+        })
+        .collect();
     let mut laws = LawTable {
         materials: scene.materials.len(),
         laws: vec![None; scene.materials.len() * scene.materials.len()],
@@ -279,7 +289,10 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             smallest_radius: sizes.smallest,
             mean_radius: sizes.mean,
             largest_radius: sizes.largest,
-            orientations: scene.output.data || *scene.output.vtk || !track.is_empty(),
+            orientations: scene.output.data
+                || *scene.output.vtk
+                || !track.is_empty()
+                || !track_insertions.is_empty(),
             energy_budget: scene.output.energy_budget,
         },
         outputs: Outputs {
@@ -301,6 +314,13 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,
+                track_insertions,
+                track_every: scene
+                    .output
+                    .track_every
+                    .as_deref()
+                    .map_or(1, |every| *every),
+                track_interval: *scene.output.track_interval,
                 fields,
                 digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
             },
@@ -336,6 +356,18 @@ fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
         if interval.place.key() == key && !is_written {
             warnings.push(format!(
                 "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
+            ));
+        }
+    }
+    let every = output.track_every.as_ref().map(|every| &every.place);
+    for place in [Some(&output.track_interval.place), every]
+        .into_iter()
+        .flatten()
+    {
+        let key = place.key();
+        if key.starts_with("output.track_") && output.track.is_empty() {
+            warnings.push(format!(
+                "{key}: nothing is followed, as output.track is empty; name particles or insertions in it, or leave the key out"
             ));
         }
     }

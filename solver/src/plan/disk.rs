@@ -36,6 +36,8 @@ mod row {
     pub(super) const WALL: f64 = 300.0;
     /// A material of a region or flux in its table.
     pub(super) const COUNTED: f64 = 120.0;
+    /// A particle in `.track.csv`.
+    pub(super) const TRACK: f64 = 250.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.
     pub(super) const FIELD: f64 = 17.0;
 }
@@ -94,6 +96,13 @@ impl Disk {
         let of_each_frame = of(row::ENE, files.ene)
             + of(row::WALL * physics.walls().len() as f64, files.walls)
             + row::COUNTED * tables as f64;
+        let of_insertions = match files.track_insertions.is_empty() {
+            true => 0.0,
+            // As if all that are there came by these.
+            false => (spheres + bodies) / files.track_every as f64,
+        };
+        let tracked = files.track.len() as f64 + of_insertions;
+        let bytes = bytes + row::TRACK * tracked * frames(files.track_interval, files.has_tracks());
         let bytes = bytes + row::FIELD * numbers + disk.frames * of_each_frame + PAPERS;
         Self { bytes, ..disk }
     }

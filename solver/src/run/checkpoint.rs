@@ -22,12 +22,13 @@ use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not what happens.
-pub const MAY_CHANGE: [&str; 7] = [
+pub const MAY_CHANGE: [&str; 8] = [
     "title",
     "time.end",
     "output.interval",
     "output.fstat_interval",
     "output.vtk_interval",
+    "output.track_interval",
     "output.restart_interval",
     "output.pictures",
 ];

@@ -558,7 +558,7 @@ impl Run {
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
         let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;
         let everything = self.schedule.everything();
-        let watch = (due.any() || perhaps_last).then_some(Watch {
+        let watch = (due.beyond_tracks() || perhaps_last).then_some(Watch {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });

@@ -26,6 +26,7 @@ mod snapshot;
 mod start;
 #[cfg(test)]
 mod tests;
+mod tracks;
 mod walls;
 
 pub use audit::{Audit, AuditedContact};
@@ -37,6 +38,8 @@ pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
 use std::sync::Arc;
+
+pub(crate) use tracks::Tracked;
 
 use awake::awake;
 use guard::Guard;
