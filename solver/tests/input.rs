@@ -106,7 +106,7 @@ fn mistakes_from_standard_input_have_their_line() {
             JSON.replace("\"1 cm\"", "1 cm"),
             "<stdin>:6:50: not valid JSON: unexpected token",
         ),
-        (String::new(), "<stdin>: time: is missing"),
+        (String::new(), ": time: is missing"),
     ] {
         let output = solve_from(folder.path(), &text, &["-"]);
         assert_eq!(code(&output), Some(2));
