@@ -156,8 +156,20 @@ fn syntax_error(
 
 /// The number with a comma between its digits that stands behind the `=` of the line of a mistake, if it is what the parser stopped at.
 fn decimal_comma<'t>(text: &'t str, at: &Range<usize>) -> Option<&'t str> {
-    let begin = text.get(..at.start)?.rfind('\n').map_or(0, |end| end + 1);
-    let line = text.get(begin..)?.lines().next()?;
+    // No more than a key and a number take: there may be as many mistakes as bytes in a line without end.
+    let near = |at: usize| {
+        (0..=at.min(text.len()))
+            .rev()
+            .find(|&at| text.is_char_boundary(at))
+    };
+    let (first, last) = (near(at.start.saturating_sub(100))?, near(at.start + 100)?);
+    let before = text.get(first..at.start)?;
+    let begin = match before.rfind('\n') {
+        Some(end) => first + end + 1,
+        None if first == 0 => 0,
+        None => return None,
+    };
+    let line = text.get(begin..last)?.lines().next()?;
     let equals = line.find('=')?;
     let number = line[equals + 1..].split('#').next()?.trim();
     let (whole, part) = number
