@@ -105,6 +105,9 @@ impl FromStr for Scan {
     }
 }
 
+/// Cells along a coordinate, at most.
+const MOST_CELLS: usize = 1_000_000;
+
 /// One number for each resolved coordinate, written with x between.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cells(pub Vec<usize>);
@@ -117,12 +120,14 @@ impl FromStr for Cells {
             word.trim()
                 .parse()
                 .ok()
-                .filter(|&count| (1..=1_000_000).contains(&count))
+                .filter(|count| (1..=MOST_CELLS).contains(count))
         };
         let cells: Option<Vec<usize>> = text.split('x').map(count).collect();
         cells
             .map(Self)
-            .ok_or_else(|| "expected numbers of cells with x between, as in 20x20x40".to_owned())
+            .ok_or_else(|| {
+                format!("expected numbers of cells, each from 1 to {MOST_CELLS}, with x between, as in 20x20x40")
+            })
     }
 }
 

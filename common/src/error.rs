@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::readable::shortened;
+use crate::readable::{printable, printable_lines, shortened};
 
 /// Characters of each part of a message that are printed: they quote the file, which may hold anything.
 const LONGEST: usize = 1000;
@@ -82,19 +82,20 @@ impl FormatError {
 impl fmt::Display for FormatError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let path = self.path.display().to_string();
-        write!(f, "{}", shortened(&path, LONGEST_PATH))?;
+        write!(f, "{}", printable(&shortened(&path, LONGEST_PATH)))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
                 write!(f, ":{column}")?;
             }
         }
-        write!(f, ": {}", shortened(&self.found, LONGEST))?;
+        write!(f, ": {}", printable_lines(&shortened(&self.found, LONGEST)))?;
         if !self.expected.is_empty() {
-            write!(f, ", expected {}", shortened(&self.expected, LONGEST))?;
+            let expected = shortened(&self.expected, LONGEST);
+            write!(f, ", expected {}", printable_lines(&expected))?;
         }
         if let Some(help) = &self.help {
-            write!(f, "\nhelp: {}", shortened(help, LONGEST))?;
+            write!(f, "\nhelp: {}", printable_lines(&shortened(help, LONGEST)))?;
         }
         Ok(())
     }

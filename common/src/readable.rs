@@ -28,6 +28,27 @@ pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
     }
 }
 
+/// The text as a terminal may show it: control characters, by which a file could move the cursor or begin a line of its own, become
+/// U+FFFD; tabs stay.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    without_controls(text, &['\t'])
+}
+
+/// The same of a text of several lines.
+#[must_use]
+pub fn printable_lines(text: &str) -> Cow<'_, str> {
+    without_controls(text, &['\t', '\n'])
+}
+
+fn without_controls<'t>(text: &'t str, kept: &[char]) -> Cow<'t, str> {
+    let is_bad = |c: char| c.is_control() && !kept.contains(&c);
+    match text.contains(is_bad) {
+        true => Cow::Owned(text.replace(is_bad, "\u{fffd}")),
+        false => Cow::Borrowed(text),
+    }
+}
+
 /// A number of bytes to two or three digits, in powers of 1000: `512 B`, `1.2 kB`, `350 MB`, `1.2 TB`.
 #[must_use]
 pub fn bytes(number: f64) -> String {

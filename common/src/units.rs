@@ -91,6 +91,26 @@ impl Dimension {
         Self::named(self.powers).map_or("something else", |(words, _)| words)
     }
 
+    /// The unit of SI, `deg` where angles are counted in degrees: `N/m`, `kg/m3`; of what has no name made of m, kg, s and rad.
+    #[must_use]
+    pub fn symbol(self) -> String {
+        if self.in_degrees {
+            return "deg".to_owned();
+        }
+        if let Some((_, units)) = Self::named(self.powers) {
+            return units.split(',').next().unwrap_or_default().to_owned();
+        }
+        let factors = ["m", "kg", "s", "rad"].iter().zip(self.powers);
+        let factors = factors.filter(|(_, power)| *power != 0);
+        let factors: Vec<String> = factors
+            .map(|(symbol, power)| match power {
+                1 => (*symbol).to_owned(),
+                _ => format!("{symbol}{power}"),
+            })
+            .collect();
+        factors.join(" ")
+    }
+
     /// Units that it may have, as a list.
     #[must_use]
     pub fn units(self) -> &'static str {
@@ -187,6 +207,13 @@ impl Quantity {
             number: number.to_owned(),
             scale: parse_unit(unit)?,
         })
+    }
+
+    /// The unit as it stands there.
+    #[must_use]
+    pub fn unit_in(text: &str) -> &str {
+        let text = text.trim();
+        text[number_length(text)..].trim()
     }
 
     /// Whether a text begins like a number.
@@ -431,6 +458,18 @@ mod tests {
         Quantity::parse(text)?
             .value(dimension)
             .map_err(str::to_owned)
+    }
+
+    #[test]
+    fn units_of_si_read_back_as_the_same_dimension() {
+        for (dimension, _, _) in Dimension::NAMED {
+            assert_eq!(Dimension::of_unit(&dimension.symbol()), Some(*dimension));
+        }
+        let odd = Dimension::of_unit("rad m2/s/kg3").unwrap();
+        assert_eq!(odd.symbol(), "m2 kg-3 s-1 rad");
+        assert_eq!(Dimension::of_unit(&odd.symbol()), Some(odd));
+        assert_eq!(Dimension::DEGREES.symbol(), "deg");
+        assert_eq!(Quantity::unit_in(" -1.5e3 mm/s "), "mm/s");
     }
 
     #[test]

@@ -550,7 +550,12 @@ fn mistakes_are_told_with_a_way_out() {
             &["--coordinates", "Z", "--grid", "2x3"][..],
             "2 numbers for the coordinates Z",
         ),
-        (&["--grid", "0"][..], "expected numbers of cells"),
+        (
+            &["--grid", "0"][..],
+            "expected numbers of cells, each from 1 to 1000000,",
+        ),
+        (&["--grid", "1e8"][..], "each from 1 to 1000000,"),
+        (&["--grid", "100000000"][..], "each from 1 to 1000000,"),
         (&["--grid", "2x2x2", "--spacing", "0.1"][..], "one of them"),
         (&["--spacing", "1e-6"][..], "a larger --spacing"),
         (

@@ -25,6 +25,7 @@ const EXAMPLES: &str = "\
 Examples:
   mercury-solve new drum                          writes drum.toml, a scene to start from; also hopper, chute, repose, press, clumps
   mercury-solve drum.toml                         run it; files in ./drum/
+  python3 make.py | mercury-solve - --output 7    a scene from standard input, in TOML or JSON
   mercury-solve drum.toml --check                 what the scene means; nothing is run
   mercury-solve drum.toml --check --trial         and how long the run will take, from its first 5 s
   mercury-solve drum.toml --set time.end=0.1 --set materials.bead.tangential.friction=0.3 --output short
@@ -56,7 +57,7 @@ struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
 
-    /// The scene file
+    /// The scene file, in TOML or JSON; `-`: standard input
     #[arg(value_name = "SCENE.toml", required_unless_present_any = ["completions", "inspect"])]
     scene: Option<PathBuf>,
 

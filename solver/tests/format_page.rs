@@ -370,7 +370,7 @@ fn started_from_a_run(folder: &Path) -> String {
 }
 
 /// Keys whose numbers are counts, ratios or exponents. A new key that is none must take units.
-const WITHOUT_UNIT: [&str; 43] = [
+const WITHOUT_UNIT: [&str; 44] = [
     "seed",
     "axis",
     "normal",
@@ -401,6 +401,7 @@ const WITHOUT_UNIT: [&str; 43] = [
     "cutoff",
     "tolerance",
     "digits",
+    "track_every",
     "orientation",
     "sides",
     "periodic",

@@ -58,7 +58,7 @@ fn column(folder: &Path, name: &str) -> Vec<String> {
         .lines()
         .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
     let header = lines.next().unwrap();
-    let place = header.iter().position(|column| column == name);
+    let place = (header.iter()).position(|column| column.split(" [").next() == Some(name));
     let place = place.unwrap_or_else(|| panic!("no {name} in {header:?}"));
     lines.map(|line| line[place].clone()).collect()
 }
@@ -458,4 +458,111 @@ fn the_table_of_another_study_is_not_replaced() {
     assert_eq!(column(&study, "run"), ["seed=1", "seed=2"]);
     assert!(!study.join("study.height.png").exists());
     assert!(!study.join("study.height.svg").exists());
+}
+
+/// It said that `time` is missing.
+#[test]
+fn a_study_of_a_study_is_refused_by_that_name() {
+    let folder = folder();
+    let study = |scene: &str| format!("[study]\nscene = \"{scene}\"\n[study.sweep]\nseed = [1]\n");
+    let inline = "study = { scene = \"ball.toml\", sweep = { seed = [1] } }\n";
+    fs::write(folder.path().join("inner.toml"), inline).unwrap();
+    fs::write(folder.path().join("outer.toml"), study("inner.toml")).unwrap();
+    fs::write(folder.path().join("self.toml"), study("self.toml")).unwrap();
+    for (name, scene, help) in [
+        ("outer", "inner", "name the scene of that study, ball.toml,"),
+        ("self", "self", "name a scene, with [time]"),
+    ] {
+        let (code, _, errors) = solve(folder.path(), &[&format!("{name}.toml")]);
+        let message = format!("{name}.toml: study.scene: {scene}.toml is a study, not a scene");
+        assert_eq!(code, Some(2), "{errors}");
+        assert!(errors.contains(&message), "{errors}");
+        assert!(errors.contains(help), "{errors}");
+        assert!(!folder.path().join(name).exists());
+    }
+    // A study in one line is one.
+    assert_eq!(solve(folder.path(), &["inner.toml", "--check"]).0, Some(0));
+}
+
+/// The key's column was text ("8 mm"), results had no unit, and plots no title.
+#[test]
+fn the_table_is_in_si_and_says_its_units() {
+    let folder = folder();
+    let arguments = [
+        "ball.toml",
+        "--sweep",
+        "particles.0.radius=8 mm,9 mm",
+        "--result",
+        "push=max(walls.plate.fz)",
+        "--result",
+        "bounce=rate(walls.plate.z)",
+        "--json",
+    ];
+    let (code, said, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(0), "{errors}");
+    let study = folder.path().join("ball-study");
+    let table = fs::read_to_string(study.join("study.csv")).unwrap();
+    let header = table.lines().next().unwrap();
+    for name in [
+        "run,",
+        ",particles.0.radius [m],",
+        ",time [s],",
+        ",energy_kinetic [J],",
+        ",push [N],",
+        ",bounce [m/s]",
+    ] {
+        assert!(header.contains(name), "{header}");
+    }
+    assert_eq!(column(&study, "particles.0.radius"), ["0.008", "0.009"]);
+    assert_eq!(column(&study, "run"), ["radius=8mm", "radius=9mm"]);
+    let object: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(object["rows"][1]["particles.0.radius"], 0.009);
+    assert_eq!(object["units"]["push"], "N");
+    assert_eq!(object["units"]["particles.0.radius"], "m");
+    let plot = fs::read_to_string(study.join("study.push.svg")).unwrap();
+    for text in [
+        "particles.0.radius (mm)",
+        "A ball falls on a plate",
+        "push (",
+    ] {
+        assert!(plot.contains(text), "{text}: {plot}");
+    }
+
+    // A table of a version that kept what was typed is gone on with.
+    let old = (table.lines().next().unwrap().split(','))
+        .map(|name| name.split(" [").next().unwrap())
+        .collect::<Vec<_>>()
+        .join(",");
+    let rows: String = (table.lines().skip(1))
+        .map(|line| line.replace(",0.008,", ",8 mm,") + "\n")
+        .collect();
+    fs::write(study.join("study.csv"), format!("{old}\n{rows}")).unwrap();
+    let mut later = arguments;
+    later[2] = "particles.0.radius=9 mm,1 cm";
+    assert_eq!(solve(folder.path(), &later).0, Some(0));
+    assert_eq!(
+        column(&study, "particles.0.radius"),
+        ["0.009", "0.01", "0.008"]
+    );
+}
+
+#[test]
+fn nothing_is_drawn_of_runs_that_all_failed() {
+    let folder = folder();
+    let arguments = [
+        "ball.toml",
+        "--sweep",
+        "seed=1,2",
+        "--result",
+        "push=max(walls.plate.fz)",
+        "--set",
+        "guard.overlap=1e-9",
+        "--set",
+        "guard.policy=strict",
+    ];
+    let (code, said, errors) = solve(folder.path(), &arguments);
+    assert_eq!(code, Some(1), "{said}{errors}");
+    assert!(!errors.contains("plot of"), "{errors}");
+    assert!(errors.contains("2 of 2 runs failed"), "{errors}");
+    assert!(!folder.path().join("ball-study/study.push.svg").exists());
 }

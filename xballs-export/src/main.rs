@@ -11,7 +11,7 @@ use mercury_common::cli::{self, Exit, Failure, Progress};
 use mercury_common::formats::number::NumberStyle;
 use mercury_common::formats::vtu::VtuOptions;
 use mercury_common::readable::counted;
-use mercury_export::output::Output;
+use mercury_export::output::{Output, ending_of_file, takes_folder};
 use mercury_export::sinks::pictures::{PictureKind, Pictures};
 use mercury_export::sinks::{
     Density, Info, Parquet, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
@@ -87,8 +87,8 @@ fn execute(command: Command) -> Result<(), ExportError> {
         }),
         Command::Parquet { common, .. } if study_table::table_in(&common.input).is_some() => {
             let found = study_table::table_in(&common.input).unwrap_or_default();
-            let folder = common.output.as_deref();
-            let (path, rows) = study_table::to_parquet(&found, folder, common.force)?;
+            let output = common.output.as_deref();
+            let (path, rows) = study_table::to_parquet(&found, output, common.force)?;
             if !common.quiet {
                 let _ = writeln!(
                     std::io::stdout(),
@@ -99,9 +99,16 @@ fn execute(command: Command) -> Result<(), ExportError> {
             }
             Ok(())
         }
-        Command::Parquet { common, table } => run(&common, "parquet", |job| {
-            Ok(Box::new(Parquet::new(&job.output, table.into())))
-        }),
+        Command::Parquet { common, table } => {
+            let file = common.output.as_deref();
+            let file = file.filter(|path| ending_of_file(path).as_deref() == Some("parquet"));
+            if file.is_none() {
+                takes_folder("parquet", common.output.as_deref())?;
+            }
+            run_into(&common, "parquet", file, |job| {
+                Ok(Box::new(Parquet::new(&job.output, table.into())))
+            })
+        }
         Command::Particles { common } => run(&common, "particles", |job| {
             Ok(Box::new(particle_tables(&job.output)))
         }),
@@ -154,6 +161,7 @@ fn run(
     beside: &str,
     sink: impl for<'a> FnOnce(&'a Job) -> Result<Box<dyn Sink + 'a>, ExportError>,
 ) -> Result<(), ExportError> {
+    takes_folder(beside, common.output.as_deref())?;
     run_into(common, beside, None, sink)
 }
 

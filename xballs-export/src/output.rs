@@ -8,6 +8,35 @@ use mercury_common::whole_file::{FileError, WholeFile, write_whole};
 
 use crate::{ExportError, Source};
 
+/// Endings that files have: a folder of such a name would surprise.
+const ENDINGS: &[&str] = &[
+    "apng", "avi", "avif", "bmp", "csv", "data", "disp", "dump", "eps", "gif", "gz", "jpeg", "jpg",
+    "json", "lammps", "lmp", "m4v", "mkv", "mov", "mp4", "mpeg", "mpg", "ogv", "parquet", "pdf",
+    "png", "ppm", "ps", "pvd", "svg", "tif", "tiff", "tsv", "txt", "vti", "vtk", "vtu", "webm",
+    "webp", "wmv", "xballs", "zip",
+];
+
+/// The ending of a name that is meant as a file's: a known one, and no folder has the name.
+#[must_use]
+pub fn ending_of_file(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_string_lossy().to_lowercase();
+    (ENDINGS.contains(&ending.as_str()) && !path.is_dir()).then_some(ending)
+}
+
+/// Refuses the name of a file where a command writes into a folder.
+///
+/// # Errors
+/// That it is the name of a file.
+pub fn takes_folder(command: &str, output: Option<&Path>) -> Result<(), ExportError> {
+    let Some((path, ending)) = output.and_then(|path| Some((path, ending_of_file(path)?))) else {
+        return Ok(());
+    };
+    Err(ExportError::Input(format!(
+        "{}: mercury-export {command} writes files of its own names into a folder, and this is the name of a file\nhelp: name a folder, without the ending .{ending}",
+        path.display()
+    )))
+}
+
 /// A folder for the files of one export.
 #[derive(Debug, Clone)]
 pub struct Output {

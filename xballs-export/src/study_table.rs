@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mercury_tables::{Column, Table, Values};
 
 use crate::ExportError;
+use crate::output::{ending_of_file, takes_folder};
 
 /// What the solver calls the table of a study.
 const FILE: &str = "study.csv";
@@ -18,19 +19,26 @@ pub fn table_in(input: &Path) -> Option<PathBuf> {
     (input.file_name()? == FILE).then(|| input.to_owned())
 }
 
-/// Writes it as `study.parquet` into `folder`, or beside the table: columns whose cells are all numbers as numbers (empty cells as
+/// Writes it as `study.parquet` into the folder `output`, or beside the table, or into the file `output` if that ends in `.parquet`: columns whose cells are all numbers as numbers (empty cells as
 /// missing ones), the others as text. Returns the path, and how many runs it tells of.
 ///
 /// # Errors
 /// When the table cannot be read, the file is there already and may not be replaced, or cannot be written.
 pub fn to_parquet(
     table: &Path,
-    folder: Option<&Path>,
+    output: Option<&Path>,
     force: bool,
 ) -> Result<(PathBuf, usize), ExportError> {
     let read = Table::read_text(table)?;
-    let folder = folder.or(table.parent()).unwrap_or(Path::new(""));
-    let path = folder.join("study.parquet");
+    let is_file = |path: &&Path| ending_of_file(path).as_deref() == Some("parquet");
+    let (folder, path) = match output.filter(is_file) {
+        Some(file) => (file.parent().unwrap_or(Path::new("")), file.to_owned()),
+        None => {
+            takes_folder("parquet", output)?;
+            let folder = output.or(table.parent()).unwrap_or(Path::new(""));
+            (folder, folder.join("study.parquet"))
+        }
+    };
     if !force && path.symlink_metadata().is_ok() {
         return Err(ExportError::Exists(path));
     }
@@ -83,7 +91,7 @@ mod tests {
         let path = folder.path().join(FILE);
         fs::write(
             &path,
-            "run,seed,problem,speed\n\"a,b\",1,,0.5\nc,2,it broke,\n",
+            "run,seed,problem,speed [m/s]\n\"a,b\",1,,0.5\nc,2,it broke,\n",
         )
         .unwrap();
         assert_eq!(table_in(folder.path()), Some(path.clone()));
@@ -93,6 +101,11 @@ mod tests {
         let table = Table::read_parquet(&written).unwrap();
         assert_eq!(table.values::<String>("run").unwrap(), ["a,b", "c"]);
         assert_eq!(table.values::<f64>("seed").unwrap(), [1.0, 2.0]);
+        let unit = |name: &str| {
+            let column = table.columns().iter().find(|column| column.name == name);
+            column.unwrap().unit.clone()
+        };
+        assert_eq!((unit("speed").as_str(), unit("seed").as_str()), ("m/s", ""));
         let speed = table.values::<f64>("speed").unwrap();
         assert!(speed[0] == 0.5 && speed[1].is_nan());
         // Not replaced, unless asked for.
@@ -102,6 +115,9 @@ mod tests {
         let elsewhere = folder.path().join("x/y");
         assert!(to_parquet(&path, Some(&elsewhere), false).is_ok());
         assert!(elsewhere.join("study.parquet").exists());
+        let file = folder.path().join("y/z.parquet");
+        assert!(to_parquet(&path, Some(&file), false).is_ok() && file.is_file());
+        assert!(to_parquet(&path, Some(&folder.path().join("z.csv")), false).is_err());
     }
 
     #[test]

@@ -563,6 +563,38 @@ fn an_ending_that_is_not_written_is_refused() {
     }
 }
 
+/// `particles -o p.csv` and `vtu -o x.jpg` made folders of these names.
+#[test]
+fn a_file_where_a_folder_is_written_is_refused() {
+    let place = folder_with_run();
+    for (command, name) in [
+        ("particles", "p.csv"),
+        ("vtu", "x.jpg"),
+        ("csv", "a.CSV"),
+        ("lammps", "a.dump"),
+        ("xballs", "a.data"),
+        ("parquet", "a.csv"),
+    ] {
+        let ending = name[2..].to_lowercase();
+        refused(
+            place.path(),
+            &[command, "run", "-o", name],
+            &format!(
+                "{name}: mercury-export {command} writes files of its own names into a folder, and this is the name of a file\n\
+                 help: name a folder, without the ending .{ending}\n"
+            ),
+        );
+        assert!(!place.path().join(name).exists());
+    }
+    // One table is one file. A name with a point is a folder, and so is one that is there.
+    succeeds(place.path(), &["parquet", "run", "-o", "one.parquet"]);
+    assert!(place.path().join("one.parquet").is_file());
+    succeeds(place.path(), &["csv", "run", "-o", "of.today"]);
+    fs::create_dir(place.path().join("mine.csv")).unwrap();
+    succeeds(place.path(), &["csv", "run", "-o", "mine.csv"]);
+    assert!(place.path().join("mine.csv").is_dir());
+}
+
 /// `-o x.png` made a folder of that name, with a numbered picture in it.
 #[test]
 fn one_picture_goes_into_the_file_that_is_named() {

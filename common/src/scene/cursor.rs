@@ -18,6 +18,7 @@ use super::source::{Located, Place};
 use super::spelling::{listed, nearest};
 use super::statement::NamedFile;
 use super::tree::{Entry, Table, Value};
+use crate::readable::printable;
 use crate::within::Within;
 
 /// Up to this many allowed keys are listed when one is not known.
@@ -67,6 +68,15 @@ impl Context {
         self.errors.borrow_mut().push(error);
     }
 
+    /// Reports a text that would move a terminal's cursor or begin a line of its own in reports and logs.
+    pub(super) fn is_one_line(&self, text: &Located<String>) -> bool {
+        let is_one = !text.chars().any(char::is_control);
+        if !is_one {
+            self.report(text.error("must not hold line breaks or other control characters"));
+        }
+        is_one
+    }
+
     /// Reports every `name` that stands twice in a list, whether or not its entry is right otherwise.
     pub(super) fn unique_names(&self, items: &[Item<'_>]) {
         let mut seen: HashMap<String, Place> = HashMap::new();
@@ -86,7 +96,8 @@ impl Context {
             };
             match seen.get(&name) {
                 Some(first) => {
-                    let error = place.error(format!("the name `{name}` is used twice"));
+                    let error =
+                        place.error(format!("the name `{}` is used twice", printable(&name)));
                     self.report(if first.is_argument() {
                         error
                     } else {
@@ -164,7 +175,8 @@ impl<'a> Fields<'a> {
             // A misspelt key is reported once, as unknown, with the right spelling.
             let misspelt = self.table.entries.iter().find(|entry| {
                 !self.asked.borrow().contains(&entry.key.as_str())
-                    && nearest(&entry.key, [key]).is_some()
+                    && (nearest(&entry.key, [key]).is_some()
+                        || (key == "radius" && entry.key == "diameter"))
             });
             let error = self.absent(key).error("is missing");
             match misspelt {
@@ -287,6 +299,16 @@ impl<'a> Fields<'a> {
                 if !allowed.contains(key) {
                     allowed.push(key);
                 }
+            }
+            if entry.key == "diameter" && allowed.contains(&"radius") {
+                let radius = match entry.node.value {
+                    Value::Float(diameter) => format!(": radius = {}", 0.5 * diameter),
+                    Value::Integer(diameter) => format!(": radius = {}", 0.5 * diameter as f64),
+                    _ => String::new(),
+                };
+                let help = format!("half of it is the radius{radius}");
+                self.context.report(error.with_help(help));
+                continue;
             }
             self.context
                 .report(match nearest(&entry.key, allowed.iter().copied()) {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::source::Place;
-use crate::readable::{counted, shortened};
+use crate::readable::{counted, printable, printable_lines, shortened};
 
 /// Characters of a key, a message or a piece of advice that are printed: they quote the file, which may hold anything.
 const LONGEST: usize = 600;
@@ -44,12 +44,16 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.place.write_head(f)?;
         if !self.path().is_empty() {
-            write!(f, ": {}", shortened(self.path(), LONGEST))?;
+            write!(f, ": {}", printable(&shortened(self.path(), LONGEST)))?;
         }
-        write!(f, ": {}", shortened(&self.message, LONGEST))?;
+        write!(
+            f,
+            ": {}",
+            printable_lines(&shortened(&self.message, LONGEST))
+        )?;
         self.place.write_excerpt(f)?;
         if let Some(help) = &self.help {
-            write!(f, "\nhelp: {}", shortened(help, LONGEST))?;
+            write!(f, "\nhelp: {}", printable_lines(&shortened(help, LONGEST)))?;
         }
         Ok(())
     }

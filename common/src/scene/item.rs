@@ -95,11 +95,13 @@ impl<'a> Item<'a> {
             self.report("must not be empty");
             return None;
         }
-        if name.chars().any(char::is_control) {
-            self.report("must not hold line breaks or other control characters");
-            return None;
-        }
-        Some(name)
+        self.context.is_one_line(&name).then_some(name)
+    }
+
+    /// A string, perhaps an empty one, that stays on its line.
+    pub(super) fn line(&self) -> Option<Located<String>> {
+        let line = self.text()?;
+        self.context.is_one_line(&line).then_some(line)
     }
 
     pub(super) fn boolean(&self) -> Option<bool> {
@@ -297,12 +299,12 @@ impl<'a> Item<'a> {
 
     /// A file, relative to the folder of the scene.
     pub(super) fn file(&self) -> Option<Located<PathBuf>> {
-        self.noted(self.path("file", "is a folder, not a file", None, Path::is_file))
+        self.noted(self.path("file", None, Path::is_file))
     }
 
     /// A file; `help` says how to make it where there is none.
     pub(super) fn file_or(&self, help: &str) -> Option<Located<PathBuf>> {
-        self.noted(self.path("file", "is a folder, not a file", Some(help), Path::is_file))
+        self.noted(self.path("file", Some(help), Path::is_file))
     }
 
     /// Notes that the scene names this file.
@@ -319,13 +321,12 @@ impl<'a> Item<'a> {
 
     /// A folder, relative to the folder of the scene.
     pub(super) fn folder(&self) -> Option<Located<PathBuf>> {
-        self.path("folder", "is not a folder", None, Path::is_dir)
+        self.path("folder", None, Path::is_dir)
     }
 
     fn path(
         &self,
         what: &str,
-        otherwise: &str,
         help: Option<&str>,
         is_right: impl Fn(&Path) -> bool,
     ) -> Option<Located<PathBuf>> {
@@ -340,7 +341,12 @@ impl<'a> Item<'a> {
         if self.context.files != Files::Unchecked && !is_right(&path) {
             let shown = self.shown(&path);
             if path.exists() {
-                self.report(format!("{otherwise}: {shown}"));
+                let is = match what {
+                    "folder" => "is not a folder",
+                    _ if path.is_dir() => "is a folder, not a file",
+                    _ => "is a device or pipe, not a file",
+                };
+                self.report(format!("{is}: {shown}"));
             } else {
                 let message = format!("the {what} does not exist: {shown}");
                 let error = self.place.error(message);

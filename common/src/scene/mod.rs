@@ -20,6 +20,7 @@ mod fields;
 mod guard;
 mod insertions;
 mod item;
+mod json;
 mod key_path;
 mod law_reader;
 mod laws;
@@ -44,7 +45,7 @@ mod tree;
 mod walls;
 
 use std::cell::RefCell;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -57,6 +58,7 @@ pub use error::{SceneError, SceneErrors};
 pub use fields::{FieldTable, FieldWidth};
 pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
+pub use json::is_json;
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use liquid::{LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
 pub use materials::Material;
@@ -68,6 +70,7 @@ pub use particles::{
     Start,
 };
 pub use psd::{MixturePart, Psd, SizeLaw, Weighting, parse_psd, read_psd, read_psd_with};
+pub use quantities::SetValue;
 pub use region::Region;
 pub use settings::{
     ClumpMass, Conventions, CoulombLimits, Dimensions, Domain, Face, RollingLever, SlidingNormal,
@@ -83,7 +86,26 @@ pub use walls::{Wall, Wear, WearBasis};
 
 use cursor::{Context, Fields};
 use item::Item;
+use output::Trackable;
 use tree::{Node, Value};
+
+use crate::readable;
+
+/// What a scene from standard input is called in messages.
+pub const STANDARD_INPUT: &str = "<stdin>";
+
+/// Bytes of a scene, law or clump: more than any has, and what a device without an end is cut at.
+const LONGEST_TEXT: u64 = 256_000_000;
+
+/// What names of a scene's run begin with: the name of the scene's file without its ending, `scene` for [`STANDARD_INPUT`].
+#[must_use]
+pub fn stem(path: &Path) -> String {
+    if path == Path::new(STANDARD_INPUT) {
+        return "scene".to_owned();
+    }
+    let stem = path.file_stem().unwrap_or("run".as_ref());
+    stem.to_string_lossy().into_owned()
+}
 
 /// Row of a material in [`Scene::materials`]; it is also its number in `.data` and `.fstat`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -102,6 +124,8 @@ pub struct Scene {
     pub place: Place,
     /// All that is stated, to be compared with another scene.
     pub statement: Statement,
+    /// The values of the command line in SI.
+    pub set: Vec<SetValue>,
     /// `title`; default: the file's name without its ending.
     pub title: String,
     /// `seed`; default 0.
@@ -187,21 +211,52 @@ pub fn read_scene_text(path: &Path) -> Result<String, SceneErrors> {
     read_text(path, "scene")
 }
 
+/// The text of a scene that comes from standard input, called [`STANDARD_INPUT`] in messages.
+///
+/// # Errors
+/// If it cannot be read, or is no UTF-8.
+pub fn read_scene_from(input: impl Read) -> Result<String, SceneErrors> {
+    text_from(Path::new(STANDARD_INPUT), input, "scene")
+}
+
 /// The text of a file; `what` names its kind in messages.
 fn read_text(path: &Path, what: &str) -> Result<String, SceneErrors> {
+    match std::fs::File::open(path) {
+        Ok(file) => text_from(path, file, what),
+        Err(error) => Err(unreadable(path, what, &error).into()),
+    }
+}
+
+fn unreadable(path: &Path, what: &str, error: &std::io::Error) -> SceneError {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| SceneError {
-        place: Place::new(&Source::file(name.clone(), "", &Files::MustExist), 0..0, ""),
+    SceneError {
+        place: Place::new(&Source::file(name, "", &Files::MustExist), 0..0, ""),
         message: format!("the {what} cannot be read: {error}"),
         help: (error.kind() == ErrorKind::NotFound)
             .then(|| near_file(path))
             .flatten()
             .map(|near| format!("did you mean `{}`?", near.display())),
-    })?;
+    }
+}
+
+/// A text up to [`LONGEST_TEXT`].
+fn text_from(path: &Path, input: impl Read, what: &str) -> Result<String, SceneErrors> {
+    let mut bytes = Vec::new();
+    let read = input.take(LONGEST_TEXT + 1).read_to_end(&mut bytes);
+    read.map_err(|error| unreadable(path, what, &error))?;
+    let name = path.display().to_string();
+    if bytes.len() as u64 > LONGEST_TEXT {
+        let place = Place::new(&Source::file(name, "", &Files::MustExist), 0..0, "");
+        let message = format!(
+            "this is no {what}: it is longer than {}",
+            readable::bytes(LONGEST_TEXT as f64)
+        );
+        return Err(place.error(message).into());
+    }
     String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        let source = Source::file(name.clone(), text, &Files::MustExist);
+        let source = Source::file(name, text, &Files::MustExist);
         Place::new(&source, valid..valid + 1, "")
             .error("this is not UTF-8 text")
             .with_help("save the file as UTF-8")
@@ -224,7 +279,9 @@ fn near_file(path: &Path) -> Option<PathBuf> {
     // Whatever the order of the folder, the same is found.
     names.sort();
     // A scene without its ending is no slip of one letter.
-    let whole = names.iter().find(|name| **name == format!("{wanted}.toml"));
+    let is_whole =
+        |name: &&String| **name == format!("{wanted}.toml") || **name == format!("{wanted}.json");
+    let whole = names.iter().find(is_whole);
     let near = whole.map(String::as_str);
     let near = near.or_else(|| nearest(&wanted, names.iter().map(String::as_str)))?;
     Some(path.with_file_name(near))
@@ -273,14 +330,15 @@ fn parse(
             .with_help("a scene names it in [clumps.NAME] with file and material, and puts bodies of it with [[particles]] clump = \"NAME\"")
             .into());
     }
-    let mut wrong_overrides = Vec::new();
+    let (mut wrong_overrides, mut given) = (Vec::new(), Vec::new());
     for argument in overrides {
-        if let Err(error) = overrides::apply(&mut document, argument, &files) {
-            wrong_overrides.push(error);
+        match overrides::apply(&mut document, argument, &files) {
+            Ok(path) => given.push((argument.as_str(), path)),
+            Err(error) => wrong_overrides.push(error),
         }
     }
     let mut wrong_units = Vec::new();
-    quantities::settle(&mut document, laws.as_deref(), &mut wrong_units);
+    let set = quantities::settle(&mut document, laws.as_deref(), &given, &mut wrong_units);
     let context = Context {
         errors: RefCell::new(wrong_overrides),
         directory: path.parent().unwrap_or(Path::new("")).to_owned(),
@@ -294,6 +352,7 @@ fn parse(
     let mut scene = read_document(&context, &document, path, &place);
     if let Some(scene) = &mut scene {
         scene.statement = Statement::new(&document, context.named.take());
+        scene.set = set;
     }
     let mut errors = context.errors.into_inner();
     quantities::with_units(&mut errors, wrong_units);
@@ -334,7 +393,7 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
 
     let title = root
         .get("title")
-        .and_then(|item| item.text())
+        .and_then(|item| item.line())
         .map(|title| title.value);
     let seed = root
         .get("seed")
@@ -401,19 +460,22 @@ fn read_document(context: &Context, document: &Node, path: &Path, place: &Place)
     let sprays = read_list(context, &root, "sprays", sprays::read);
     let fields = read_list(context, &root, "fields", fields::read);
 
-    let names = tracked_names(&particle_items, &particles);
+    let mut names = tracked_names(&particle_items, &particles);
+    let inserted = list(&root, "insertions").into_iter().enumerate();
+    names.extend(inserted.map(|(index, item)| {
+        let name = item.node.name().map(str::to_owned);
+        let name = name.unwrap_or_else(|| format!("insertion-{}", index + 1));
+        (name, Trackable::Insertion)
+    }));
     let output = section("output").and_then(|fields| output::read(&fields, &names));
     root.finish();
 
-    let stem = || {
-        path.file_stem()
-            .map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
-    };
     Some(Scene {
         path: path.to_owned(),
         place: place.clone(),
         statement: Statement::default(),
-        title: title.unwrap_or_else(stem),
+        set: Vec::new(),
+        title: title.unwrap_or_else(|| readable::printable(&stem(path)).into_owned()),
         seed,
         gravity: gravity?,
         time: time?,
@@ -449,7 +511,10 @@ fn read_named<T>(
     };
     fields
         .entries()
-        .filter_map(|(name, item)| read(name, &item))
+        .filter_map(|(name, item)| {
+            let is_name = root.context.is_one_line(&name);
+            read(name, &item).filter(|_| is_name)
+        })
         .collect()
 }
 
@@ -497,9 +562,9 @@ fn law_words(root: &Fields<'_>) -> contacts::LawWords {
     }
 }
 
-/// The names that can be tracked, and whether each is a single particle. An entry that is wrong counts
+/// The names of `[[particles]]`, and whether each is a single particle. An entry that is wrong counts
 /// as single: its own mistake is reported already.
-fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, bool)> {
+fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, Trackable)> {
     items
         .iter()
         .filter_map(|item| item.node.name())
@@ -507,7 +572,11 @@ fn tracked_names(items: &[Item<'_>], particles: &[Particles]) -> Vec<(String, bo
             let read = particles
                 .iter()
                 .find(|entry| entry.name.as_ref().is_some_and(|other| other.value == name));
-            (name.to_owned(), read.is_none_or(output::is_single))
+            let what = match read.is_none_or(output::is_single) {
+                true => Trackable::One,
+                false => Trackable::Several,
+            };
+            (name.to_owned(), what)
         })
         .collect()
 }

@@ -34,8 +34,12 @@ pub struct Output {
     pub droplets: bool,
     /// Pictures at the end; default true.
     pub pictures: bool,
-    /// Names of particles or clumps with rows in `.track.csv`, each a single one; default none.
+    /// Names of particles, clumps (each a single one) or insertions with rows in `.track.csv`; default none.
     pub track: Vec<Located<String>>,
+    /// Between rows of `.track.csv`, s; default `interval`.
+    pub track_interval: Located<f64>,
+    /// Of the grains of an insertion every n-th is followed, from the first; default 1.
+    pub track_every: Option<Located<u64>>,
     /// Rows of `.data` for clumps; default bodies.
     pub clumps_as: ClumpsAs,
     /// Whether energy is audited by mechanism; default false.
@@ -55,9 +59,19 @@ pub enum ClumpsAs {
     Pebbles,
 }
 
-/// Reads `[output]`. `names` are the entries of `[[particles]]` by name, and whether each is a single
-/// particle or clump.
-pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Output> {
+/// What a name stands for that is to be tracked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Trackable {
+    /// A single particle or clump.
+    One,
+    /// Several of an entry of `[[particles]]`.
+    Several,
+    /// The grains of an insertion.
+    Insertion,
+}
+
+/// Reads `[output]`. `names` are those of `[[particles]]` and `[[insertions]]`.
+pub(super) fn read(fields: &Fields<'_>, names: &[(String, Trackable)]) -> Option<Output> {
     let interval = fields.need("interval").and_then(|item| item.positive());
     let other_interval = |key| match fields.get(key) {
         Some(item) => item.positive(),
@@ -86,23 +100,32 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
             .list()?
             .iter()
             .map(|item| {
-                let words: Vec<(&str, bool)> = names
+                let words: Vec<(&str, Trackable)> = names
                     .iter()
-                    .map(|(name, single)| (name.as_str(), *single))
+                    .map(|(name, what)| (name.as_str(), *what))
                     .collect();
                 if words.is_empty() {
                     item.report("no entry of [[particles]] has a name");
                     return None;
                 }
-                if !item.word("particle named", &words)? {
-                    item.report("only a single particle or clump can be tracked");
+                if item.word("particle or insertion named", &words)? == Trackable::Several {
+                    item.report("of [[particles]] only a single particle or clump can be tracked");
                     return None;
                 }
-                item.text()
+                let name = item.text()?;
+                if words.iter().filter(|(word, _)| *word == name.value).count() > 1 {
+                    item.report(
+                        "an entry of [[particles]] and one of [[insertions]] have this name",
+                    );
+                    return None;
+                }
+                Some(name)
             })
             .collect();
         read.into_iter().collect()
     });
+    let track_interval = other_interval("track_interval");
+    let track_every = fields.get("track_every").and_then(|item| item.whole(1));
     let clumps_as = fields
         .get("clumps_as")
         .and_then(|item| {
@@ -141,6 +164,8 @@ pub(super) fn read(fields: &Fields<'_>, names: &[(String, bool)]) -> Option<Outp
         droplets,
         pictures,
         track: track?,
+        track_interval: track_interval?,
+        track_every,
         clumps_as,
         energy_budget,
         restart_interval,

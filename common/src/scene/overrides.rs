@@ -18,9 +18,15 @@ const MOST_LEVELS: usize = 32;
 /// `insertions.rain.total.number=10` (an entry of a list by its `name`). The value is TOML; a bare
 /// word that is no TOML value is a string.
 ///
+/// Returns the path of the key, as messages have it.
+///
 /// # Errors
 /// When the path leads nowhere, or the value is a list, table or string that does not parse.
-pub(super) fn apply(document: &mut Node, argument: &str, files: &Files) -> Result<(), SceneError> {
+pub(super) fn apply(
+    document: &mut Node,
+    argument: &str,
+    files: &Files,
+) -> Result<String, SceneError> {
     let source = Source::argument(argument, files);
     let whole = Place::new(&source, 0..argument.len(), "");
     let (steps, equals) = key_path::parse(argument).map_err(|problem| {
@@ -103,7 +109,7 @@ pub(super) fn apply(document: &mut Node, argument: &str, files: &Files) -> Resul
         };
     }
     *node = value;
-    Ok(())
+    Ok(path)
 }
 
 /// The index that `list.1` means: a number, counted from 0 as in `list[1]`, where no entry has that name. Materials and clumps are

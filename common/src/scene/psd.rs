@@ -200,7 +200,7 @@ fn parse(
     let source = Source::file(name, text, &files);
     let mut document = tree::parse_document(&source, text)?;
     let mut wrong_units = Vec::new();
-    quantities::settle(&mut document, None, &mut wrong_units);
+    quantities::settle(&mut document, None, &[], &mut wrong_units);
     let context = Context {
         errors: RefCell::new(Vec::new()),
         directory: folder.unwrap_or(Path::new("")).to_owned(),

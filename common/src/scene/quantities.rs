@@ -22,18 +22,72 @@ pub(super) enum Kind {
     Any,
 }
 
-/// Puts SI numbers in the places of texts with units; what is wrong with them goes to `errors`. `laws`: as for the reader.
+impl Kind {
+    /// The unit of the numbers; empty where rows have several, or it is not known.
+    fn unit(self) -> String {
+        match self {
+            Self::Of(dimension) | Self::Either(dimension, _) => dimension.symbol(),
+            Self::Rows(..) | Self::Any => String::new(),
+        }
+    }
+}
+
+/// A value as TOML writes it, numbers as short as they can be.
+fn as_toml(node: &Node) -> String {
+    match &node.value {
+        Value::String(text) => toml::Value::from(text.as_str()).to_string(),
+        Value::Integer(number) => number.to_string(),
+        Value::Float(number) => format!("{number:?}"),
+        Value::Boolean(value) => value.to_string(),
+        Value::Datetime => String::new(),
+        Value::Array(items) => {
+            let items: Vec<String> = items.iter().map(as_toml).collect();
+            format!("[{}]", items.join(", "))
+        }
+        Value::Table(table) => {
+            let entries = table.entries.iter();
+            let entries: Vec<String> = entries
+                .map(|entry| {
+                    format!(
+                        "{} = {}",
+                        key_path::quoted(&entry.key),
+                        as_toml(&entry.node)
+                    )
+                })
+                .collect();
+            format!("{{ {} }}", entries.join(", "))
+        }
+    }
+}
+
+/// A value of the command line as a scene has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SetValue {
+    /// `KEY=VALUE` as it was typed.
+    pub argument: String,
+    /// The unit of its numbers: that of SI, `deg` for keys in degrees; empty where they have none or it is not known.
+    pub unit: String,
+    /// The value in that unit, as TOML.
+    pub value: String,
+}
+
+/// Puts SI numbers in the places of texts with units; what is wrong with them goes to `errors`. `laws`: as for the reader. `given`: what
+/// the command line sets, each with its path. Returns these values.
 pub(super) fn settle(
     document: &mut Node,
     laws: Option<&[&'static LawKeys]>,
+    given: &[(&str, String)],
     errors: &mut Vec<SceneError>,
-) {
+) -> Vec<SetValue> {
     let mut walk = Walk {
         laws,
         errors,
         keys: Vec::new(),
+        given,
+        set: Vec::new(),
     };
     walk.node(document, "", None);
+    walk.set
 }
 
 /// What the reader found wrong (`read`), and first what is wrong with units (`wrong`): what the reader says of the same values is nothing new.
@@ -51,6 +105,8 @@ struct Walk<'a> {
     errors: &'a mut Vec<SceneError>,
     /// Without the numbers of entries.
     keys: Vec<String>,
+    given: &'a [(&'a str, String)],
+    set: Vec<SetValue>,
 }
 
 impl Walk<'_> {
@@ -80,12 +136,13 @@ impl Walk<'_> {
                 }
             }
             Value::String(text) => {
-                let Some(kind) = kind.filter(|_| is_quantity(text)) else {
-                    return;
-                };
-                match si(text, kind) {
-                    Ok(number) => node.value = Value::Float(number),
-                    Err((message, help)) => {
+                let settled = kind
+                    .filter(|_| is_quantity(text))
+                    .map(|kind| si(text, kind));
+                match settled {
+                    None => {}
+                    Some(Ok(number)) => node.value = Value::Float(number),
+                    Some(Err((message, help))) => {
                         let place = Place::new(&node.source, node.span.clone(), path);
                         let error = place.error(message);
                         self.errors.push(match help {
@@ -96,6 +153,14 @@ impl Walk<'_> {
                 }
             }
             _ => {}
+        }
+        // Of several for one key the last holds.
+        if let Some((argument, _)) = self.given.iter().rfind(|(_, given)| given == path) {
+            self.set.push(SetValue {
+                argument: (*argument).to_owned(),
+                unit: kind.map_or_else(String::new, Kind::unit),
+                value: as_toml(node),
+            });
         }
     }
 
@@ -146,7 +211,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         ["liquid", "evaporation"] => D::SPEED,
         [
             "output",
-            "interval" | "fstat_interval" | "vtk_interval" | "restart_interval",
+            "interval" | "fstat_interval" | "vtk_interval" | "track_interval" | "restart_interval",
         ] => D::TIME,
         ["fields", "interval" | "smooth"] => D::TIME,
         ["fields", "spacing"] => return Some(Kind::Either(D::LENGTH, D::ANGLE)),
@@ -294,6 +359,38 @@ motion = [
     fn the_command_line_takes_units_too() {
         let scene = read(SCENE, &["time.end=3 min", "walls[0].radius=\"2 cm\""]).unwrap();
         assert_eq!(*scene.time.end, 180.0);
+    }
+
+    #[test]
+    fn what_the_command_line_sets_has_its_unit() {
+        let arguments = [
+            "walls.0.radius=2 cm",
+            "walls.wall-1.motion.0.angular_velocity=10 rpm",
+            "walls.0.motion.1.phase_degrees=0.5 rev",
+            "gravity=[0, \"1 cm/s2\", -1]",
+            "materials.glass.normal.stiffness=3",
+            "seed=7",
+            "title=5 m",
+        ];
+        let text = SCENE.replace("shape =", "name = \"wall-1\"\nshape =");
+        let scene = read(&text, &arguments).unwrap_or_else(|errors| panic!("{errors}"));
+        let mut found: Vec<(&str, &str, &str)> = (scene.set.iter())
+            .map(|set| (set.argument.as_str(), set.value.as_str(), set.unit.as_str()))
+            .collect();
+        let speed = format!("{:?}", 10.0 * 2.0 / 60.0 * std::f64::consts::PI);
+        let mut expected = [
+            (arguments[0], "0.02", "m"),
+            (arguments[1], speed.as_str(), "rad/s"),
+            (arguments[2], "180.0", "deg"),
+            (arguments[3], "[0, 0.01, -1]", "m/s2"),
+            // Without the tables of laws nothing is known of their units.
+            (arguments[4], "3", ""),
+            (arguments[5], "7", ""),
+            (arguments[6], "\"5 m\"", ""),
+        ];
+        found.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(found, expected);
     }
 
     /// Units and numbers state the same scene.

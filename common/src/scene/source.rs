@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use super::cursor::Files;
 use super::error::SceneError;
 use crate::problem::Spot;
-use crate::readable::shortened;
+use crate::readable::{printable, shortened};
 
 /// Characters of a line of the source that a message shows.
 const WIDTH: usize = 400;
@@ -56,6 +56,11 @@ impl Source {
             files: files.clone(),
             ends: OnceLock::new(),
         })
+    }
+
+    /// What messages call it by.
+    pub(super) fn name(&self) -> &str {
+        &self.name
     }
 
     /// The line that holds byte `at`, counted from 1.
@@ -245,10 +250,11 @@ impl Place {
             }
             // Of the whole file no line can be told.
             SourceKind::File if self.end == 0 && self.key.is_empty() => {
-                f.write_str(&self.source.name)
+                f.write_str(&printable(&self.source.name))
             }
             SourceKind::File => {
-                write!(f, "{}:{}:{}", self.source.name, self.line(), self.column())
+                let name = printable(&self.source.name);
+                write!(f, "{name}:{}:{}", self.line(), self.column())
             }
         }
     }
@@ -300,19 +306,6 @@ impl PartialEq for Place {
         (self.source_name(), self.start, self.end, &self.key)
             == (other.source_name(), other.start, other.end, &other.key)
     }
-}
-
-/// The text without characters that would move a terminal's cursor.
-fn printable(text: &str) -> String {
-    text.chars()
-        .map(|c| {
-            if c.is_control() && c != '\t' {
-                '\u{fffd}'
-            } else {
-                c
-            }
-        })
-        .collect()
 }
 
 /// A value together with the place where it was typed (or, for a default, where it could be).

@@ -8,6 +8,7 @@ use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use super::error::{SceneError, SceneErrors};
+use super::json::{self, is_json};
 use super::source::{Place, Source};
 
 /// A value and its span.
@@ -81,8 +82,11 @@ impl Node {
 
 const NOT_TOML: &str = "not valid TOML: ";
 
-/// Parses a document. Syntax errors are reported at once, at most one per line.
+/// Parses a document, in TOML or JSON. Syntax errors are reported at once, at most one per line.
 pub(super) fn parse_document(source: &Arc<Source>, text: &str) -> Result<Node, SceneErrors> {
+    if is_json(source.name(), text) {
+        return json::parse_document(source, text);
+    }
     let (table, errors) = DeTable::parse_recoverable(text);
     if errors.is_empty() {
         return Ok(Node {
@@ -124,6 +128,13 @@ fn syntax_error(
     let span = error.span().unwrap_or(0..0);
     let found = text.get(span.clone()).unwrap_or_default();
     let place = Place::new(source, span.start + offset..span.end + offset, "");
+    if let Some(number) = decimal_comma(text, &span) {
+        let error = place.error(format!("`{number}` has a comma"));
+        return error.with_help(format!(
+            "decimals stand behind a point: {}",
+            number.replace(',', ".")
+        ));
+    }
     // The parser's own words, except where they mislead.
     match error.message() {
         "duplicate key" => place.error(format!("`{found}` is given twice")),
@@ -141,6 +152,33 @@ fn syntax_error(
             .with_help("is a list or table before this line not closed?"),
         message => place.error(format!("{NOT_TOML}{message}")),
     }
+}
+
+/// The number with a comma between its digits that stands behind the `=` of the line of a mistake, if it is what the parser stopped at.
+fn decimal_comma<'t>(text: &'t str, at: &Range<usize>) -> Option<&'t str> {
+    // No more than a key and a number take: there may be as many mistakes as bytes in a line without end.
+    let near = |at: usize| {
+        (0..=at.min(text.len()))
+            .rev()
+            .find(|&at| text.is_char_boundary(at))
+    };
+    let (first, last) = (near(at.start.saturating_sub(100))?, near(at.start + 100)?);
+    let before = text.get(first..at.start)?;
+    let begin = match before.rfind('\n') {
+        Some(end) => first + end + 1,
+        None if first == 0 => 0,
+        None => return None,
+    };
+    let line = text.get(begin..last)?.lines().next()?;
+    let equals = line.find('=')?;
+    let number = line[equals + 1..].split('#').next()?.trim();
+    let (whole, part) = number
+        .strip_prefix(['-', '+'])
+        .unwrap_or(number)
+        .split_once(',')?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let part = part.split(['e', 'E']).next()?;
+    (digits(whole) && digits(part)).then_some(number)
 }
 
 fn convert(value: &Spanned<DeValue<'_>>, source: &Arc<Source>, offset: usize) -> Node {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::classes::Classes;
 use super::error::SizeError;
 use super::laws::{CutLaw, Law};
+use super::open_files::OpenFiles;
 use super::powers::whole_power;
 use super::table;
 use super::weighted::{Way, Weighted};
@@ -34,9 +35,13 @@ impl SizeDistribution {
     ///
     /// # Errors
     /// [`SizeError::Improper`] where the law as stated holds infinitely many particles at d = 0 or
-    /// reaches d <= 0, with the place in the scene and the remedy; [`SizeError::File`] where a table is wrong;
-    /// [`SizeError::Law`] where a file with a law is.
+    /// reaches d <= 0, and where files of laws name each other, with the place in the scene and the remedy;
+    /// [`SizeError::File`] where a table is wrong; [`SizeError::Law`] where a file with a law is.
     pub fn from_scene(psd: &Located<Psd>) -> Result<Self, SizeError> {
+        Self::resolved(psd, &mut OpenFiles::of(psd))
+    }
+
+    fn resolved(psd: &Located<Psd>, open: &mut OpenFiles) -> Result<Self, SizeError> {
         let weighting = psd.weighting.unwrap_or(Weighting::Number);
         let cut = psd.cut.as_ref().map(|cut| cut.value);
         let law = match &psd.law {
@@ -90,7 +95,7 @@ impl SizeDistribution {
             SizeLaw::Mixture { of } => {
                 let mut parts = Vec::new();
                 for part in of {
-                    parts.push((part.share, Self::from_scene(&part.psd)?));
+                    parts.push((part.share, Self::resolved(&part.psd, open)?));
                 }
                 return Self::mixture(parts, weighting).ok_or_else(|| {
                     SizeError::Improper(psd.error("all shares of the mixture are 0"))
@@ -109,14 +114,18 @@ impl SizeDistribution {
             }
             SizeLaw::File { file } => {
                 let problem = |problem| SizeError::Improper(psd.error(problem));
+                open.count(file)?;
                 if file.extension().is_some_and(|ending| ending == "toml") {
+                    open.enter(file)?;
                     let files = file.place.files().clone();
                     let law = read_psd_with(file, files).map_err(SizeError::Law)?;
                     if let SizeLaw::File { file: inner } = &law.law {
                         let message = "the law of a file must not be a file again";
                         return Err(SizeError::Improper(inner.error(message)));
                     }
-                    return Self::from_scene(&law)?.cut(cut).map_err(problem);
+                    let sizes = Self::resolved(&law, open)?;
+                    open.leave();
+                    return sizes.cut(cut).map_err(problem);
                 }
                 let table = table::read(file).map_err(SizeError::File)?;
                 return Self::from_classes(table.classes, table.weighting)

@@ -14,6 +14,7 @@ mod fines;
 #[cfg(test)]
 mod frozen;
 mod laws;
+mod open_files;
 mod powers;
 mod shares;
 mod statement;

@@ -180,6 +180,11 @@ impl Insertion {
         }
     }
 
+    /// Grains that it has brought, a clump as one.
+    pub(super) fn number_inserted(&self) -> u64 {
+        self.state.inserted.number
+    }
+
     /// Goes on from a state.
     pub(super) fn restore(&mut self, state: InsertionState) {
         let [sizes, places, velocities, orientations] = state.drawn;

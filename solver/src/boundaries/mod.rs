@@ -86,6 +86,9 @@ crate::state::plain!(BoundaryState {
 /// What is called before rows are removed: with each of them, and whether it leaves through a face of the domain.
 pub type Leaving<'a> = dyn FnMut(&mut Particles, &[(u32, bool)]) + 'a;
 
+/// What is called after an insertion has brought grains: with its index, the first of their rows, and how many it had brought before.
+pub type Brought<'a> = dyn FnMut(usize, usize, u64, &mut Particles) + 'a;
+
 /// Insertions, deletions and flux planes of a run, and what they counted.
 #[derive(Debug, Clone)]
 pub struct Boundaries {
@@ -150,6 +153,7 @@ impl Boundaries {
         walls: &[WallNow],
         time: f64,
         leaving: &mut Leaving<'_>,
+        brought: &mut Brought<'_>,
     ) -> bool {
         self.fluxes.count(particles, images);
         let mut changed = self.delete(particles, setting.dimensions, images, leaving);
@@ -161,8 +165,14 @@ impl Boundaries {
             time,
             stage: &self.stage,
         };
-        for (insertion, of_plan) in self.insertions.iter_mut().zip(insertions) {
-            changed |= insertion.insert(of_plan, particles, &around);
+        for (index, (insertion, of_plan)) in self.insertions.iter_mut().zip(insertions).enumerate()
+        {
+            let (first, before) = (particles.len(), insertion.number_inserted());
+            let has_brought = insertion.insert(of_plan, particles, &around);
+            if has_brought {
+                brought(index, first, before, particles);
+            }
+            changed |= has_brought;
         }
         if changed {
             self.deletion.forget_near();

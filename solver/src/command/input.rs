@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use mercury_common::cli::Failure;
 use mercury_common::problem::Problem;
-use mercury_common::scene::{Files, Scene, SceneErrors, read_scene_text};
+use mercury_common::scene::{
+    Files, STANDARD_INPUT, Scene, SceneErrors, read_scene_from, read_scene_text,
+};
 use mercury_common::within::Within;
 use mercury_solver::plan::{parse_scene, refusal};
 
@@ -27,7 +29,17 @@ impl Input {
         Ok(Self {
             path: path.to_owned(),
             text,
-            files: within.map_or(Files::MustExist, |within| Files::Within(Arc::clone(within))),
+            files: allowed(within),
+        })
+    }
+
+    /// Reads standard input, whose files are looked for in the folder in which the program runs.
+    pub(crate) fn of_standard_input(within: Option<&Arc<Within>>) -> Result<Self, Failure> {
+        let text = read_scene_from(std::io::stdin().lock()).map_err(|errors| refused(&errors))?;
+        Ok(Self {
+            path: PathBuf::from(STANDARD_INPUT),
+            text,
+            files: allowed(within),
         })
     }
 
@@ -36,6 +48,11 @@ impl Input {
         let files = self.files.clone();
         parse_scene(&self.path, &self.text, overrides, files).map_err(|errors| refused(&errors))
     }
+}
+
+/// Which files may be named.
+fn allowed(within: Option<&Arc<Within>>) -> Files {
+    within.map_or(Files::MustExist, |within| Files::Within(Arc::clone(within)))
 }
 
 /// A scene that cannot be run.

@@ -1,6 +1,6 @@
 //! A run from the command line: its folder, what is in it already, and how it ends.
 
-use super::input::lies_within;
+use super::input::{Input, lies_within};
 use super::progress::ProgressFile;
 use super::waiting::stopped_early;
 use std::collections::BTreeMap;
@@ -99,6 +99,15 @@ pub(crate) fn plan_as_toml(plan: &Plan, memory: &Memory) -> Result<String, Failu
         .map_err(|error| Failure::run(format!("the plan cannot be written: {error}")))
 }
 
+/// A scene as it was read, and what it states with the values of the command line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stated<'a> {
+    /// Its text.
+    pub(crate) input: &'a Input,
+    /// All keys and files.
+    pub(crate) statement: &'a Statement,
+}
+
 /// What became of a run.
 #[derive(Debug)]
 pub(crate) enum Ran {
@@ -121,13 +130,13 @@ pub(crate) fn run_plan(
     how: &How,
     plan: Plan,
     memory: &Memory,
-    statement: &Statement,
+    stated: Stated<'_>,
     requests: Requests,
     stage: &Arc<Stage>,
     tell: &mut dyn FnMut(&Progress<'_>),
 ) -> Result<Ran, Failure> {
     let folder = (how.folder.clone()).unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
-    let mut scene = statement.entries().map_err(|(path, error)| {
+    let mut scene = stated.statement.entries().map_err(|(path, error)| {
         Failure::input(format!(
             "{}: the file cannot be read: {error}",
             path.display()
@@ -146,6 +155,14 @@ pub(crate) fn run_plan(
         }
     }
     keeps_within(how.within.as_ref(), &folder)?;
+    if folder::is_of_earlier_run(&folder, &stated.input.path) {
+        return Err(Failure::input(format!(
+            "{}: this scene is a file of the run in {}, which would be replaced",
+            stated.input.path.display(),
+            folder.display()
+        ))
+        .with_help("write elsewhere with --output DIR, or copy the scene"));
+    }
     // The folder is this run's until the end of the function; one that was made for it is not left empty.
     let is_new = !folder.exists();
     let made = is_new.then(|| cli::Temporary::new(&folder));
@@ -181,6 +198,7 @@ pub(crate) fn run_plan(
         width: how.width,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         plan_document: Some(plan_as_toml(&plan, memory)?),
+        scene_text: Some(stated.input.text.clone()),
         stop: requests.stop,
         stage: Arc::clone(stage),
         time_limit: how.time_limit,
@@ -226,7 +244,7 @@ pub(crate) fn keeps_within(within: Option<&Arc<Within>>, folder: &Path) -> Resul
 }
 
 /// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
-fn unusable(error: FolderError) -> Failure {
+pub(crate) fn unusable(error: FolderError) -> Failure {
     match error {
         FolderError::System { .. } => Failure::run(error),
         _ => Failure::input(error),

@@ -1,5 +1,6 @@
 //! One scene from the command line: what it means, or its run with all that is told of it.
 
+use std::io::IsTerminal as _;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ use serde_json::Value;
 
 use super::input::{Input, refused};
 use super::progress::ProgressFile;
-use super::run::{How, Ran, Requests, run_plan};
+use super::run::{How, Ran, Requests, Stated, run_plan};
 use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
 use crate::Arguments;
@@ -72,7 +73,15 @@ fn plan_and_run(
     let quiet = arguments.quiet || (arguments.check && arguments.json);
     let stop = (requests.as_ref()).map(|requests| (&requests.stop, before_end(progress.clone())));
     let waiting = Waiting::begin(stage, stop, quiet)?;
-    let input = Input::read(path, within.as_ref())?;
+    let input = match path == Path::new("-") {
+        true => {
+            if std::io::stdin().is_terminal() && !arguments.quiet {
+                eprintln!("reading the scene from standard input");
+            }
+            Input::of_standard_input(within.as_ref())?
+        }
+        false => Input::read(path, within.as_ref())?,
+    };
     if let Some(asked) = study::asked_for(&input, arguments, within.as_ref())? {
         study::execute(&asked, arguments, requests, stage, waiting)?;
         return Ok(None);
@@ -106,8 +115,11 @@ fn plan_and_run(
         ..arguments.how()
     };
     let prefix = plan.outputs().prefix().to_owned();
-    let statement = &scene.statement;
-    let result = run_plan(&how, plan, &memory, statement, requests, stage, &mut tell);
+    let stated = Stated {
+        input: &input,
+        statement: &scene.statement,
+    };
+    let result = run_plan(&how, plan, &memory, stated, requests, stage, &mut tell);
     line.clear();
     drop(waiting);
     match result? {

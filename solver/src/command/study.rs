@@ -1,6 +1,5 @@
 //! `mercury-solve study.toml` and `--sweep`: many runs of one scene, several at a time, and the table of what came out.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -10,6 +9,7 @@ use mercury_common::cli::{self, Exit, Failure, Outcome, say};
 use mercury_common::machine;
 use mercury_common::problem::Problem;
 use mercury_common::readable::counted;
+use mercury_common::scene::{Scene, stem};
 use mercury_common::whole_file::write_whole;
 use mercury_common::within::Within;
 use mercury_solver::output::folder::{self, Earlier};
@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 
 use super::input::{Input, lies_within, refused};
 use super::problems::say_object;
-use super::run::{How, Ran, Requests, run_plan};
+use super::run::{How, Ran, Requests, Stated, run_plan, unusable};
 use super::waiting::Waiting;
 use crate::Arguments;
 
@@ -95,7 +95,7 @@ pub(crate) fn asked_for(
     study.check_names().map_err(Failure::input)?;
     lies_within(within, &study.folder)?;
     let scene = match arguments.sweep.is_empty() {
-        true => Input::read(&study.scene, within)?,
+        true => scene_of(path, &study, within)?,
         false => input.clone(),
     };
     Ok(Some(Asked {
@@ -103,6 +103,29 @@ pub(crate) fn asked_for(
         scene,
         within: within.cloned(),
     }))
+}
+
+/// The scene that the study in a file runs.
+fn scene_of(file: &Path, study: &Study, within: Option<&Arc<Within>>) -> Result<Input, Failure> {
+    let scene = Input::read(&study.scene, within)?;
+    if !file::is_study(&scene.text) {
+        return Ok(scene);
+    }
+    let named = study.scene.display();
+    let failure = Failure::input(format!(
+        "{}: study.scene: {named} is a study, not a scene",
+        file.display()
+    ));
+    Err(
+        failure.with_help(match file::parse(&study.scene, &scene.text) {
+            // A study that names itself.
+            Ok(inner) if inner.scene != study.scene => format!(
+                "name the scene of that study, {}, and add the values here",
+                inner.scene.display()
+            ),
+            _ => "name a scene, with [time], [domain] and [materials]".to_owned(),
+        }),
+    )
 }
 
 fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
@@ -115,11 +138,13 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
         })?);
     }
     let (keys, runs) = grid(&sweeps, "--sweep").map_err(Failure::input)?;
-    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem(scene);
     Ok(Study {
         scene: scene.to_owned(),
         folder: PathBuf::from(format!("{stem}-study")),
         set: Vec::new(),
+        title: String::new(),
+        units: vec![String::new(); keys.len()],
         keys,
         runs,
         results: Vec::new(),
@@ -139,9 +164,10 @@ pub(crate) fn execute(
     stage: &Stage,
     waiting: Waiting,
 ) -> Outcome {
-    let study = &asked.study;
-    let jobs = jobs(study);
-    let prefix = check(asked, jobs, arguments.force_memory)?;
+    let mut study = asked.study.clone();
+    let jobs = jobs(&study);
+    let prefix = check(asked, &mut study, jobs, arguments.force_memory)?;
+    let study = &study;
     if !arguments.force {
         earlier_rows(study, &prefix)?;
     }
@@ -164,12 +190,7 @@ pub(crate) fn execute(
             "{text}\nall can be run, {jobs} at a time; nothing was run"
         ));
     };
-    fs::create_dir_all(&study.folder).map_err(|error| {
-        Failure::run(format!(
-            "{}: the folder cannot be made: {error}",
-            study.folder.display()
-        ))
-    })?;
+    folder::make(&study.folder).map_err(unusable)?;
     // Two tables in one file would be neither's.
     let lock_file = cli::Temporary::new(&study.folder.join(folder::LOCK));
     let lock = folder::take(&study.folder).map_err(Failure::input)?;
@@ -245,14 +266,20 @@ fn jobs(study: &Study) -> usize {
     jobs.min(study.runs.len())
 }
 
-/// Sees to it that every run can be planned, and fits into the memory beside the others. Returns what their files' names begin with.
-fn check(asked: &Asked, jobs: usize, any_memory: bool) -> Result<String, Failure> {
-    let study = &asked.study;
+/// Sees to it that every run can be planned, and fits into the memory beside the others; the scene says what the values of the study are of.
+/// Returns what the names of the runs' files begin with.
+fn check(
+    asked: &Asked,
+    study: &mut Study,
+    jobs: usize,
+    any_memory: bool,
+) -> Result<String, Failure> {
     let (mut told, mut problems) = (String::new(), Vec::new());
     let (mut refused, mut prefix) = (0, String::new());
-    for run in &study.runs {
+    for (number, run) in asked.study.runs.iter().enumerate() {
         match planned(asked, run, jobs, any_memory) {
-            Ok((plan, ..)) => {
+            Ok((plan, _, scene)) => {
+                study.settle(number, &scene);
                 plan.outputs().prefix().clone_into(&mut prefix);
                 check_results(&study.results, &plan)?;
             }
@@ -285,12 +312,8 @@ fn check(asked: &Asked, jobs: usize, any_memory: bool) -> Result<String, Failure
     .with_problems(problems))
 }
 
-/// A plan, its memory and what its scene states.
-type Planned = (
-    Plan,
-    mercury_solver::plan::Memory,
-    mercury_common::scene::Statement,
-);
+/// A plan, its memory and its scene.
+type Planned = (Plan, mercury_solver::plan::Memory, Scene);
 
 fn planned(
     asked: &Asked,
@@ -312,7 +335,7 @@ fn planned(
             Failure::input(text).with_problems(vec![Problem::from(&error)])
         })?;
     }
-    Ok((plan, memory, scene.statement))
+    Ok((plan, memory, scene))
 }
 
 /// Refuses results that a run of this plan will not have.
@@ -396,7 +419,7 @@ impl Work<'_> {
 
     /// Runs it, goes on with it, or finds that it has come to its end.
     fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
-        let (plan, memory, statement) = planned(self.asked, run, 1, true)?;
+        let (plan, memory, scene) = planned(self.asked, run, 1, true)?;
         let how = How {
             folder: Some(self.study.folder.join(&run.name)),
             within: self.asked.within.clone(),
@@ -430,7 +453,10 @@ impl Work<'_> {
             &how,
             plan,
             &memory,
-            &statement,
+            Stated {
+                input: &self.asked.scene,
+                statement: &scene.statement,
+            },
             self.requests.clone(),
             &self.requests.stage(),
             &mut tell,
@@ -514,7 +540,13 @@ fn conclude(
             .collect(),
         false => study.plots.clone(),
     };
-    for column in columns {
+    // Without a finished run there are no columns to draw, which is said by how the runs ended.
+    let drawn = if table.has_finished() {
+        columns
+    } else {
+        Vec::new()
+    };
+    for column in drawn {
         match plot::page(study, &table, &column) {
             Ok(page) => {
                 let stem = format!("study.{column}");
@@ -530,6 +562,7 @@ fn conclude(
             "version": env!("CARGO_PKG_VERSION"),
             "folder": study.folder.display().to_string(),
             "files": files,
+            "units": table.units(),
             "rows": table.objects(),
         }))?;
     } else if !arguments.quiet {

@@ -8,6 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use mercury_common::paraview::Series;
+use mercury_common::scene::is_json;
+use mercury_common::whole_file::{FileError, write_whole};
 
 pub use lock::FolderLock;
 pub use mercury_common::folder_owner::{LOCK, Owner};
@@ -67,6 +69,14 @@ pub enum FolderError {
         /// The name.
         path: PathBuf,
     },
+    /// A link to something that is not there stands in its place.
+    #[error("{}: this link leads to {}, which is not there\nhelp: make that folder, remove the link, or choose another folder with --output DIR", path.display(), target.display())]
+    LeadsNowhere {
+        /// The link.
+        path: PathBuf,
+        /// Where it leads.
+        target: PathBuf,
+    },
     /// The operating system refused.
     #[error("{}: {action}: {source}\nhelp: choose another folder with --output DIR", path.display())]
     System {
@@ -80,7 +90,9 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 23] = [
+const ENDINGS: [&str; 25] = [
+    "scene.toml",
+    "scene.json",
     "data",
     "ene",
     "fstat",
@@ -108,6 +120,38 @@ const ENDINGS: [&str; 23] = [
 
 /// Files that every run writes under the same name.
 const FIXED_NAMES: [&str; 3] = ["plan.toml", "summary.json", "run.log"];
+
+/// Keeps the text of a scene beside what its run writes, as `<prefix>.scene.toml` or `.scene.json`.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn copy_scene(folder: &Path, prefix: &str, text: &str) -> Result<(), FileError> {
+    let (ending, other) = match is_json("", text) {
+        true => ("json", "toml"),
+        false => ("toml", "json"),
+    };
+    // A run that is gone on with may have been begun from the other kind.
+    let _ = fs::remove_file(folder.join(format!("{prefix}.scene.{other}")));
+    write_whole(
+        &folder.join(format!("{prefix}.scene.{ending}")),
+        text.as_bytes(),
+    )
+}
+
+/// Whether a file belongs to the run that is in the folder: its own copy of a scene, for example.
+#[must_use]
+pub fn is_of_earlier_run(folder: &Path, file: &Path) -> bool {
+    let place = |path: &Path| path.canonicalize().ok();
+    let beside = file.parent().and_then(|beside| match beside {
+        empty if empty == Path::new("") => place(Path::new(".")),
+        beside => place(beside),
+    });
+    let name = file.file_name().map(|name| name.to_string_lossy());
+    let (Some(beside), Some(name), Some(prefix)) = (beside, name, earlier_prefix(folder)) else {
+        return false;
+    };
+    Some(beside) == place(folder) && names(&prefix).any(|of_run| of_run == name)
+}
 
 /// All names that a run with this prefix may write, but for the files for ParaView.
 pub fn names(prefix: &str) -> impl Iterator<Item = String> + '_ {
@@ -189,13 +233,7 @@ pub fn prepare(
     prefix: &str,
     earlier: Earlier,
 ) -> Result<(FolderLock, Found), FolderError> {
-    if folder.exists() && !folder.is_dir() {
-        return Err(FolderError::NotAFolder {
-            path: folder.to_owned(),
-        });
-    }
-    fs::create_dir_all(folder)
-        .map_err(|source| system(folder, "the folder cannot be made", source))?;
+    make(folder)?;
     // First of all: what a running run has written is not to be judged. That it cannot be locked is told below.
     let locked = match lock::lock(folder) {
         Ok(Ok(lock)) => Ok(lock),
@@ -236,6 +274,25 @@ pub fn prepare(
     }
     clear(folder, prefix)?;
     Ok((lock, Found::Nothing))
+}
+
+/// Makes a folder, with those above it, where it is not there.
+///
+/// # Errors
+/// If something else has its name, or it cannot be made.
+pub fn make(folder: &Path) -> Result<(), FolderError> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(FolderError::NotAFolder {
+            path: folder.to_owned(),
+        });
+    }
+    for path in folder.ancestors().filter(|path| !path.exists()) {
+        if let Ok(target) = fs::read_link(path) {
+            let path = path.to_owned();
+            return Err(FolderError::LeadsNowhere { path, target });
+        }
+    }
+    fs::create_dir_all(folder).map_err(|source| system(folder, "the folder cannot be made", source))
 }
 
 /// Takes a folder that is there for somebody whose runs have folders of their own in it: a study. It belongs to him until the lock is

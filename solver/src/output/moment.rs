@@ -1,6 +1,6 @@
 //! The state at one time, copied so that the time loop can go on.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
 use super::Due;
@@ -10,7 +10,7 @@ use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
 use crate::spray::Droplet;
 use crate::state::{Bodies, FILM_VOLUME, Load, Particle};
-use crate::step::Engine;
+use crate::step::{Engine, Tracked};
 use crate::walls::WallState;
 
 /// What is written of one time. Rows are in the engine's order.
@@ -44,17 +44,74 @@ pub struct Moment {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
+    pub tracks: Vec<TrackPoint>,
     /// Liquid films on the particles, m^3, and where the liquid is; in scenes that have any.
     pub liquid: Option<(Vec<f64>, LiquidRow)>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
 }
 
+/// A tracked particle or body at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackPoint {
+    /// Of which track, counted from 1.
+    pub track: u32,
+    /// Id; of a body that of its first pebble.
+    pub id: u32,
+    /// Centre, m, along periodic axes as in a domain that goes on for ever.
+    pub position: DVec3,
+    /// Velocity, m/s.
+    pub velocity: DVec3,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: DVec3,
+    /// Orientation.
+    pub orientation: DQuat,
+}
+
+/// All of them.
+fn track_points(engine: &Engine) -> Vec<TrackPoint> {
+    let particles = &engine.particles;
+    let point = |tracked: Tracked| {
+        let (row, track, position) = (tracked.row, tracked.track, tracked.position);
+        let id = particles.ids[row].number();
+        let body = particles.bodies.as_ref();
+        let body = body.and_then(|bodies| Some(&bodies.all[bodies.body_of_row(row)?.index()]));
+        let (velocity, angular_velocity, orientation) = match body {
+            Some(body) => (body.velocity, body.angular_velocity, body.orientation),
+            None => {
+                let record = &particles.records[row];
+                let all = particles.orientations.as_ref();
+                let orientation = all.map_or(DQuat::IDENTITY, |all| all[row]);
+                (record.velocity, record.angular_velocity, orientation)
+            }
+        };
+        TrackPoint {
+            track,
+            id,
+            position,
+            velocity,
+            angular_velocity,
+            orientation,
+        }
+    };
+    let mut points: Vec<TrackPoint> = engine.tracked().into_iter().map(point).collect();
+    points.sort_unstable_by_key(|point| (point.track, point.id));
+    points
+}
+
 impl Moment {
-    /// Of an engine whose step is complete and was watched; takes the sums that are due out of it. `at_start`: what had come and gone before
-    /// the first step.
+    /// Of an engine whose step is complete, and was watched unless tracks alone are due; takes the sums that are due out of it. `at_start`:
+    /// what had come and gone before the first step.
     #[must_use]
     pub fn take(engine: &mut Engine, due: Due, at_start: &Exchanged) -> Self {
+        let tracks = match due.tracks {
+            true => track_points(engine),
+            false => Vec::new(),
+        };
+        if due.tracks && !due.beyond_tracks() {
+            return Self::of_tracks(engine, due, tracks);
+        }
         let load_sums = engine.take_load_sums(due.frame, due.vtk);
         let crossed = if due.frame {
             engine.take_crossed()
@@ -81,12 +138,36 @@ impl Moment {
             flows,
             load_sums,
             crossed,
+            tracks,
             liquid: engine.liquid().map(|row| {
                 let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
                 (films.to_vec(), row)
             }),
             droplets: (engine.sprays())
                 .map_or_else(Vec::new, |sprays| sprays.state.droplets.clone()),
+        }
+    }
+
+    /// Rows of tracks and nothing else.
+    fn of_tracks(engine: &Engine, due: Due, tracks: Vec<TrackPoint>) -> Self {
+        Self {
+            time: engine.time(),
+            step: engine.steps(),
+            due,
+            records: Vec::new(),
+            loads: Vec::new(),
+            ids: Vec::new(),
+            masses: Vec::new(),
+            orientations: None,
+            bodies: None,
+            walls: Vec::new(),
+            observation: Observation::default(),
+            flows: None,
+            load_sums: [None, None],
+            crossed: Vec::new(),
+            tracks,
+            liquid: None,
+            droplets: Vec::new(),
         }
     }
 }

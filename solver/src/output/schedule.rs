@@ -5,8 +5,10 @@ use crate::plan::{FieldPlan, OutputPlan};
 /// What is written of one state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Due {
-    /// A frame: particles, bodies, walls, energies, tracks, regions, fluxes.
+    /// A frame: particles, bodies, walls, energies, regions, fluxes.
     pub frame: bool,
+    /// Rows of tracks.
+    pub tracks: bool,
     /// The contacts.
     pub contacts: bool,
     /// The files for ParaView.
@@ -29,6 +31,7 @@ impl Due {
     pub fn without(self, other: Self) -> Self {
         Self {
             frame: self.frame && !other.frame,
+            tracks: self.tracks && !other.tracks,
             contacts: self.contacts && !other.contacts,
             vtk: self.vtk && !other.vtk,
             fields: self.fields & !other.fields,
@@ -41,11 +44,22 @@ impl Due {
     pub fn or(self, other: Self) -> Self {
         Self {
             frame: self.frame || other.frame,
+            tracks: self.tracks || other.tracks,
             contacts: self.contacts || other.contacts,
             vtk: self.vtk || other.vtk,
             fields: self.fields | other.fields,
             fields_of_contacts: self.fields_of_contacts | other.fields_of_contacts,
         }
+    }
+
+    /// Whether there is anything but tracks, which need neither all particles nor what was seen of contacts.
+    #[must_use]
+    pub fn beyond_tracks(self) -> bool {
+        Self {
+            tracks: false,
+            ..self
+        }
+        .any()
     }
 
     /// Whether each contact has to be recorded for it.
@@ -60,6 +74,7 @@ impl Due {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     frames: Every,
+    tracks: Option<Every>,
     contacts: Option<Every>,
     vtk: Option<Every>,
     checkpoints: Option<Every>,
@@ -82,6 +97,7 @@ impl Schedule {
         let every = |interval| Every::behind(interval, time_step, step);
         Self {
             frames: every(output.interval),
+            tracks: output.has_tracks().then(|| every(output.track_interval)),
             contacts: output.fstat.then(|| every(output.fstat_interval)),
             vtk: output.vtk.then(|| every(output.vtk_interval)),
             checkpoints: output.restart_interval.map(every),
@@ -100,6 +116,7 @@ impl Schedule {
     pub fn everything(&self) -> Due {
         Due {
             frame: true,
+            tracks: self.tracks.is_some(),
             contacts: self.contacts.is_some(),
             vtk: self.vtk.is_some(),
             fields: self.bits(|_| true),
@@ -116,7 +133,7 @@ impl Schedule {
     /// The next step at which anything is due; 0 if at every step.
     #[must_use]
     pub fn next_step(&self) -> u64 {
-        let others = self.contacts.iter().chain(&self.vtk);
+        let others = self.contacts.iter().chain(&self.vtk).chain(&self.tracks);
         let others = others.chain(self.fields.iter().map(|looks| &looks.every));
         let others = others.chain(&self.checkpoints);
         let others = others.map(Every::next_step).min();
@@ -135,6 +152,7 @@ impl Schedule {
         let is_due = |every: &mut Option<Every>| every.as_mut().is_some_and(|e| e.is_due(step));
         Due {
             frame: self.frames.is_due(step),
+            tracks: is_due(&mut self.tracks),
             contacts: is_due(&mut self.contacts),
             vtk: is_due(&mut self.vtk),
             fields,

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
+use super::moment::TrackPoint;
 use super::{BudgetRow, Due, Moment};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
@@ -49,6 +50,8 @@ pub struct State {
     pub load_sums: [Option<LoadSums>; 2],
     /// What crossed the flux planes since the last frame, plane by plane, each material by material; empty if no frame is due.
     pub crossed: Vec<Crossed>,
+    /// The tracked particles and bodies, by track and id; empty if no rows of tracks are due.
+    pub tracks: Vec<TrackPoint>,
     /// Liquid films on the particles, m^3, in scenes with liquid.
     pub films: Option<Vec<f64>>,
     /// Where the liquid is.
@@ -103,6 +106,7 @@ impl State {
             budget: None,
             load_sums: moment.load_sums,
             crossed: moment.crossed,
+            tracks: moment.tracks,
             films: films.map(|films| gather(films, &order)),
             liquid,
             droplets: moment.droplets,

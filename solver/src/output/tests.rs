@@ -57,14 +57,13 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
     let moment = Moment {
         liquid: None,
+        tracks: Vec::new(),
         time: 1.5,
         step: 3,
         due: Due {
             frame: true,
             contacts: true,
-            vtk: false,
-            fields: 0,
-            fields_of_contacts: 0,
+            ..Due::default()
         },
         records: vec![
             particle(5.0, 0.5, 0),

@@ -1,16 +1,17 @@
-//! `<prefix>.track.csv`: the motion of named particles and bodies.
+//! `<prefix>.track.csv`: the motion of named particles and bodies, and of grains that insertions bring.
 
 use std::path::Path;
 
 use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
 
+use super::moment::TrackPoint;
 use super::stream::{Begin, Sink, Stream, TextFile, push_csv_name};
 use super::{OutputError, State};
 use crate::plan::Plan;
 
 pub(super) struct TrackFile {
     file: TextFile,
-    track: Vec<(String, u32)>,
+    names: Vec<String>,
 }
 
 impl TrackFile {
@@ -20,44 +21,32 @@ impl TrackFile {
         let file = TextFile::begin(folder, &name, head, begin)?;
         Ok(Self {
             file,
-            track: plan.outputs().files().track.clone(),
+            names: plan.outputs().files().track_names(),
         })
     }
 }
 
 impl Stream for TrackFile {
     fn write(&mut self, state: &State) -> Result<(), OutputError> {
-        if !state.due.frame {
+        if !state.due.tracks {
             return Ok(());
         }
         let out = &mut self.file.buffer;
-        for (name, id) in &self.track {
-            // A particle that was deleted has no more rows.
-            let Ok(rank) = state.ids.binary_search(id) else {
-                continue;
-            };
-            let (x, v, w, q) = match state.body(rank) {
-                Some(body) => (
-                    body.position,
-                    body.velocity,
-                    body.angular_velocity,
-                    body.orientation,
-                ),
-                None => {
-                    let particle = &state.particles[rank];
-                    (
-                        particle.position,
-                        particle.velocity,
-                        particle.angular_velocity,
-                        state.orientation(rank),
-                    )
-                }
-            };
+        // A particle that was deleted has no more rows.
+        for point in &state.tracks {
+            let TrackPoint {
+                position: x,
+                velocity: v,
+                angular_velocity: w,
+                orientation: q,
+                ..
+            } = point;
             push_number(out, state.time, NumberStyle::Shortest);
             out.push(b',');
-            push_csv_name(out, name);
+            let name = self.names.get(point.track as usize - 1);
+            push_csv_name(out, name.map_or("", String::as_str));
             out.push(b',');
-            push_integer(out, i64::from(*id));
+            push_integer(out, i64::from(point.id));
             for value in [
                 x.x, x.y, x.z, v.x, v.y, v.z, q.w, q.x, q.y, q.z, w.x, w.y, w.z,
             ] {

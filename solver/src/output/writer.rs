@@ -336,7 +336,7 @@ fn streams(
         let at = begin(&streams);
         streams.push(Box::new(ContactFrames::begin(folder, plan, history, at)?));
     }
-    if !output.track.is_empty() {
+    if output.has_tracks() {
         let at = begin(&streams);
         streams.push(Box::new(TrackFile::begin(folder, plan, at)?));
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mercury_common::scene::{
-    ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep,
+    ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep, stem,
 };
 
 use super::checks;
@@ -211,6 +211,16 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         .filter_map(|name| start.named.iter().find(|(known, _)| *known == name.value))
         .cloned()
         .collect();
+    let track_insertions: Vec<(String, usize)> = scene
+        .output
+        .track
+        .iter()
+        .filter_map(|name| {
+            let mut insertions = scene.insertions.iter();
+            let index = insertions.position(|insertion| insertion.name.value == name.value)?;
+            Some((name.value.clone(), index))
+        })
+        .collect();
     let mut laws = LawTable {
         materials: scene.materials.len(),
         laws: vec![None; scene.materials.len() * scene.materials.len()],
@@ -284,15 +294,15 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             smallest_radius: sizes.smallest,
             mean_radius: sizes.mean,
             largest_radius: sizes.largest,
-            orientations: scene.output.data || *scene.output.vtk || !track.is_empty(),
+            orientations: scene.output.data
+                || *scene.output.vtk
+                || !track.is_empty()
+                || !track_insertions.is_empty(),
             energy_budget: scene.output.energy_budget,
         },
         outputs: Outputs {
             title: scene.title.clone(),
-            prefix: scene.path.file_stem().map_or_else(
-                || "run".to_owned(),
-                |stem| stem.to_string_lossy().into_owned(),
-            ),
+            prefix: stem(&scene.path),
             files: OutputPlan {
                 interval: *scene.output.interval,
                 fstat_interval: *scene.output.fstat_interval,
@@ -310,6 +320,13 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
                 pictures: scene.output.pictures,
                 pebbles: scene.output.clumps_as == ClumpsAs::Pebbles,
                 track,
+                track_insertions,
+                track_every: scene
+                    .output
+                    .track_every
+                    .as_deref()
+                    .map_or(1, |every| *every),
+                track_interval: *scene.output.track_interval,
                 fields,
                 digits: scene.output.digits.as_ref().map(|digits| **digits as u8),
             },
@@ -345,6 +362,18 @@ fn ignored_keys(scene: &Scene, warnings: &mut Vec<String>) {
         if interval.place.key() == key && !is_written {
             warnings.push(format!(
                 "{key}: nothing is written at these times, as output.{what} is false; set {what} = true or leave the key out"
+            ));
+        }
+    }
+    let every = output.track_every.as_ref().map(|every| &every.place);
+    for place in [Some(&output.track_interval.place), every]
+        .into_iter()
+        .flatten()
+    {
+        let key = place.key();
+        if key.starts_with("output.track_") && output.track.is_empty() {
+            warnings.push(format!(
+                "{key}: nothing is followed, as output.track is empty; name particles or insertions in it, or leave the key out"
             ));
         }
     }

@@ -10,6 +10,9 @@ const MANY_FRAMES: f64 = 10_000.0;
 /// Bytes above which it does.
 const MANY_BYTES: f64 = 100e9;
 
+/// Bytes of `plan.toml`, `summary.json`, `run.log` and the copy of the scene.
+const PAPERS: f64 = 10e3;
+
 /// Bytes of a row in each file, as they come out with the shortest digits: of scenes/settle.toml and scenes/bench/dense-2k.toml, rows of which some numbers are
 /// zero being shorter in text.
 mod row {
@@ -27,6 +30,14 @@ mod row {
     pub(super) const FSTAT: f64 = 500.0;
     /// A contact in the files for ParaView.
     pub(super) const VTK_CONTACT: f64 = 174.0;
+    /// A frame in `.ene`.
+    pub(super) const ENE: f64 = 150.0;
+    /// A wall in `.walls.csv`, and a wall's pose in `.walls.arrow`.
+    pub(super) const WALL: f64 = 300.0;
+    /// A material of a region or flux in its table.
+    pub(super) const COUNTED: f64 = 120.0;
+    /// A particle in `.track.csv`.
+    pub(super) const TRACK: f64 = 250.0;
     /// A number of a table of fields: of scenes/profiles.toml, in text.
     pub(super) const FIELD: f64 = 17.0;
 }
@@ -81,7 +92,18 @@ impl Disk {
         let vtk = row::VTK * spheres + with_contacts;
         let bytes = disk.frames * frame + disk.contact_frames * contacts + disk.vtk_frames * vtk;
         let numbers: f64 = files.fields.iter().map(|table| table.numbers(end)).sum();
-        let bytes = bytes + row::FIELD * numbers;
+        let tables = plan.outputs().regions().len() + plan.outputs().fluxes().len();
+        let of_each_frame = of(row::ENE, files.ene)
+            + of(row::WALL * physics.walls().len() as f64, files.walls)
+            + row::COUNTED * tables as f64;
+        let of_insertions = match files.track_insertions.is_empty() {
+            true => 0.0,
+            // As if all that are there came by these.
+            false => (spheres + bodies) / files.track_every as f64,
+        };
+        let tracked = files.track.len() as f64 + of_insertions;
+        let bytes = bytes + row::TRACK * tracked * frames(files.track_interval, files.has_tracks());
+        let bytes = bytes + row::FIELD * numbers + disk.frames * of_each_frame + PAPERS;
         Self { bytes, ..disk }
     }
 

@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use mercury_common::formats::clump::Pebble;
-use mercury_common::readable::rounded;
+use mercury_common::readable::{printable, rounded};
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
 use super::head::{Head, checkpoint_paths};
@@ -527,7 +527,7 @@ pub(super) fn carried(
             run.key,
             run.particles.len(),
             run.bodies.len(),
-            run.head.title,
+            printable(&run.head.title),
             rounded(run.head.time(), 12)
         );
         if anew > 0 {

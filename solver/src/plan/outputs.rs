@@ -65,6 +65,12 @@ pub struct OutputPlan {
     pub pebbles: bool,
     /// Particles and bodies to follow: name and id.
     pub track: Vec<(String, u32)>,
+    /// Insertions whose grains are followed: name and index.
+    pub track_insertions: Vec<(String, usize)>,
+    /// Every n-th of these grains, from the first.
+    pub track_every: u64,
+    /// Time between rows of tracks, s.
+    pub track_interval: f64,
     /// Fields of the continuum, each with a schedule of its own; at most [`MOST_FIELDS`](super::MOST_FIELDS).
     pub fields: Vec<FieldPlan>,
     /// Significant digits of `.data`, `.fstat` and `.ene`; `None` writes the shortest that read back exactly.
@@ -72,6 +78,28 @@ pub struct OutputPlan {
 }
 
 impl OutputPlan {
+    /// Whether anything is followed.
+    #[must_use]
+    pub fn has_tracks(&self) -> bool {
+        !(self.track.is_empty() && self.track_insertions.is_empty())
+    }
+
+    /// The names of the tracks, as the particles are marked with them: 1 stands for the first.
+    #[must_use]
+    pub fn track_names(&self) -> Vec<String> {
+        let singles = self.track.iter().map(|(name, _)| name);
+        let insertions = self.track_insertions.iter().map(|(name, _)| name);
+        singles.chain(insertions).cloned().collect()
+    }
+
+    /// The track of the grains of an insertion, by its index.
+    #[must_use]
+    pub fn track_of(&self, insertion: usize) -> Option<u32> {
+        let mut all = self.track_insertions.iter();
+        let place = all.position(|(_, index)| *index == insertion)?;
+        Some((self.track.len() + place + 1) as u32)
+    }
+
     /// How `.data`, `.fstat` and `.ene` print numbers.
     #[must_use]
     pub fn number_style(&self) -> NumberStyle {
@@ -100,6 +128,9 @@ impl Default for OutputPlan {
             pictures: false,
             pebbles: false,
             track: Vec::new(),
+            track_insertions: Vec::new(),
+            track_every: 1,
+            track_interval: f64::INFINITY,
             fields: Vec::new(),
             digits: None,
         }

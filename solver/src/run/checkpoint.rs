@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use mercury_common::readable::{bytes, rounded};
+use mercury_common::readable::{bytes, printable, rounded};
 use mercury_common::scene::differences;
 use mercury_common::whole_file::FileError;
 use serde_json::{Value, json};
@@ -21,12 +21,13 @@ use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not what happens.
-pub const MAY_CHANGE: [&str; 7] = [
+pub const MAY_CHANGE: [&str; 8] = [
     "title",
     "time.end",
     "output.interval",
     "output.fstat_interval",
     "output.vtk_interval",
+    "output.track_interval",
     "output.restart_interval",
     "output.pictures",
 ];
@@ -275,12 +276,12 @@ impl fmt::Display for Checkpoint {
             f,
             "{}: a checkpoint of `{}`",
             self.path.display(),
-            head.title
+            printable(&head.title)
         )?;
         writeln!(
             f,
             "  written by    mercury-solve {}, {}, all checksums right",
-            head.program,
+            printable(&head.program),
             bytes(self.size as f64)
         )?;
         writeln!(
@@ -311,7 +312,7 @@ impl fmt::Display for Checkpoint {
         )?;
         write!(f, "  scene")?;
         for (key, value) in &head.scene {
-            write!(f, "\n    {key} = {value}")?;
+            write!(f, "\n    {} = {}", printable(key), printable(value))?;
         }
         Ok(())
     }

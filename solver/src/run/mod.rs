@@ -70,6 +70,8 @@ pub struct RunOptions {
     pub command_line: String,
     /// Content of `plan.toml`.
     pub plan_document: Option<String>,
+    /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
+    pub scene_text: Option<String>,
     /// Set by anyone who wants the run to end after the step it is in.
     pub stop: Arc<AtomicBool>,
     /// Who is told what takes long; its flag for stops should be the one above.
@@ -379,6 +381,10 @@ impl Run {
                 write_whole(&folder.join("plan.toml"), document.as_bytes())
                     .map_err(OutputError::from)?;
             }
+            if let Some(text) = &options.scene_text {
+                folder::copy_scene(folder, plan.outputs().prefix(), text)
+                    .map_err(OutputError::from)?;
+            }
             Ok(Writer::start(
                 folder,
                 &plan,
@@ -553,7 +559,7 @@ impl Run {
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
         let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;
         let everything = self.schedule.everything();
-        let watch = (due.any() || perhaps_last).then_some(Watch {
+        let watch = (due.beyond_tracks() || perhaps_last).then_some(Watch {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });

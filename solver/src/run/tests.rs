@@ -80,6 +80,9 @@ fn plan(steps: u64, interval: f64, friction: f64) -> Draft {
         pictures: false,
         pebbles: false,
         track: vec![("first, of all".to_owned(), 0)],
+        track_insertions: Vec::new(),
+        track_every: 1,
+        track_interval: interval,
         digits: None,
         fields: Vec::new(),
     };

@@ -19,6 +19,9 @@ pub enum DecodeError {
     /// Something else altogether.
     #[error("this is not the state of a run: it begins with other bytes")]
     Foreign,
+    /// Nothing at all.
+    #[error("the file is empty: there is no state of a run in it")]
+    Empty,
     /// Of another version of this program.
     #[error(
         "the state has the layout of version {found}, this program reads version {VERSION}\n\
@@ -436,11 +439,15 @@ impl<'a> Decoder<'a> {
     /// # Errors
     /// If they are no state, or one of another version.
     pub fn new(bytes: &'a [u8]) -> Result<Self, DecodeError> {
-        let cut = |_| DecodeError::Cut {
+        let cut = || DecodeError::Cut {
             section: "head".to_owned(),
         };
-        let mut rest = bytes.strip_prefix(MAGIC).ok_or(DecodeError::Foreign)?;
-        let found = u32::take(&mut rest).map_err(cut)?;
+        let mut rest = bytes.strip_prefix(MAGIC).ok_or_else(|| match bytes {
+            [] => DecodeError::Empty,
+            part if MAGIC.starts_with(part) => cut(),
+            _ => DecodeError::Foreign,
+        })?;
+        let found = u32::take(&mut rest).map_err(|_| cut())?;
         if found != VERSION {
             return Err(DecodeError::Version { found });
         }
@@ -625,6 +632,9 @@ mod tests {
     #[test]
     fn other_versions_and_other_files_are_named() {
         assert_eq!(decoded(b"PNG").unwrap_err(), DecodeError::Foreign);
+        assert_eq!(decoded(b"").unwrap_err(), DecodeError::Empty);
+        let cut = decoded(b"MERCS").unwrap_err();
+        assert!(matches!(cut, DecodeError::Cut { .. }), "{cut}");
         let mut bytes = encoded(&(Vec::new(), (String::new(), [false; 3])));
         let found = VERSION + 1;
         bytes[8..12].copy_from_slice(&found.to_le_bytes());

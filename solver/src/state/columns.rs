@@ -25,6 +25,13 @@ crate::state::plain!(Column {
 /// Name of the column that holds the volume of the liquid film on each particle, m^3.
 pub const FILM_VOLUME: &str = "film_volume";
 
+/// Name of the column that says which track a particle has, counted from 1 in the order of [`OutputPlan`](crate::plan::OutputPlan); 0:
+/// none. Of a clump its first pebble has it.
+pub const TRACK: &str = "track";
+
+/// Names of the columns that count the periods by which a tracked particle, or the clump of a tracked pebble, was put back into the domain.
+pub const PERIODS: [&str; 3] = ["periods_x", "periods_y", "periods_z"];
+
 /// All such columns of a run, in a fixed order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Columns(Vec<Column>);

@@ -15,7 +15,7 @@ mod record;
 pub use bodies::{Bodies, Body, BodyPebble, PrescribedBody};
 pub(crate) use codec::plain;
 pub use codec::{DecodeError, Decoder, Encoder, Piece, Pieces, Plain, VERSION, announced};
-pub use columns::{Column, Columns, FILM_VOLUME};
+pub use columns::{Column, Columns, FILM_VOLUME, PERIODS, TRACK};
 pub use index::{BodyIndex, Id, MaterialIndex, PebbleIndex, Row, WallIndex};
 pub use new_particle::{Material, NewParticle, PrescribedMotion};
 pub use particles::{Particles, Prescribed};

@@ -1,5 +1,6 @@
 //! What comes, what goes and what passes.
 
+use super::tracks::mark_inserted;
 use super::{Engine, RunError};
 use crate::boundaries::Crossed;
 use crate::forces::Bond;
@@ -24,6 +25,12 @@ impl Engine {
                 liquid.release(leavers, contacts.as_mut(), particles, &around);
             }
         };
+        let output = self.plan.outputs().files();
+        let mut brought = |insertion, first, before, particles: &mut Particles| {
+            if let Some(track) = output.track_of(insertion) {
+                mark_inserted(particles, first, before, track, output.track_every);
+            }
+        };
         let changed = self.boundaries.exchange(
             &mut self.particles,
             self.plan.physics().insertions(),
@@ -32,6 +39,7 @@ impl Engine {
             &self.walls,
             time,
             &mut leaving,
+            &mut brought,
         );
         self.lists.rows_changed |= changed;
         if changed && self.plan.physics().energy_budget() {

@@ -107,6 +107,7 @@ impl Engine {
         let skin = skin.thickness;
         // Forces that act across a gap need their pairs listed that much farther out.
         let range = self.forces.needs().range;
+        self.count_periods();
         if let Some(bodies) = &mut self.particles.bodies {
             bodies.wrap(&self.images);
         }

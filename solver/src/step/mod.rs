@@ -28,6 +28,7 @@ mod spray;
 mod start;
 #[cfg(test)]
 mod tests;
+mod tracks;
 mod walls;
 
 pub use audit::{Audit, AuditedContact};
@@ -39,6 +40,8 @@ pub use snapshot::Snapshot;
 pub use start::StartOptions;
 
 use std::sync::Arc;
+
+pub(crate) use tracks::Tracked;
 
 use awake::awake;
 use guard::Guard;

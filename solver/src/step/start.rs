@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::guard::Guard;
 use super::sleep::Sleep;
+use super::tracks;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
@@ -157,6 +158,7 @@ impl Engine {
         let liquid = (plan.physics().liquid().as_ref())
             .map(|of_plan| Liquids::start(of_plan, &mut particles));
         let sprays = plan.physics().sprays().as_ref().map(Sprays::new);
+        tracks::start(plan.outputs().files(), &images, &mut particles);
         let pool = match options.threads {
             0 | 1 => None,
             threads => {

@@ -13,7 +13,7 @@ use mercury_common::whole_file::write_whole;
 use toml::{Table, Value};
 
 use super::Study;
-use super::table::FILE;
+use super::table::{FILE, number, without_unit};
 
 /// Name of the file that says what the table beside it is of.
 pub const RECORD: &str = "study.plan.toml";
@@ -35,13 +35,21 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
     };
     let mut lines = cells(&text).into_iter();
     let header = lines.next().unwrap_or_default();
+    let header: Vec<String> = (header.iter())
+        .map(|name| without_unit(name).to_owned())
+        .collect();
     let status = header.iter().position(|name| name == "status");
     let Some(status) = status.filter(|_| header[0] == "run") else {
         return Err(format!("{} is no table of a study", path.display()));
     };
     let finished = lines.filter(|row| row.len() == header.len() && row[status] == "finished");
     let finished: Rows = finished
-        .map(|row| (row[0].clone(), header.iter().cloned().zip(row).collect()))
+        .map(|row| {
+            let cells = header.iter().zip(row);
+            let cells = cells.map(|(name, cell)| (name.clone(), in_si(study, name, cell)));
+            let cells: Vec<(String, String)> = cells.collect();
+            (cells[0].1.clone(), cells)
+        })
         .collect();
     if finished.is_empty() {
         // Nothing is lost with it, whatever it is of.
@@ -69,6 +77,16 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
         ));
     }
     Ok(finished)
+}
+
+/// A cell of a table, which may be of a version that kept the values of keys as they were typed.
+fn in_si(study: &Study, column: &str, cell: String) -> String {
+    let is_key = study.keys.iter().any(|key| key == column);
+    let has_unit = is_key && !study.unit(column).is_empty() && cell.parse::<f64>().is_err();
+    match number(column, &cell).filter(|_| has_unit) {
+        Some(number) => format!("{number:?}"),
+        None => cell,
+    }
 }
 
 /// Names in quotes, or that there are none.
@@ -192,6 +210,7 @@ mod tests {
     fn a_table_is_read_as_it_is_written() {
         let table = super::super::table::StudyTable {
             columns: vec!["run".to_owned(), "title".to_owned()],
+            units: vec![String::new(); 2],
             rows: vec![vec!["a".to_owned(), "one,\n\"two\"".to_owned()]],
             problems: Vec::new(),
         };

@@ -1,8 +1,8 @@
-//! A study from a file: a TOML document with the table `[study]`.
+//! A study from a file: a document in TOML, or JSON, with the table `[study]`.
 
 use std::path::{Path, PathBuf};
 
-use mercury_common::scene::{listed, nearest};
+use mercury_common::scene::{STANDARD_INPUT, is_json, listed, nearest, stem};
 use toml::{Table, Value};
 
 use super::{MOST_RUNS, Study, StudyError, StudyRun, Sweep, dotted, grid, named, too_many};
@@ -15,8 +15,16 @@ const KEYS: [&str; 9] = [
 /// Whether a text is that of a study: it has a table `study`, which no scene has.
 #[must_use]
 pub fn is_study(text: &str) -> bool {
+    if !text.contains("study") {
+        return false;
+    }
+    if let Ok(document) = document("", text) {
+        return document.contains_key("study");
+    }
+    // A text with mistakes: what is wrong is said of a study if it looks like one.
     let line = |line: &str| {
-        line.trim_start().starts_with("[study") || line.trim_start().starts_with("study.")
+        let line = line.trim_start();
+        line.starts_with("[study") || line.starts_with("study.") || line.contains("\"study\":")
     };
     text.lines().any(line)
 }
@@ -27,9 +35,8 @@ pub fn is_study(text: &str) -> bool {
 /// What is wrong, with the key at which it is.
 pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
     let reader = Reader { path };
-    let document: Table = text.parse().map_err(|error: toml::de::Error| {
-        StudyError::new(path.display().to_string(), error.to_string().trim_end())
-    })?;
+    let name = path.display().to_string();
+    let document = document(&name, text)?;
     if let Some(key) = document.keys().find(|key| *key != "study") {
         let error = reader.error(key, "is not known beside [study]");
         return Err(error.with_help(
@@ -47,6 +54,23 @@ pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
         }));
     }
     reader.study(study)
+}
+
+/// The document, in TOML or JSON.
+fn document(name: &str, text: &str) -> Result<Table, StudyError> {
+    if !is_json(name, text) {
+        let wrong = |error: toml::de::Error| StudyError::new(name, error.to_string().trim_end());
+        return text.parse().map_err(wrong);
+    }
+    serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
+        let (line, column) = (error.line(), error.column());
+        let words = error.to_string();
+        let words = words.split(" at line ").next().unwrap_or_default();
+        StudyError::new(
+            format!("{name}:{line}:{column}"),
+            format!("not valid JSON: {words}"),
+        )
+    })
 }
 
 struct Reader<'a> {
@@ -67,7 +91,8 @@ impl Reader<'_> {
         let folder = match self.text(study, "folder")? {
             Some(folder) => beside.join(folder),
             // As the folder of a run: here, by the file's name.
-            None => PathBuf::from(self.path.file_stem().unwrap_or_default()),
+            None if self.path == Path::new(STANDARD_INPUT) => PathBuf::from("study"),
+            None => PathBuf::from(stem(self.path)),
         };
         let (keys, runs) = self.runs(study)?;
         let mut results = Vec::new();
@@ -92,6 +117,8 @@ impl Reader<'_> {
             scene: beside.join(scene),
             folder,
             set: set.map(|(key, value)| format!("{key}={value}")).collect(),
+            title: String::new(),
+            units: vec![String::new(); keys.len()],
             keys,
             runs,
             results,

@@ -15,6 +15,9 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use mercury_common::readable::{printable, printable_lines};
+use mercury_common::scene::Scene;
+
 use crate::results::NamedResult;
 pub use sweep::Sweep;
 
@@ -36,8 +39,8 @@ pub struct StudyError {
 impl StudyError {
     fn new(place: impl Into<String>, problem: impl Into<String>) -> Self {
         Self {
-            place: place.into(),
-            problem: problem.into(),
+            place: printable(&place.into()).into_owned(),
+            problem: printable_lines(&problem.into()).into_owned(),
             help: None,
         }
     }
@@ -57,8 +60,12 @@ pub struct Study {
     pub folder: PathBuf,
     /// `KEY=VALUE` of all runs.
     pub set: Vec<String>,
+    /// Title of the scene, once it was read.
+    pub title: String,
     /// The keys that differ between the runs, in the order in which they were named.
     pub keys: Vec<String>,
+    /// The SI unit of each key's numbers, once the scene was read; empty where they have none.
+    pub units: Vec<String>,
     /// The runs.
     pub runs: Vec<StudyRun>,
     /// Numbers asked for by name.
@@ -78,6 +85,8 @@ pub struct StudyRun {
     pub name: String,
     /// A value for each key of the study, as TOML; none: what the scene says.
     pub values: Vec<Option<String>>,
+    /// The same in SI, once the scene was read.
+    pub settled: Vec<Option<String>>,
 }
 
 /// Columns of every study's table beside its keys and results, as far as they are known before a run.
@@ -121,12 +130,64 @@ impl Study {
         }
     }
 
+    /// Takes over from the scene of a run what the study's values are of.
+    pub fn settle(&mut self, run: usize, scene: &Scene) {
+        self.title.clone_from(&scene.title);
+        self.units.resize(self.keys.len(), String::new());
+        let Some(run) = self.runs.get_mut(run) else {
+            return;
+        };
+        for (k, key) in self.keys.iter().enumerate() {
+            let Some(value) = &run.values[k] else {
+                continue;
+            };
+            let argument = format!("{key}={value}");
+            let set = scene.set.iter().find(|set| set.argument == argument);
+            // A value that a later one replaces stays as it was typed.
+            let Some(set) = set.filter(|set| !set.unit.is_empty()) else {
+                continue;
+            };
+            self.units[k].clone_from(&set.unit);
+            // Numbers in SI keep their digits.
+            if value.parse::<f64>().is_err() && value.contains(char::is_alphabetic) {
+                run.settled[k] = Some(set.value.clone());
+            }
+        }
+    }
+
+    /// The unit of a column of the table; empty where it has none.
+    #[must_use]
+    pub fn unit(&self, column: &str) -> String {
+        if let Some(k) = self.keys.iter().position(|key| key == column) {
+            return self.units.get(k).cloned().unwrap_or_default();
+        }
+        if let Some(result) = self.results.iter().find(|result| result.name == column) {
+            let unit = result.unit();
+            return if unit == "1" { String::new() } else { unit };
+        }
+        summary_unit(column).to_owned()
+    }
+
     /// The `KEY=VALUE` of a run, in the order in which they apply.
     #[must_use]
     pub fn overrides(&self, run: &StudyRun) -> Vec<String> {
         let of_run = self.keys.iter().zip(&run.values);
         let own = of_run.filter_map(|(key, value)| Some(format!("{key}={}", value.as_ref()?)));
         self.set.iter().cloned().chain(own).collect()
+    }
+}
+
+/// The units of the numbers of `summary.json`.
+fn summary_unit(column: &str) -> &'static str {
+    match column {
+        "time" | "time_step" | "wall_seconds" => "s",
+        "particle_steps_per_second" => "1/s",
+        "energy_closure_error" => "",
+        "sleeping_energy" => "J",
+        "liquid_bridge_count" => "",
+        _ if column.starts_with("energy_") => "J",
+        _ if column.starts_with("liquid_") => "m3",
+        _ => "",
     }
 }
 
@@ -211,7 +272,11 @@ fn named(
             );
             return Err(StudyError::new(place, problem).with_help("each value stands once"));
         }
-        found.push(StudyRun { name, values });
+        found.push(StudyRun {
+            name,
+            settled: values.clone(),
+            values,
+        });
     }
     Ok(found)
 }

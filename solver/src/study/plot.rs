@@ -1,11 +1,12 @@
 //! A column of a study's table over a key.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use mercury_common::units::Quantity;
 use mercury_pictures::charts::{Axis, Chart, ChartPage, Series};
 
 use super::Study;
-use super::table::StudyTable;
+use super::table::{StudyTable, number, plain};
 
 /// Places in their order, and the values at each.
 type Points = BTreeMap<u64, (f64, Vec<f64>)>;
@@ -42,6 +43,8 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
         let place = table.columns.iter().position(|name| name == key);
         place.map_or("", |place| table.rows[row][place].as_str())
     };
+    // In the units in which they were typed.
+    let (over_shown, shown) = (Shown::of(study, over), Shown::of(study, column));
 
     // By line, and there by place: the values of all seeds.
     let mut lines: Vec<(String, Points)> = Vec::new();
@@ -52,9 +55,10 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
         if !(at.is_finite() && value.is_finite()) {
             continue;
         }
+        let at = at / over_shown.per_unit;
         let name: Vec<String> = others
             .iter()
-            .map(|key| format!("{key} = {}", cell(row, key)))
+            .map(|key| format!("{key} = {}", typed(study, key, cell(row, key))))
             .collect();
         let name = name.join(", ");
         let line = lines.iter().position(|(known, _)| *known == name);
@@ -67,7 +71,7 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
             .entry(ordered(at))
             .or_insert((at, Vec::new()))
             .1
-            .push(value);
+            .push(value / shown.per_unit);
     }
     if lines.is_empty() {
         return Err(format!("`{column}` has no numbers yet"));
@@ -85,11 +89,11 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
     let low = places.iter().copied().fold(f64::INFINITY, f64::min);
     let high = places.iter().copied().fold(0.0, f64::max);
     let x = if low > 0.0 && high >= 50.0 * low {
-        Axis::log(over, "")
+        Axis::log(over, &over_shown.unit)
     } else {
-        Axis::linear(over, "")
+        Axis::linear(over, &over_shown.unit)
     };
-    let mut chart = Chart::new("", x, Axis::linear(column, ""));
+    let mut chart = Chart::new(&study.title, x, Axis::linear(column, &shown.unit));
     for (name, points) in lines {
         let means: Vec<(f64, f64)> = points
             .values()
@@ -104,6 +108,55 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
         };
     }
     Ok(ChartPage::of(chart))
+}
+
+/// The unit in which a column is drawn.
+struct Shown {
+    unit: String,
+    /// Of the numbers of the table, which are in SI.
+    per_unit: f64,
+}
+
+impl Shown {
+    /// The unit in which all values of a key were typed; else that of the table.
+    fn of(study: &Study, column: &str) -> Self {
+        let in_si = || Self {
+            unit: study.unit(column),
+            per_unit: 1.0,
+        };
+        let Some(k) = study.keys.iter().position(|key| key == column) else {
+            return in_si();
+        };
+        let texts = study.runs.iter().filter_map(|run| run.values[k].as_deref());
+        let texts: Vec<String> = texts.map(|text| plain(Some(text))).collect();
+        let units: BTreeSet<&str> = texts.iter().map(|text| Quantity::unit_in(text)).collect();
+        let mut units = units.into_iter();
+        let (Some(unit), None) = (units.next(), units.next()) else {
+            return in_si();
+        };
+        // Of a text that is no quantity, or of a key that has no unit, there is nothing to convert.
+        match number(column, &format!("1 {unit}")).filter(|_| !study.unit(column).is_empty()) {
+            Some(per_unit) if !unit.is_empty() => Self {
+                unit: unit.to_owned(),
+                per_unit,
+            },
+            _ => in_si(),
+        }
+    }
+}
+
+/// The value of a key as it was typed, where a run of the study has it; else as it stands in the table, with its unit.
+fn typed(study: &Study, key: &str, cell: &str) -> String {
+    let place = study.keys.iter().position(|known| known == key);
+    let typed = place.and_then(|k| {
+        let mut runs = study.runs.iter();
+        let run = runs.find(|run| plain(run.settled[k].as_deref()) == cell)?;
+        run.values[k].as_deref()
+    });
+    match typed {
+        Some(text) => plain(Some(text)),
+        None => format!("{cell} {}", study.unit(key)).trim_end().to_owned(),
+    }
 }
 
 /// A number whose order is that of the values.

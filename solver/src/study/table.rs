@@ -43,6 +43,8 @@ impl State {
 pub struct StudyTable {
     /// Their names.
     pub columns: Vec<String>,
+    /// Their units, of SI; empty where a column has none.
+    pub units: Vec<String>,
     /// A row for each run.
     pub rows: Vec<Vec<String>>,
     /// What could not be read of finished runs, with the run.
@@ -60,7 +62,7 @@ impl StudyTable {
         let mut problems = Vec::new();
         for (run, state) in study.runs.iter().zip(states) {
             let mut row = vec![("run".to_owned(), run.name.clone())];
-            let values = study.keys.iter().zip(&run.values);
+            let values = study.keys.iter().zip(&run.settled);
             row.extend(values.map(|(key, value)| (key.clone(), plain(value.as_deref()))));
             row.push(("status".to_owned(), state.word().to_owned()));
             let why = match state {
@@ -113,6 +115,7 @@ impl StudyTable {
                 });
             }
         }
+        table.units = table.columns.iter().map(|name| study.unit(name)).collect();
         table.rows = cells
             .into_iter()
             .map(|row| {
@@ -127,11 +130,27 @@ impl StudyTable {
         table
     }
 
-    /// As text: commas, the names in the first line.
+    /// Whether any of its runs has come to its end.
+    #[must_use]
+    pub fn has_finished(&self) -> bool {
+        let status = self.columns.iter().position(|name| name == "status");
+        let is_finished =
+            |row: &Vec<String>| status.is_some_and(|k| row[k] == State::Finished.word());
+        self.rows.iter().any(is_finished)
+    }
+
+    /// As text: commas, the names in the first line with their units in brackets.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::new();
-        for row in std::iter::once(&self.columns).chain(&self.rows) {
+        let header = self.columns.iter().zip(&self.units);
+        let header: Vec<String> = header
+            .map(|(name, unit)| match unit.as_str() {
+                "" => name.clone(),
+                unit => format!("{name} [{unit}]"),
+            })
+            .collect();
+        for row in std::iter::once(&header).chain(&self.rows) {
             for (k, cell) in row.iter().enumerate() {
                 if k > 0 {
                     text.push(',');
@@ -141,6 +160,16 @@ impl StudyTable {
             text.push('\n');
         }
         text
+    }
+
+    /// The units of the columns that have one.
+    #[must_use]
+    pub fn units(&self) -> serde_json::Map<String, serde_json::Value> {
+        let units = self.columns.iter().zip(&self.units);
+        let units = units.filter(|(_, unit)| !unit.is_empty());
+        units
+            .map(|(name, unit)| (name.clone(), unit.as_str().into()))
+            .collect()
     }
 
     /// The rows for programs: numbers as numbers, null for what is not known.
@@ -190,6 +219,14 @@ pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
         true => quantity.value(Dimension::DEGREES).ok(),
         false => Some(quantity.si()),
     }
+}
+
+/// The name of a column without its unit.
+pub(super) fn without_unit(header: &str) -> &str {
+    let named = header
+        .strip_suffix(']')
+        .and_then(|name| name.rsplit_once(" ["));
+    named.map_or(header, |(name, _)| name)
 }
 
 fn quoted(cell: &str) -> String {

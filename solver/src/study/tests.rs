@@ -196,6 +196,7 @@ fn table(study: &Study, column: &str, values: &[f64]) -> StudyTable {
     let states = vec![State::Waiting; study.runs.len()];
     let mut table = StudyTable::of(study, &states, "a", &earlier::Rows::new());
     table.columns.push(column.to_owned());
+    table.units.push(study.unit(column));
     let cells = values.iter().map(|value| format!("{value:?}"));
     for (row, cell) in (table.rows.iter_mut()).zip(cells.chain(std::iter::repeat_with(String::new)))
     {
@@ -255,6 +256,78 @@ fn values_with_units_are_drawn_over_their_si_numbers() {
     assert_eq!(numbers("radius"), [0.005, 0.005, 0.01, 0.01]);
     assert_eq!(numbers("rotate.degrees"), [30.0, 360.0, 30.0, 360.0]);
     assert!(plot::page(&study, &table, "x").is_ok());
+}
+
+/// What the scene of each run says of the values.
+fn settled(mut study: Study) -> Study {
+    let scene = r#"
+title = "a drum"
+time = { end = 1, step = 0.1 }
+domain = { min = [0, 0, 0], max = [1, 1, 1] }
+output = { interval = 0.1 }
+materials.m = { density = 1, normal = { law = "linear", stiffness = 1, dissipation = 0 } }
+walls = [{ name = "w", shape = "box", material = "m", motion = [
+    { kind = "rotation", axis = [0, 0, 1], origin = [0, 0, 0], angular_velocity = 1 },
+    { kind = "oscillation", amplitude = [0, 0, 1], frequency = 1, phase_degrees = 0 },
+] }]
+"#;
+    for run in 0..study.runs.len() {
+        let overrides = study.overrides(&study.runs[run]);
+        let files = mercury_common::scene::Files::Unchecked;
+        let scene = crate::plan::parse_scene(Path::new("a.toml"), scene, &overrides, files);
+        study.settle(run, &scene.unwrap_or_else(|errors| panic!("{errors}")));
+    }
+    study
+}
+
+#[test]
+fn values_are_drawn_in_the_unit_in_which_they_were_typed() {
+    let spin = "walls.w.motion.0.angular_velocity";
+    let svg = |study: &Study, values: &[f64]| {
+        let page = plot::page(study, &table(study, "x", values), "x").unwrap();
+        page.svg().unwrap()
+    };
+    let drum = settled(study(&[
+        &format!("{spin}=5 rpm,20 rpm"),
+        "walls.w.motion.1.phase_degrees=0 deg,0.25 rev",
+    ]));
+    assert_eq!(drum.units, ["rad/s", "deg"]);
+    let cells = table(&drum, "x", &[]);
+    let rpm = 2.0 * std::f64::consts::PI / 60.0;
+    let speeds: Vec<f64> = cells.numbers(spin).unwrap().into_iter().flatten().collect();
+    assert!(
+        speeds
+            .iter()
+            .zip([5.0, 5.0, 20.0, 20.0])
+            .all(|(found, typed)| (found - typed * rpm).abs() < 1e-15),
+        "{speeds:?}"
+    );
+    assert_eq!(cells.rows[1][2], "90.0");
+    assert!(cells.csv().starts_with(&format!(
+        "run,{spin} [rad/s],walls.w.motion.1.phase_degrees [deg],status"
+    )));
+    let text = svg(&drum, &[1.0, 2.0, 3.0, 4.0]);
+    for part in [
+        "angular_velocity (rpm)",
+        "phase_degrees = 0.25 rev",
+        "a drum",
+        ">20<",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    // Of several units that of SI is drawn.
+    let mixed = settled(study(&[&format!("{spin}=5 rpm,1 rev/s,7")]));
+    assert!(svg(&mixed, &[1.0, 2.0, 3.0]).contains("angular_velocity (rad/s)"));
+    let plain = settled(study(&[&format!("{spin}=0.50,1e0")]));
+    assert_eq!(table(&plain, "x", &[]).rows[0][1], "0.50");
+    assert!(svg(&plain, &[1.0, 2.0]).contains("angular_velocity (rad/s)"));
+    let lists = settled(study(&["domain.max=[1,1,1],[\"20 cm\",1,1]"]));
+    let cells = table(&lists, "x", &[]);
+    assert_eq!(
+        (cells.rows[0][1].as_str(), cells.rows[1][1].as_str()),
+        ("[1,1,1]", "[0.2, 1, 1]")
+    );
+    assert_eq!(lists.units, ["m"]);
 }
 
 #[test]

@@ -298,6 +298,7 @@ readers! {
     overrides "override"
     clump_file "clump-file"
     size_law "size-law"
+    size_law_of_files "size-law-of-files"
     scene_with_particles "scene-with-particles"
     scene_with_mesh "scene-with-mesh"
     scene_with_stl "scene-with-stl"

@@ -24,7 +24,7 @@ impl Parquet {
     pub fn new(output: &Output, table: Table) -> Self {
         Self {
             table,
-            path: output.path(&format!("{}.parquet", table.name())),
+            path: output.one(&format!("{}.parquet", table.name())),
             writer: None,
         }
     }

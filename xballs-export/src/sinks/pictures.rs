@@ -13,7 +13,7 @@ use mercury_pictures::{
 };
 
 use crate::bodies;
-use crate::output::Output;
+use crate::output::{Output, ending_of_file};
 use crate::{ClumpsAs, ExportError, Job, Outcome, Sink, Snapshot};
 use quantity::Quantity;
 use scene::Scenery;
@@ -71,10 +71,7 @@ impl PictureKind {
     /// # Errors
     /// When it is meant as a picture of another kind.
     pub fn is_file(self, path: &Path) -> Result<bool, ExportError> {
-        let ending = path
-            .extension()
-            .map(|ending| ending.to_string_lossy().to_lowercase());
-        let Some(ending) = ending.filter(|_| !path.is_dir()) else {
+        let Some(ending) = ending_of_file(path) else {
             return Ok(false);
         };
         if self.endings().contains(&ending.as_str()) {
@@ -86,21 +83,13 @@ impl PictureKind {
                 path.display(),
                 self.endings()[0]
             ))),
-            false if OTHERS.contains(&ending.as_str()) => Err(ExportError::Input(format!(
+            false => Err(ExportError::Input(format!(
                 "{}: no picture or film is written as .{ending}\nhelp: mercury-export png, svg, gif and apng write .png, .svg, .gif and .apng; a folder takes a name without such an ending",
                 path.display()
             ))),
-            false => Ok(false),
         }
     }
 }
-
-/// Endings that people mean files by, and that no picture has: a folder of such a name would surprise.
-const OTHERS: &[&str] = &[
-    "jpg", "jpeg", "bmp", "tif", "tiff", "webp", "avif", "eps", "ps", "pdf", "ppm", "mp4", "m4v",
-    "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ogv", "wmv", "csv", "parquet", "vtu", "vti",
-    "pvd", "txt", "zip",
-];
 
 /// The most frames of a film strip.
 pub const LONGEST_STRIP: usize = 64;

@@ -301,6 +301,84 @@ fn laws_in_files_say_what_is_wrong() {
     );
 }
 
+const PART: &str = "{ share = 1, kind = \"monodisperse\", diameter = 1e-3 }";
+
+/// A mixture of grains of 1 mm and of what these files hold.
+fn mixture_of(files: &[&str]) -> String {
+    let parts = files
+        .iter()
+        .map(|file| format!(", {{ share = 1, file = \"{file}\" }}"));
+    format!(
+        "kind = \"mixture\"\nweighting = \"volume\"\nof = [{PART}{}]\n",
+        parts.collect::<String>()
+    )
+}
+
+/// The law `a.toml` of these files.
+fn law_of_files(files: &[(&str, String)]) -> Result<SizeDistribution, String> {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let psd = crate::scene::read_psd(&folder.path().join("a.toml")).unwrap();
+    let error = |error: SizeError| {
+        error
+            .to_string()
+            .replace(folder.path().to_str().unwrap(), "")
+    };
+    SizeDistribution::from_scene(&psd).map_err(error)
+}
+
+#[test]
+fn laws_that_are_made_of_themselves_are_refused_with_the_chain() {
+    let chain = |files: &[(&str, String)]| law_of_files(files).expect_err("no end");
+    let error = chain(&[("a.toml", mixture_of(&["a.toml"]))]);
+    assert!(
+        error.starts_with("/a.toml:3:")
+            && error.contains("of[1].file: a law of sizes is made of itself: a.toml -> a.toml\n"),
+        "{error}"
+    );
+    let error = chain(&[
+        ("a.toml", mixture_of(&["b.toml"])),
+        ("b.toml", mixture_of(&["./c.toml"])),
+        ("c.toml", mixture_of(&["././b.toml"])),
+    ]);
+    assert!(
+        error.starts_with("/./c.toml:3:") && error.contains("b.toml -> c.toml -> b.toml\n"),
+        "{error}"
+    );
+    // Without an end, though no file comes twice.
+    let names = ["a.toml", "b.toml", "c.toml", "d.toml", "e.toml", "f.toml"];
+    let mut files: Vec<(&str, String)> = (names.windows(2))
+        .map(|pair| (pair[0], mixture_of(&[pair[1]])))
+        .collect();
+    files.push(("f.toml", mixture_of(&[])));
+    let error = chain(&files);
+    assert!(
+        error.contains(
+            "more than 4 files deep: a.toml -> b.toml -> c.toml -> d.toml -> e.toml -> f.toml\n"
+        ),
+        "{error}"
+    );
+    // The same file side by side is no circle.
+    let files = [
+        ("a.toml", mixture_of(&["b.toml", "b.toml"])),
+        ("b.toml", mixture_of(&[])),
+    ];
+    assert_eq!(law_of_files(&files).unwrap().largest(), 1e-3);
+    let many = vec!["c.toml"; 40];
+    let files = [
+        ("a.toml", mixture_of(&["b.toml"; 40])),
+        ("b.toml", mixture_of(&many)),
+        ("c.toml", mixture_of(&[])),
+    ];
+    let error = law_of_files(&files).expect_err("1640 files");
+    assert!(
+        error.contains("one distribution of more than 1000 files"),
+        "{error}"
+    );
+}
+
 proptest! {
     /// Any classes, in any model: a distribution that ascends, whose quantiles and shares invert each other.
     #[test]

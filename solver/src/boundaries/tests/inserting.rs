@@ -54,6 +54,7 @@ impl Still {
             &self.walls,
             time,
             &mut |_, _| {},
+            &mut |_, _, _, _| {},
         )
     }
 

@@ -72,6 +72,8 @@ pub(super) const READERS: &[Reader] = &[
         .bound(MB, 800, "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow"),
     Reader::new("size-law", Text(&["kind", "\"lognormal\"", "\"classes\"", "\"mixture\"", "parts", "median", "weighting"]), law_samples, law)
         .bound(8 * MB, 800, "the tree of the text and TOML's own; classes of the distribution, bounded by the numbers in the text"),
+    Reader::new("size-law-of-files", Text(&["kind", "\"mixture\"", "of", "share", "file", "\"law.toml\"", "\"other.toml\"", "\"twice.toml\"", "\"sizes.csv\"", "weighting"]), files_samples, law)
+        .bound(8 * MB, 1600, "as of a law, and the law of each file that one names, of which 1000 are read at most, one after the other"),
     Reader::new("scene-with-particles", Text(&["x", "radius", "material", "vx"]), |place| {
         place.scene();
         vec![file("tests/scenes/good/some.csv"), file("scenes/particles.csv")]
@@ -137,8 +139,20 @@ fn is_scene(name: &str) -> bool {
 fn scene_samples(_: &Place) -> Vec<Vec<u8>> {
     let mut samples = files_in("scenes", is_scene);
     samples.extend(files_in("tests/scenes/good", is_scene));
+    samples.push(JSON.as_bytes().to_vec());
     samples
 }
+
+const JSON: &str = r#"{
+  "title": "one \"ball\"", "seed": 7, "gravity": [0, 0, -9.81],
+  "time": {"end": 0.004, "step": 1e-5},
+  "domain": {"min": [0, 0, 0], "max": [0.1, 0.1, 0.1], "periodic": ["x"]},
+  "materials": {"ball": {"density": 2500, "normal": {"law": "linear", "stiffness": 1e5, "restitution": 0.8}}},
+  "walls": [{"name": "floor", "shape": "plane", "point": [0, 0, 0], "normal": [0, 0, 1], "material": "ball"}],
+  "particles": [{"name": "first", "material": "ball", "radius": "1 cm", "position": [0.05, 0.05, 0.05]}],
+  "output": {"interval": 0.001, "pictures": false, "track": ["first"]}
+}
+"#;
 
 /// The machine of the tests: what a scene asks for is not bounded by its length, but by this. Beside the program's own 16 MB it has room
 /// for some 3,000 spheres.
@@ -241,6 +255,27 @@ fn law_samples(_: &Place) -> Vec<Vec<u8>> {
     ]
     .map(|text| text.as_bytes().to_vec())
     .to_vec()
+}
+
+/// Laws that name files whose laws name files, among them the one that is read.
+fn files_samples(place: &Place) -> Vec<Vec<u8>> {
+    place.write("sizes.csv", &file("tests/scenes/good/sizes.csv"));
+    let mixture = |files: &[&str]| {
+        let parts = files
+            .iter()
+            .map(|name| format!("{{ share = 1, file = \"{name}\" }}"));
+        let parts = parts.collect::<Vec<_>>().join(", ");
+        format!("kind = \"mixture\"\nweighting = \"volume\"\nof = [{parts}]\n").into_bytes()
+    };
+    place.write("other.toml", &mixture(&["sizes.csv", "law.toml"]));
+    place.write("twice.toml", &mixture(&["sizes.csv", "sizes.csv"]));
+    place.write("law.toml", b"");
+    vec![
+        mixture(&["sizes.csv"]),
+        mixture(&["law.toml"]),
+        mixture(&["other.toml", "twice.toml"]),
+        b"file = \"twice.toml\"\n".to_vec(),
+    ]
 }
 
 fn law(bytes: &[u8], place: &Place) {
