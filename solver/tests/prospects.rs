@@ -190,6 +190,11 @@ fn a_wall_that_closes_a_region_is_named_and_what_is_behind_it_counted() {
 
 /// What the plan warns of.
 fn warnings_before(text: &str) -> Vec<String> {
+    told_before("warnings", text)
+}
+
+/// What the plan notes, or warns of.
+fn told_before(what: &str, text: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("a.toml"), text).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
@@ -200,5 +205,64 @@ fn warnings_before(text: &str) -> Vec<String> {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    serde_json::from_value(told["warnings"].clone()).unwrap()
+    serde_json::from_value(told[what].clone()).unwrap()
+}
+
+/// With a spring against rolling and without a dashpot a grain swings about its rest: it never comes to rest.
+#[test]
+fn rolling_without_dissipation_is_noted() {
+    let with = |rolling: &str| {
+        let friction = "tangential = { law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }";
+        let laws = format!("restitution = 0.5 }}, {friction}, {rolling} }}");
+        let scene = SCENE.replace("restitution = 0.5 } }", &laws);
+        assert_ne!(scene, SCENE);
+        told_before("notes", &format!("{scene}{BOX}"))
+    };
+    let noted = with("rolling = { law = \"luding\", friction = 0.1 }");
+    assert!(
+        noted.len() == 1 && noted[0].starts_with("m and m: rolling has no `dissipation`"),
+        "{noted:?}"
+    );
+    assert_eq!(
+        with("rolling = { law = \"luding\", friction = 0.1, dissipation = 1e-4 }"),
+        [""; 0]
+    );
+    assert_eq!(
+        with("rolling = { law = \"luding\", friction = 0.0 }"),
+        [""; 0]
+    );
+}
+
+/// Grains of 4 m of 2.5 kg/m3 in a box of 60 m ran without a word.
+#[test]
+fn forgotten_units_are_noted_once() {
+    let scene = "time = { end = 1e-3, step = 1e-5 }\ndomain = { min = [0, 0, 0], max = [60, 60, 60] }\n\
+        materials.m = { density = 2.5, normal = { law = \"linear\", stiffness = 1e7, restitution = 0.5 } }\n\
+        output = { interval = 1e-3 }\n[[particles]]\nmaterial = \"m\"\nradius = 2\nposition = [30, 30, 30]\n";
+    let noted = told_before("notes", scene);
+    assert_eq!(noted.len(), 1, "{noted:?}");
+    for part in ["4 m in diameter", "2.5 kg/m3", "a domain of 60 m"] {
+        assert!(noted[0].contains(part), "{noted:?}");
+    }
+    let in_si = scene
+        .replace("radius = 2", "radius = 2e-3")
+        .replace("2.5,", "2500,")
+        .replace("60", "0.06")
+        .replace("30", "0.03");
+    assert_eq!(told_before("notes", &in_si), [""; 0]);
+}
+
+/// 400 bytes a grain, a hundred grains, a frame in each of 2.5e10 steps: a petabyte.
+#[test]
+fn output_larger_than_the_disk_is_a_warning() {
+    let long = SCENE
+        .replace("end = 0.5", "end = 5e5")
+        .replace("interval = 0.5", "interval = 2e-5");
+    let found = warnings_before(&format!("{long}{BOX}"));
+    let of_disk = found
+        .iter()
+        .filter(|text| text.contains("and the disk of a has"));
+    assert_eq!(of_disk.count(), 1, "{found:?}");
+    let found = warnings_before(&format!("{SCENE}{BOX}"));
+    assert_eq!(found, [""; 0]);
 }

@@ -324,6 +324,9 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
         insertion.closing = walls;
     }
+    let units = prospects::forgotten_units(&plan);
+    let turning = prospects::turns_for_ever(&plan);
+    (plan.notes.remarks).extend(units.into_iter().chain(turning));
     let of_disk = Disk::of(&plan).warning();
     let prospects = prospects::warnings(&plan);
     let of_closing = closing::warnings(&plan);
