@@ -52,7 +52,8 @@ def main():
             ratios = []
             for _ in range(arguments.pairs):
                 trying = run(later, folder / "waiting", "time.end=0.2", *LARGE[name])
-                over = run(later, folder / "over", "time.end=0.2", "insertions.fill.until=1e-9")
+                # The same sizes: the skin of the candidate list follows from them.
+                over = run(later, folder / "over", "time.end=0.2", *LARGE[name], "insertions.fill.until=1e-9")
                 ratios.append(trying / over)
                 waiting = json.loads((folder / "waiting" / "summary.json").read_text())
                 if waiting["inserted"]:

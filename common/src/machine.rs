@@ -1,6 +1,7 @@
 //! The machine that a program runs on, as far as plans depend on it: never what is computed.
 
 use std::fs;
+use std::io;
 use std::path::Path;
 
 use crate::readable::bytes;
@@ -32,6 +33,29 @@ pub fn memory() -> Option<MachineMemory> {
     let machine = of_meminfo(&fs::read_to_string("/proc/meminfo").ok()?)?;
     let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     Some(within_groups(machine, &groups, Path::new("/sys/fs/cgroup")))
+}
+
+/// What is free for this user on the disk that holds `path`, or will hold it, bytes; none where the system does not say.
+#[must_use]
+pub fn free_disk(path: &Path) -> Option<f64> {
+    let absolute = std::path::absolute(path).ok()?;
+    let there = absolute.ancestors().find(|folder| folder.exists())?;
+    let disk = rustix::fs::statvfs(there).ok()?;
+    Some(disk.f_bavail as f64 * disk.f_frsize as f64)
+}
+
+/// Whether an error, or one of those that caused it, is that a disk is full or a quota used up.
+#[must_use]
+pub fn is_full_disk(error: &(dyn std::error::Error + 'static)) -> bool {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    causes
+        .filter_map(|error| error.downcast_ref::<io::Error>())
+        .any(|error| {
+            matches!(
+                error.kind(),
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded
+            )
+        })
 }
 
 /// From the text of `/proc/meminfo`: lines such as `MemTotal:       24579100 kB`.
@@ -103,6 +127,29 @@ fn within_groups(machine: MachineMemory, groups: &str, root: &Path) -> MachineMe
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_free_space_is_that_of_the_folder_to_come() {
+        let folder = tempfile::tempdir().unwrap();
+        let to_come = folder.path().join("a/b/c");
+        let [here, there] = [folder.path(), &to_come].map(|path| free_disk(path).unwrap());
+        // Others write meanwhile.
+        assert!(
+            here > 0.0 && (there / here - 1.0).abs() < 0.5,
+            "{here} {there}"
+        );
+    }
+
+    #[test]
+    fn a_full_disk_is_found_among_the_causes() {
+        use crate::whole_file::FileError;
+        let of = |kind: io::ErrorKind| FileError::of(Path::new("a"), "x")(kind.into());
+        assert!(is_full_disk(&of(io::ErrorKind::StorageFull)));
+        assert!(is_full_disk(&of(io::ErrorKind::QuotaExceeded)));
+        assert!(!is_full_disk(&of(io::ErrorKind::PermissionDenied)));
+        // What the system says on Linux: ENOSPC.
+        assert!(is_full_disk(&io::Error::from_raw_os_error(28)));
+    }
 
     const MEMINFO: &str = "MemTotal:       24000000 kB\nMemFree:         1000000 kB\nMemAvailable:   20000000 kB\nSwapTotal: 0 kB\n";
 

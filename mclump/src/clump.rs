@@ -3,6 +3,7 @@
 use glam::DVec3;
 use mercury_common::formats::clump::{ClumpFile, ClumpProblem, Pebble, Remark};
 use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::plausible;
 use thiserror::Error;
 
 use crate::alignment::{Alignment, Equal, align};
@@ -13,11 +14,9 @@ use crate::surface::Prepared;
 use crate::table::number;
 
 /// A body longer than this (m) is probably given in another unit.
-const LARGE_BODY: f64 = 10.0;
+const LARGE_BODY: f64 = plausible::LARGE;
 /// So is one shorter than this (m): a tenth of a micrometre.
 const SMALL_BODY: f64 = 1e-7;
-/// Nothing is denser (kg/m3): osmium has 22,590.
-const DENSEST: f64 = 23_000.0;
 
 /// Pebbles that cover less than this share of the surface's volume do not stand for the body.
 pub const LEAST_COVERED: f64 = 0.01;
@@ -340,7 +339,12 @@ fn implausible(input: &Input, options: &Options) -> Vec<String> {
     let mut words: Vec<String> = implausible_size((high - low).max_element())
         .into_iter()
         .collect();
-    if options.density > DENSEST {
+    if options.density < plausible::LIGHT {
+        words.push(format!(
+            "a density of {} kg/m3 is that of a light foam: if it is in g/cm3, multiply it by 1000",
+            options.density
+        ));
+    } else if options.density > plausible::DENSE {
         words.push(format!(
             "no solid has a density of {} kg/m3: is it in another unit?",
             options.density

@@ -301,6 +301,17 @@ fn wrong_units_are_suspected() {
         text.contains("warning: no solid has a density of 2500000 kg/m3"),
         "{text}"
     );
+    // 4 mm without the mm, and 2.5 g/cm3 without the unit.
+    fs::write(folder.path().join("q.csv"), "0,0,0,2\n").unwrap();
+    let text = succeeds(folder.path(), &["q.csv", "--density", "2.5"]);
+    assert!(
+        text.contains("warning: the body is 4.000 m long: if the file is in mm"),
+        "{text}"
+    );
+    assert!(
+        text.contains("warning: a density of 2.5 kg/m3 is that of a light foam"),
+        "{text}"
+    );
 }
 
 #[test]

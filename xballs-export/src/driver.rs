@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use std::sync::mpsc::sync_channel;
 
 use mercury_common::error::FormatError;
+use mercury_common::frames::Column;
+use mercury_common::plausible;
 
 use crate::output::Output;
 use crate::source::Frames;
@@ -93,12 +95,37 @@ pub fn export(
     if sink.looks_first() {
         read(&frames, &job.selection, |snapshot| sink.look(&snapshot))?;
     }
+    let (is_foreign, mut units) = (matches!(job.source, Source::Lammps(_)), None);
     let mut outcome = read(&frames, &job.selection, |snapshot| {
         progress(snapshot.number);
+        if is_foreign && units.is_none() {
+            units = forgotten_units(&snapshot);
+        }
         sink.write(snapshot)
     })?;
+    outcome.notes.extend(units);
     let files = sink.finish(&mut outcome)?;
     Ok((outcome, files))
+}
+
+/// A note on a frame of another code, whose numbers look as if they were in other units than SI.
+fn forgotten_units(snapshot: &Snapshot) -> Option<String> {
+    let numbers = |name: &str| match snapshot.column(name) {
+        Some(Column::F64(numbers)) => Some(&numbers[..]),
+        _ => None,
+    };
+    let radii = numbers("radius")?;
+    let largest = radii.iter().copied().fold(0.0, f64::max);
+    let masses = numbers("mass").zip(numbers("volume"));
+    let densities = masses.into_iter().flat_map(|(masses, volumes)| {
+        (masses.iter().zip(volumes)).map(|(mass, volume)| mass / volume)
+    });
+    let size = snapshot
+        .header
+        .domain
+        .map(|(low, high)| (high - low).max_element());
+    let note = plausible::forgotten_units(Some(2.0 * largest), densities, size)?;
+    Some(format!("{}: {note}", snapshot.path.display()))
 }
 
 /// Gives the selected frames with the selected rows to `take`, in order, one after the other; a thread reads ahead by one frame.

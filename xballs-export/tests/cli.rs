@@ -457,6 +457,32 @@ fn lines_for_a_scene_name_the_other_way_from_a_run() {
 }
 
 /// Out as LIGGGHTS reads it, back, and into a scene: the same spheres, and lines that are a scene with time and output.
+/// A data file in mm and g/cm3: once a note, and none in SI.
+#[test]
+fn numbers_of_other_codes_that_are_hardly_si_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let noted = |diameter: f64, density: f64, size: f64| {
+        let text = format!(
+            "title\n\n2 atoms\n1 atom types\n\n0 {size} xlo xhi\n0 {size} ylo yhi\n0 {size} zlo zhi\n\nAtoms # sphere\n\n1 1 {diameter} {density} {} {} {}\n2 1 {diameter} {density} {} {} {}\n",
+            0.2 * size,
+            0.2 * size,
+            0.2 * size,
+            0.8 * size,
+            0.8 * size,
+            0.8 * size
+        );
+        fs::write(folder.path().join("old.data"), text).unwrap();
+        let output = export(folder.path(), &["csv", "old.data", "-o", "out", "--force"]);
+        assert_eq!(output.status.code(), Some(0), "{}", errors(&output));
+        errors(&output)
+    };
+    let note = noted(4.0, 2.5, 60.0);
+    assert_eq!(note.matches("note: ").count(), 1, "{note}");
+    let expected = "old.data: grains of 4 m in diameter, a density of 2.5 kg/m3, a domain of 60 m: is a unit missing?";
+    assert!(note.contains(expected), "{note}");
+    assert_eq!(noted(4e-3, 2500.0, 0.06), "");
+}
+
 #[test]
 fn files_of_liggghts_and_lammps_become_scenes() {
     let place = folder_with_data(DATA);

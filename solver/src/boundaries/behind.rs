@@ -1,4 +1,4 @@
-//! What lies behind a one-sided wall is solid: nothing is inserted there.
+//! What lies behind a one-sided wall is solid: nothing is inserted there. Behind a wall that acts on both sides particles are as good as in front.
 
 use glam::DVec3;
 
@@ -10,4 +10,9 @@ pub(super) fn is_behind_a_wall(walls: &[WallNow], images: &Images, centre: DVec3
     let mut scratch = Scratch::default();
     let mut there = walls.iter().filter(|wall| wall.state.present);
     there.any(|wall| wall.is_behind(images, centre, &mut scratch))
+}
+
+/// Whether a centre lies on the side from which a wall that is there, and acts on both sides, has come.
+pub(super) fn is_in_wake(wall: &WallNow, images: &Images, centre: DVec3) -> bool {
+    wall.state.present && wall.is_in_wake(images, centre, &mut Scratch::default())
 }

@@ -1,11 +1,11 @@
 //! Whether walls leave a region any place at all.
 
+use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::Region;
 use super::behind::is_behind_a_wall;
 use super::placement::{Room, Space, of_sphere, overlaps_wall};
-use super::thinning::Looks;
 use crate::neighbours::Images;
 use crate::walls::WallNow;
 
@@ -35,7 +35,7 @@ pub(crate) fn blocked(
     let (low, high) = space.domain;
     let images = Images::new(low, high, space.periodic);
     let room = Room::new(region, space);
-    let (sphere, extent) = ([(glam::DVec3::ZERO, radius)], of_sphere(radius));
+    let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
     if walls.is_empty() || !room.has_space(extent) {
         return None;
     }
@@ -44,7 +44,7 @@ pub(crate) fn blocked(
     let (mut tried, mut free) = (0, 0);
     while tried < if free > 0 { FEW } else { PLACES } {
         // Where the region itself is missed nothing is known of walls.
-        let place = room.draw(&sphere, extent, &mut stream, &images, &mut Looks::default())?;
+        let place = room.draw(&sphere, extent, &mut stream, &images)?;
         let wall = walls.iter().map(std::slice::from_ref).position(|wall| {
             overlaps_wall(wall, &images, place, radius) || is_behind_a_wall(wall, &images, place)
         });
@@ -57,4 +57,18 @@ pub(crate) fn blocked(
     let wall = (0..walls.len()).max_by_key(|&wall| in_the_way[wall])?;
     let share = 1.0 - f64::from(free) / f64::from(tried);
     Some(Blocked { wall, share })
+}
+
+/// At most so many places (m) in a region for spheres of this radius (m), at random.
+pub(crate) fn places(region: &Region, radius: f64, space: Space, number: usize) -> Vec<DVec3> {
+    let (low, high) = space.domain;
+    let images = Images::new(low, high, space.periodic);
+    let room = Room::new(region, space);
+    let (sphere, extent) = ([(DVec3::ZERO, radius)], of_sphere(radius));
+    if !room.has_space(extent) {
+        return Vec::new();
+    }
+    let mut stream = Stream::new(0, "places in a region", 0);
+    let draws = (0..number).filter_map(|_| room.draw(&sphere, extent, &mut stream, &images));
+    draws.collect()
 }

@@ -3,13 +3,13 @@
 use glam::DVec3;
 use mercury_common::random::Stream;
 
-use super::behind::is_behind_a_wall;
-use super::crowd::Crowd;
+use super::behind::{is_behind_a_wall, is_in_wake};
+use super::occupied::Occupied;
 use super::placed_sizes::PlacedSizes;
 use super::placement::{Extent, Room, of_sphere, overlaps_wall};
 use super::quota::Quota;
-use super::thinning::{Credit, Looks};
-use super::{Ingredient, InsertionPlan, Setting, Tally, Total};
+use super::wait::Wait;
+use super::{InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
 use crate::neighbours::Images;
 use crate::stage::Stage;
@@ -24,7 +24,7 @@ pub enum Limit {
     NotBegun,
     /// Its rate allows no more yet.
     Rate,
-    /// Its attempts failed: the next particle found no space.
+    /// Its last round of attempts ended without a place for the next particle.
     Space,
     /// Its total is reached; for `full`: nothing fitted any more. It is finished.
     Total,
@@ -65,12 +65,14 @@ pub struct InsertionState {
     pub pending: Option<Pending>,
     /// Positions of the random streams of sizes, places, velocities and orientations.
     pub drawn: [u64; 4],
-    /// What it may spend on failures while its region is full.
-    pub credit: Credit,
+    /// When it tries next, while its region is full.
+    pub wait: Wait,
     /// The sizes that came in, by ingredient of the mixture; of ingredients of one size nothing.
     pub sizes: Vec<PlacedSizes>,
     /// What came in of each ingredient; of those behind the last that came nothing.
     pub brought: Vec<Tally>,
+    /// How many were placed behind each of the [closing walls](InsertionPlan::closing); of those behind the last that has any nothing.
+    pub behind: Vec<u64>,
 }
 
 impl InsertionState {
@@ -87,19 +89,12 @@ pub(super) struct Insertion {
     pub(super) state: InsertionState,
     room: Room,
     shares: f64,
-    smallest_radius: f64,
-    largest_radius: f64,
-    mean_radius: f64,
-    /// Largest distance of a pebble from the centre of its body, m; 0 without clumps.
-    reach: f64,
     sizes: Stream,
     places: Stream,
     velocities: Stream,
     orientations: Stream,
     /// All that comes, where it is fixed in advance.
     quota: Option<Quota>,
-    /// Who stands about the region, while that is known.
-    crowd: Option<Crowd>,
 }
 
 /// What an insertion may look at beside the particles.
@@ -111,36 +106,13 @@ pub(super) struct Surroundings<'a> {
     pub(super) margin: f64,
     /// s
     pub(super) time: f64,
-    /// Who is told of what is placed.
+    /// Notes what is placed.
     pub(super) stage: &'a Stage,
 }
 
 impl Insertion {
     pub(super) fn new(insertion: &InsertionPlan, setting: &Setting<'_>) -> Self {
-        let used = || insertion.mixture.iter().filter(|part| part.share > 0.0);
-        let shares = used().map(|part| part.share).sum::<f64>();
-        // Radii of the spheres, and of the pebbles, that come.
-        let radii = |part: &Ingredient| match part.clump {
-            None => {
-                let [least, mean, most] = [
-                    part.sizes.smallest(),
-                    part.sizes.mean_diameter(),
-                    part.sizes.largest(),
-                ];
-                (0.5 * least, 0.5 * mean, 0.5 * most, 0.0)
-            }
-            Some(index) => {
-                let clump = &setting.clumps[index as usize];
-                let scale = |diameter: f64| diameter / clump.equal_volume_diameter();
-                let (least, most) = clump.pebble_radii();
-                (
-                    least * scale(part.sizes.smallest()),
-                    clump.mean_pebble_radius() * scale(part.sizes.mean_diameter()),
-                    most * scale(part.sizes.largest()),
-                    clump.radius * scale(part.sizes.largest()),
-                )
-            }
-        };
+        let used = insertion.mixture.iter().filter(|part| part.share > 0.0);
         let stream = |what: &str| {
             Stream::new(
                 setting.seed,
@@ -151,19 +123,12 @@ impl Insertion {
         Self {
             state: InsertionState::default(),
             room: Room::new(&insertion.region, setting.space()),
-            shares,
-            smallest_radius: used()
-                .map(|part| radii(part).0)
-                .fold(f64::INFINITY, f64::min),
-            largest_radius: used().map(|part| radii(part).2).fold(0.0, f64::max),
-            mean_radius: used().map(|part| part.share * radii(part).1).sum::<f64>() / shares,
-            reach: used().map(|part| radii(part).3).fold(0.0, f64::max),
+            shares: used.map(|part| part.share).sum(),
             sizes: stream("sizes"),
             places: stream("positions"),
             velocities: stream("velocities"),
             orientations: stream("orientations"),
             quota: insertion.by_quota.then(|| Quota::new(insertion, setting)),
-            crowd: None,
         }
     }
 
@@ -193,13 +158,6 @@ impl Insertion {
         self.velocities = self.velocities.clone().at(velocities);
         self.orientations = self.orientations.clone().at(orientations);
         self.state = state;
-        self.crowd = None;
-    }
-
-    /// Forgets who stands about: rows or what is known of their positions changed.
-    pub(super) fn forget_crowd(&mut self) {
-        self.crowd = None;
-        self.state.credit.forget_crowd();
     }
 
     /// Inserts what is due and fits; returns whether anything was inserted.
@@ -207,6 +165,7 @@ impl Insertion {
         &mut self,
         insertion: &InsertionPlan,
         particles: &mut Particles,
+        occupied: &mut Occupied,
         around: &Surroundings<'_>,
     ) -> bool {
         // Times are whole numbers of steps up to round-off; a millionth of a step is far above it.
@@ -218,9 +177,11 @@ impl Insertion {
             self.state.limit = Limit::Time;
             return false;
         }
+        if !self.state.wait.step() {
+            return false;
+        }
         let before = particles.len();
         let mut failed = 0;
-        self.state.credit.step(before, insertion.attempts);
         self.state.limit = loop {
             let is_complete = match &self.quota {
                 Some(quota) => self.state.inserted.number >= quota.len(),
@@ -230,35 +191,28 @@ impl Insertion {
                 break Limit::Total;
             }
             if insertion.rate_reached(&self.state.inserted, around.time - slack) {
-                // All that was due has found a place: the region is not full any more.
-                self.state.credit = Credit::default();
                 break Limit::Rate;
             }
             let Some(pending) = self.state.pending.or_else(|| self.draw(insertion)) else {
                 // A mixture of nothing.
                 break Limit::Total;
             };
-            if self.state.credit.is_used_up() {
-                self.state.pending = Some(pending);
-                break Limit::Space;
-            }
             if around.stage.is_given_up() {
                 self.state.pending = Some(pending);
                 break Limit::Space;
             }
-            let mut looks = Looks::default();
-            if self.place(pending, insertion, particles, around, &mut looks) {
+            if self.place(pending, insertion, particles, occupied, around) {
                 self.state.pending = None;
+                self.state.wait.succeeded();
                 around.stage.note_placed();
                 self.count_size(pending, insertion);
                 failed = 0;
             } else {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
-                self.state.credit.spend(looks);
                 failed += 1;
                 if failed >= insertion.attempts || !self.may_fit(pending, around.setting) {
-                    self.state.credit.found_full();
+                    self.state.wait.failed();
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
                         _ => Limit::Space,
@@ -267,6 +221,24 @@ impl Insertion {
             }
         };
         particles.len() > before
+    }
+
+    /// Whether the particle that waits has a place now, as far as `attempts` tries tell; without one that waits, there is. Changes nothing.
+    pub(super) fn has_place(
+        &self,
+        insertion: &InsertionPlan,
+        particles: &Particles,
+        around: &Surroundings<'_>,
+    ) -> bool {
+        let Some(pending) = self.state.pending else {
+            return true;
+        };
+        let (mut probe, mut occupied) = (self.clone(), Occupied::default());
+        occupied.take_in(particles, around.images);
+        (0..insertion.attempts).any(|_| {
+            let place = probe.find_place(pending, particles, &occupied, around);
+            place.is_some()
+        })
     }
 
     /// The next particle: of the quota, or drawn, the ingredient by its share, then its size, with two words. `None` if there is
@@ -332,11 +304,12 @@ impl Insertion {
         pending: Pending,
         insertion: &InsertionPlan,
         particles: &mut Particles,
+        occupied: &mut Occupied,
         around: &Surroundings<'_>,
-        looks: &mut Looks,
     ) -> bool {
         let setting = around.setting;
-        let Some(new) = self.find_place(pending, particles, around, looks) else {
+        occupied.take_in(particles, around.images);
+        let Some(new) = self.find_place(pending, particles, occupied, around) else {
             return false;
         };
         let deviation = DVec3::new(
@@ -347,6 +320,17 @@ impl Insertion {
         let mut velocity = insertion.velocity_mean + deviation * insertion.velocity_spread;
         if setting.dimensions == 2 {
             velocity.z = 0.0;
+        }
+        let place = match &new {
+            New::Particle(new) => new.position,
+            New::Body(new) => new.position,
+        };
+        for (number, &wall) in insertion.closing.iter().enumerate() {
+            if is_in_wake(&around.walls[wall], around.images, place) {
+                let known = self.state.behind.len().max(number + 1);
+                self.state.behind.resize(known, 0);
+                self.state.behind[number] += 1;
+            }
         }
         let inserted = &mut self.state.inserted;
         let index = pending.ingredient as usize;
@@ -377,14 +361,14 @@ impl Insertion {
         &mut self,
         pending: Pending,
         particles: &Particles,
+        occupied: &Occupied,
         around: &Surroundings<'_>,
-        looks: &mut Looks,
     ) -> Option<New> {
         let setting = around.setting;
         let sphere = [(DVec3::ZERO, pending.radius)];
         let Some(index) = pending.clump else {
             let extent = of_sphere(pending.radius);
-            let position = self.find_centre(&sphere, extent, particles, around, looks)?;
+            let position = self.find_centre(&sphere, extent, particles, occupied, around)?;
             let new = NewParticle::at(position, pending.radius, pending.material);
             return Some(New::Particle(new));
         };
@@ -396,7 +380,7 @@ impl Insertion {
         };
         let spheres: Vec<(DVec3, f64)> = body.spheres(clump).collect();
         let extent = clump.extent(body.scale, body.orientation);
-        body.position = self.find_centre(&spheres, extent, particles, around, looks)?;
+        body.position = self.find_centre(&spheres, extent, particles, occupied, around)?;
         Some(New::Body(body))
     }
 
@@ -406,31 +390,22 @@ impl Insertion {
         spheres: &[(DVec3, f64)],
         extent: Extent,
         particles: &Particles,
+        occupied: &Occupied,
         around: &Surroundings<'_>,
-        looks: &mut Looks,
     ) -> Option<DVec3> {
         let images = around.images;
         if !self.room.has_space(extent) {
             return None;
         }
-        let centre = (self.room).draw(spheres, extent, &mut self.places, images, looks)?;
-        let crowd = self.crowd.get_or_insert_with(|| {
-            let (low, high) = self.room.extent(self.smallest_radius, self.reach);
-            let edge = 4.0 * self.mean_radius;
-            Crowd::new(low, high, self.largest_radius, edge, around.margin)
-        });
-        crowd.take_in(particles, images);
-        looks.among_crowd(crowd.cost());
+        let centre = (self.room).draw(spheres, extent, &mut self.places, images)?;
         let at = |offset: DVec3| images.wrap(centre + offset);
-        // Particles before walls, which are dearer to ask and seldom in the way of what particles leave room for.
-        let is_free = spheres
-            .iter()
-            .all(|&(offset, radius)| !crowd.overlaps(particles, images, at(offset), radius, looks))
-            && spheres.iter().all(|&(offset, radius)| {
-                looks.at_walls(around.walls.len());
-                !overlaps_wall(around.walls, images, at(offset), radius)
-                    && !is_behind_a_wall(around.walls, images, at(offset))
-            });
+        // Particles before walls, which take longer to test and are seldom in the way of what particles leave room for.
+        let is_free = spheres.iter().all(|&(offset, radius)| {
+            !occupied.overlaps(particles, images, (at(offset), radius), around.margin)
+        }) && spheres.iter().all(|&(offset, radius)| {
+            !overlaps_wall(around.walls, images, at(offset), radius)
+                && !is_behind_a_wall(around.walls, images, at(offset))
+        });
         is_free.then_some(centre)
     }
 }
@@ -452,9 +427,10 @@ crate::state::plain!(InsertionState {
     limit,
     pending,
     drawn,
-    credit,
+    wait,
     sizes,
-    brought
+    brought,
+    behind
 });
 
 impl Plain for Limit {

@@ -7,17 +7,16 @@
 //! and more than twice as far as any particle did when the list was built.
 //!
 //! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
-//! waits for the next step if `attempts` consecutive places fail. It is never exchanged for one that fits, which keeps sizes
-//! unbiased. From then on failures are paid from a credit that grows with the steps (`thinning`). By quota, sizes are fixed in
-//! advance (`quota`).
+//! waits if `attempts` consecutive places fail: for the next step at first, for up to 64 steps while no place is found (`wait`). It is
+//! never exchanged for one that fits, which keeps sizes unbiased. By quota, sizes are fixed in advance (`quota`).
 
 mod behind;
 mod blocked;
-mod crowd;
 mod deletion;
 mod domain_volume;
 mod flux;
 mod insertion;
+mod occupied;
 mod placed_sizes;
 mod placement;
 mod plans;
@@ -30,21 +29,21 @@ mod solid;
 mod tally;
 #[cfg(test)]
 mod tests;
-mod thinning;
+mod wait;
 
-pub(crate) use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked};
+pub(crate) use blocked::{Blocked, PLACES as PLACES_AMONG_WALLS, blocked, places};
 pub use domain_volume::volume_within;
 pub use flux::Crossed;
 pub use insertion::{InsertionState, Limit, Pending};
 pub use placed_sizes::PlacedSizes;
-pub(crate) use placement::{Space, may_hold};
+pub(crate) use placement::{Space, may_hold, overlaps_wall};
 pub use plans::{CountedRegion, DeletionPlan, FluxPlan, Ingredient, InsertionPlan, Rate};
 pub(crate) use quota::MOST as MOST_OF_QUOTA;
 pub use region::Region;
 pub use setting::Setting;
 pub use solid::{Solid, SolidError};
 pub use tally::Tally;
-pub use thinning::Credit;
+pub use wait::Wait;
 
 pub use mercury_common::scene::{Quantity, Total};
 
@@ -53,9 +52,10 @@ use std::sync::Arc;
 use deletion::{Deletion, Exit, Leaver};
 use flux::Fluxes;
 use insertion::{Insertion, Surroundings};
+use occupied::Occupied;
 use row_map::RowMap;
 
-use crate::neighbours::Images;
+use crate::neighbours::{Cells, Images};
 use crate::stage::Stage;
 use crate::state::{Id, Particle, Particles, Row};
 use crate::walls::WallNow;
@@ -94,6 +94,7 @@ pub type Brought<'a> = dyn FnMut(usize, usize, u64, &mut Particles) + 'a;
 pub struct Boundaries {
     fluxes: Fluxes,
     insertions: Vec<Insertion>,
+    occupied: Occupied,
     deletion: Deletion,
     deleted: Vec<Tally>,
     faces: [Tally; 6],
@@ -125,6 +126,7 @@ impl Boundaries {
                 .iter()
                 .map(|insertion| Insertion::new(insertion, setting))
                 .collect(),
+            occupied: Occupied::default(),
             deletion: Deletion::new(deletions, setting),
             deleted: vec![Tally::default(); deletions.len()],
             faces: [Tally::default(); 6],
@@ -168,7 +170,7 @@ impl Boundaries {
         for (index, (insertion, of_plan)) in self.insertions.iter_mut().zip(insertions).enumerate()
         {
             let (first, before) = (particles.len(), insertion.number_inserted());
-            let has_brought = insertion.insert(of_plan, particles, &around);
+            let has_brought = insertion.insert(of_plan, particles, &mut self.occupied, &around);
             if has_brought {
                 brought(index, first, before, particles);
             }
@@ -238,11 +240,8 @@ impl Boundaries {
         let rows = particles.len();
         let stay = deletion::remove(particles, &gone);
         self.rows.keep(&stay, rows);
-        // Rows changed, so that the candidate list is built anew in this very step, and who stands about would be forgotten then:
-        // nothing is gained by keeping it up to date until there.
-        for insertion in &mut self.insertions {
-            insertion.forget_crowd();
-        }
+        // The candidate list is built anew in this step, with cells of its own.
+        self.occupied.forget();
         true
     }
 
@@ -271,6 +270,7 @@ impl Boundaries {
 
     /// The list was built with this skin (m), the particles sorted: finds those that may reach an exit before the next build.
     pub fn listed(&mut self, particles: &Particles, skin: f64) {
+        self.occupied.forget();
         // Particles move up to half a skin while the list is valid, and then make the step that ends its life: twice as fast as
         // now at most, for what speeds up more is slow now.
         let fastest = particles
@@ -283,9 +283,36 @@ impl Boundaries {
         self.margin = skin.max(0.5 * skin + 2.0 * fastest * self.time_step);
         self.deletion.listed(particles, &self.images, self.margin);
         self.fluxes.listed(particles, &self.images, self.margin);
-        for insertion in &mut self.insertions {
-            insertion.forget_crowd();
-        }
+    }
+
+    /// The particles in the cells of the list that was just built, where insertions find them until the next one.
+    pub fn take_cells(&mut self, rows: usize, cells: Cells) {
+        self.occupied.listed(rows, cells);
+    }
+
+    /// Whether each insertion that waits for space has a place for its next particle now, in the order of the plan. A region is full where it has
+    /// none; the last round of tries may be some steps ago.
+    #[must_use]
+    pub fn have_places(
+        &self,
+        particles: &Particles,
+        insertions: &[InsertionPlan],
+        setting: &Setting<'_>,
+        walls: &[WallNow],
+        time: f64,
+    ) -> Vec<bool> {
+        let around = Surroundings {
+            setting,
+            images: &self.images,
+            walls,
+            margin: self.margin,
+            time,
+            stage: &self.stage,
+        };
+        let pairs = self.insertions.iter().zip(insertions);
+        pairs
+            .map(|(insertion, of_plan)| insertion.has_place(of_plan, particles, &around))
+            .collect()
     }
 
     /// All that must be kept to go on later.
@@ -309,6 +336,7 @@ impl Boundaries {
             *tally = *kept;
         }
         self.faces = state.faces;
+        self.occupied.forget();
         self.rows = RowMap::of_list(particles.len());
         self.margin = state.margin;
         self.deletion.forget_near();

@@ -4,7 +4,6 @@ use glam::DVec3;
 use mercury_common::random::Stream;
 
 use super::Region;
-use super::thinning::Looks;
 use crate::neighbours::Images;
 use crate::walls::{Touches, WallNow};
 
@@ -89,20 +88,6 @@ impl Room {
         (low, high)
     }
 
-    /// Lowest and highest wrapped centre of spheres of at least this radius, or of pebbles whose bodies' centres are not farther
-    /// than `reach` from them, m.
-    pub(super) fn extent(&self, smallest_radius: f64, reach: f64) -> (DVec3, DVec3) {
-        let (low, high) = self.centres(of_sphere(smallest_radius));
-        let (mut low, mut high) = (low - DVec3::splat(reach), high + DVec3::splat(reach));
-        for axis in 0..3 {
-            let sticks_out = low[axis] < self.domain.0[axis] || high[axis] > self.domain.1[axis];
-            if self.periodic[axis] && sticks_out {
-                (low[axis], high[axis]) = (self.domain.0[axis], self.domain.1[axis]);
-            }
-        }
-        (low, high)
-    }
-
     /// Whether something of this extent fits between the bounds at all, which must be finite.
     pub(super) fn has_space(&self, extent: Extent) -> bool {
         let (low, high) = self.centres(extent);
@@ -153,7 +138,6 @@ impl Room {
         extent: Extent,
         stream: &mut Stream,
         images: &Images,
-        looks: &mut Looks,
     ) -> Option<DVec3> {
         let (low, high) = self.centres(extent);
         for _ in 0..DRAWS {
@@ -164,14 +148,8 @@ impl Room {
                 None => stream.uniform_in(low.z, high.z),
             };
             let centre = DVec3::new(x, y, z);
-            looks.draw();
-            let mut holds = |&(offset, radius): &(DVec3, f64)| {
-                let mut asked = 0;
-                let holds = self.region.holds(centre + offset, radius, &mut asked);
-                looks.add(asked);
-                holds
-            };
-            if spheres.iter().all(&mut holds) {
+            let holds = |&(offset, radius)| self.region.holds_sphere(centre + offset, radius);
+            if spheres.iter().all(holds) {
                 return Some(images.wrap(centre));
             }
         }
@@ -180,7 +158,7 @@ impl Room {
 }
 
 /// Whether a sphere would overlap a wall that is there; touching is not overlapping.
-pub(super) fn overlaps_wall(
+pub(crate) fn overlaps_wall(
     walls: &[WallNow],
     images: &Images,
     centre: DVec3,

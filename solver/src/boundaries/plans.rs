@@ -31,8 +31,10 @@ pub struct InsertionPlan {
     pub from: f64,
     /// Ends at this time, s; infinite: never.
     pub until: f64,
-    /// Consecutive failed placements before it waits for the next step; at least 1.
+    /// Consecutive failed placements after which its region counts as full; at least 1.
     pub attempts: u64,
+    /// Walls, by index, that act on both sides and move through the region while it inserts: what is placed behind them is counted.
+    pub closing: Vec<usize>,
 }
 
 /// One ingredient of a mixture: spheres of a material, or bodies of a clump.

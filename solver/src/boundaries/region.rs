@@ -129,44 +129,32 @@ impl Region {
     /// parts that are narrower than a sixteenth of it are not seen.
     #[must_use]
     pub fn holds_sphere(&self, centre: DVec3, radius: f64) -> bool {
-        self.holds(centre, radius, &mut 0)
-    }
-
-    /// The same; adds how many distances were asked for.
-    pub(super) fn holds(&self, centre: DVec3, radius: f64, asked: &mut u64) -> bool {
         match self {
             Self::Union(parts) => {
-                parts.iter().any(|part| part.holds(centre, radius, asked))
-                    || self.holds_across(centre, radius, asked)
+                parts.iter().any(|part| part.holds_sphere(centre, radius))
+                    || self.holds_across(centre, radius)
             }
-            Self::Intersection(parts) => parts.iter().all(|part| part.holds(centre, radius, asked)),
+            Self::Intersection(parts) => parts.iter().all(|part| part.holds_sphere(centre, radius)),
             Self::Difference(parts) => match parts.split_first() {
                 Some((first, others)) => {
-                    *asked += others.len() as u64;
-                    first.holds(centre, radius, asked)
+                    first.holds_sphere(centre, radius)
                         && (others.iter()).all(|other| other.signed_distance(centre) >= radius)
                 }
                 None => false,
             },
-            _ => {
-                *asked += 1;
-                self.signed_distance(centre) <= -radius
-            }
+            _ => self.signed_distance(centre) <= -radius,
         }
     }
 
     /// Whether a sphere that no part holds by itself lies inside all the same: cubes about it are halved until their middle shows
     /// that they are inside, or outside, or until they are small.
-    fn holds_across(&self, centre: DVec3, radius: f64, asked: &mut u64) -> bool {
-        let is_outside = |place: DVec3, asked: &mut u64| {
-            *asked += 1;
-            self.signed_distance(place) > 0.0
-        };
+    fn holds_across(&self, centre: DVec3, radius: f64) -> bool {
+        let is_outside = |place: DVec3| self.signed_distance(place) > 0.0;
         // Most that are not inside stick out far.
         let mut around = std::iter::once(DVec3::ZERO)
             .chain(DVec3::AXES)
             .chain(DVec3::AXES.map(|axis| -axis));
-        if around.any(|towards| is_outside(centre + radius * towards, asked)) {
+        if around.any(|towards| is_outside(centre + radius * towards)) {
             return false;
         }
         let reach = radius * (1.0 + KEPT);
@@ -177,7 +165,6 @@ impl Region {
             if off > reach + diagonal {
                 continue;
             }
-            *asked += 1;
             let distance = self.signed_distance(middle);
             if distance <= -diagonal {
                 continue;

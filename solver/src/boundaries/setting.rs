@@ -27,7 +27,7 @@ pub struct Setting<'a> {
 
 impl Setting<'_> {
     /// The space that regions lie in.
-    pub(super) fn space(&self) -> Space {
+    pub(crate) fn space(&self) -> Space {
         Space {
             domain: self.domain,
             periodic: self.periodic,

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mercury_common::cli::{Failure, Outcome, say};
 use mercury_common::machine::MachineMemory;
@@ -15,6 +15,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::input::{Input, refused};
 use super::problems::{self, say_object};
+use super::run::disk_warning;
 use super::trial;
 use crate::Arguments;
 
@@ -35,12 +36,21 @@ pub(crate) fn execute(
     let limit = arguments.trial.filter(|_| fits.is_ok());
     let mut object = Value::Null;
     // As text the plan comes first: whoever waits for the trial has something to read.
+    let bytes = Disk::of(&plan).bytes;
+    let folder = arguments.how().folder;
+    let folder = folder.unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));
+    let of_disk = disk_warning(&folder, bytes);
     if arguments.json {
         object = as_json(input, scene, &plan, memory)?;
+        if let (Some(warning), Some(warnings)) = (of_disk, object["warnings"].as_array_mut()) {
+            warnings.push(warning.into());
+        }
     } else {
+        if let Some(warning) = of_disk {
+            say(&format!("warning: {warning}\n"))?;
+        }
         say(&report(&plan, memory, machine))?;
     }
-    let bytes = Disk::of(&plan).bytes;
     let trial = match limit {
         Some(limit) => {
             let quiet = arguments.quiet || arguments.json;

@@ -12,15 +12,18 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use mercury_common::cli::{self, Failure};
-use mercury_common::readable::rounded;
+use mercury_common::machine;
+use mercury_common::readable::{bytes, rounded};
 use mercury_common::scene::Statement;
 use mercury_common::within::Within;
 use mercury_solver::lanes::Width;
 use mercury_solver::output::folder::{self, Earlier, FolderError, Found};
-use mercury_solver::plan::{Memory, Plan, document};
+use mercury_solver::plan::{Disk, Memory, Plan, document};
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint::{self, Checkpoint};
-use mercury_solver::run::{Checkpoints, Progress, Report, RunOptions, run_from, useful_threads};
+use mercury_solver::run::{
+    Checkpoints, Progress, Report, RunFailure, RunOptions, run_from, useful_threads,
+};
 use mercury_solver::stage::{Event, Stage};
 
 /// What signals ask of a run.
@@ -178,11 +181,17 @@ pub(crate) fn run_plan(
         let time = checkpoint.head.time();
         return Ok(Ran::Before { folder, time });
     }
+    // What is written already is not written again.
+    let done = (from.as_ref()).map_or(0.0, |from| from.head.time() / end_of(&plan));
+    let of_disk = disk_warning(&folder, (1.0 - done).max(0.0) * Disk::of(&plan).bytes);
+    notes.extend(of_disk.map(|warning| format!("warning: {warning}")));
     if !how.quiet {
+        let remarks = plan.notes().remarks().iter();
+        let remarks = remarks.map(|remark| format!("note: {remark}"));
         // Now, not at the end alone: a run may take a night.
         let warnings = plan.notes().warnings().iter();
         let warnings = warnings.map(|warning| format!("warning: {warning}"));
-        for line in notes.iter().cloned().chain(warnings) {
+        for line in notes.iter().cloned().chain(remarks).chain(warnings) {
             // Whoever closed standard error does not want to know.
             let _ = writeln!(std::io::stderr(), "{line}");
         }
@@ -222,9 +231,39 @@ pub(crate) fn run_plan(
     }
     let report = result.map_err(|failure| match failure.is_stop() {
         true => stopped_early(),
-        false => Failure::run(format!("the run failed: {failure}")),
+        false => failed(&failure),
     })?;
     Ok(Ran::Now(Box::new(report)))
+}
+
+/// The planned end of a run, s.
+fn end_of(plan: &Plan) -> f64 {
+    plan.physics().steps() as f64 * plan.physics().time_step()
+}
+
+/// A warning where the disk that holds a folder, or will hold it, has less room than these bytes of output.
+pub(crate) fn disk_warning(folder: &Path, output: f64) -> Option<String> {
+    let free = machine::free_disk(folder)?;
+    (output > free).then(|| {
+        format!(
+            "output: about {} are to be written, and the disk of {} has {} free; write elsewhere with --output DIR, or less with a larger output.interval",
+            bytes(output),
+            folder.display(),
+            bytes(free)
+        )
+    })
+}
+
+/// A run that could not go on, with what to do.
+fn failed(failure: &RunFailure) -> Failure {
+    let error = Failure::run(format!("the run failed: {failure}"));
+    if machine::is_full_disk(failure) {
+        error.with_help(
+            "the disk is full: make room on it and go on from the last checkpoint with --resume",
+        )
+    } else {
+        error
+    }
 }
 
 /// Refuses a folder that lies outside of the one that --within names, or in which a link leads there.

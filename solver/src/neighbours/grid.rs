@@ -205,6 +205,19 @@ impl Grid {
 
     /// Calls `visit` for every row whose cell may hold something within `reach` (m) of `position`, by whole cells.
     pub fn visit_near(&self, position: DVec3, reach: f64, mut visit: impl FnMut(usize)) {
+        self.any_near(position, reach, |row| {
+            visit(row);
+            false
+        });
+    }
+
+    /// Whether `test` is true of a row whose cell may hold something within `reach` (m) of `position`; those behind the first one are not tested.
+    pub fn any_near(
+        &self,
+        position: DVec3,
+        reach: f64,
+        mut test: impl FnMut(usize) -> bool,
+    ) -> bool {
         let low = self.coordinates(position - DVec3::splat(reach));
         let high = self.coordinates(position + DVec3::splat(reach));
         let [fast, middle, slow] = self.order;
@@ -216,11 +229,12 @@ impl Grid {
                 cell[fast] = low[fast];
                 let first = self.index(cell);
                 cell[fast] = high[fast];
-                for row in self.rows(first, self.index(cell)) {
-                    visit(row);
+                if self.rows(first, self.index(cell)).any(&mut test) {
+                    return true;
                 }
             }
         }
+        false
     }
 }
 

@@ -95,6 +95,17 @@ impl Images {
         })
     }
 
+    /// The shortest way (m) between the same two places, by any of their images.
+    #[must_use]
+    pub fn nearest(&self, mut way: DVec3) -> DVec3 {
+        for axis in 0..3 {
+            if self.periodic[axis] {
+                way[axis] -= (way[axis] / self.size[axis]).round() * self.size[axis];
+            }
+        }
+        way
+    }
+
     /// The position inside the domain that is the same place, m.
     #[must_use]
     pub fn wrap(&self, position: DVec3) -> DVec3 {

@@ -4,6 +4,7 @@
 //! skin, or its extra skin more; then the particles are sorted into cells and the list is built anew. `validity` keeps that account.
 
 mod boxes;
+mod cells;
 mod extra_skin;
 mod grid;
 mod half_skins;
@@ -17,6 +18,7 @@ mod skin;
 mod validity;
 
 pub use boxes::{Block, Boxes};
+pub use cells::Cells;
 pub use extra_skin::ExtraSkins;
 pub use grid::Grid;
 pub use half_skins::HalfSkins;

@@ -45,6 +45,9 @@ pub struct Summary {
     pub inserted: u64,
     /// Particles that went out.
     pub deleted: u64,
+    /// Particles that were placed behind walls which act on both sides and moved through their insertion's region, if there are such walls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inserted_behind_walls: Option<u64>,
     /// Of sleepers, if the scene lets particles sleep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sleeping: Option<SleepSummary>,

@@ -8,6 +8,7 @@ use mercury_common::scene::{
 };
 
 use super::checks;
+use super::closing;
 use super::earlier::{Earlier, Here, carried};
 use super::fields::fields;
 use super::fluxes::fluxes;
@@ -342,11 +343,19 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             started_from,
         },
     };
+    let closing = closing::closing_walls(&plan);
+    for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
+        insertion.closing = walls;
+    }
+    let units = prospects::forgotten_units(&plan);
+    let turning = prospects::turns_for_ever(&plan);
+    (plan.notes.remarks).extend(units.into_iter().chain(turning));
     let of_disk = Disk::of(&plan).warning();
     let prospects = prospects::warnings(&plan);
+    let of_closing = closing::warnings(&plan);
     plan.notes
         .warnings
-        .extend(of_disk.into_iter().chain(prospects));
+        .extend(of_disk.into_iter().chain(prospects).chain(of_closing));
     Ok(plan)
 }
 

@@ -180,6 +180,7 @@ fn plan_one(
         from: *insertion.from,
         until: insertion.until.as_deref().copied().unwrap_or(f64::INFINITY),
         attempts: (*insertion.attempts).max(1),
+        closing: Vec::new(),
     })
 }
 

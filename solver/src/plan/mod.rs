@@ -2,6 +2,7 @@
 
 mod build;
 mod checks;
+mod closing;
 mod clumps;
 mod disk;
 mod document;

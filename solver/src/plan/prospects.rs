@@ -1,13 +1,16 @@
 //! What will become of the particles, where that can be told before the run and is hardly what was meant.
 
 use glam::DVec3;
+use mercury_common::plausible;
 use mercury_common::surfaces::FACES;
 
 use super::motions::vector;
 use super::{PairPlan, Plan};
 use crate::boundaries::InsertionPlan;
+use crate::contact::AnyRolling;
 use crate::contact::adhesion::liquid::reduced_diameter;
 use crate::contact::parameter::{Value, short};
+use crate::contact::rolling::FrictionSpring;
 use crate::walls::{Component, Shape, Wall};
 
 /// What to say of it: each line names the cause, and what to do.
@@ -24,6 +27,35 @@ pub(super) fn warnings(plan: &Plan) -> Vec<String> {
         .chain(floats)
         .chain(flees)
         .chain(fits)
+        .collect()
+}
+
+/// A note on sizes, densities and a domain that look as if a unit was forgotten.
+pub(super) fn forgotten_units(plan: &Plan) -> Option<String> {
+    let physics = plan.physics();
+    let [_, _, largest] = physics.radii();
+    let size = physics.domain_max() - physics.domain_min();
+    let densities = physics.materials().iter().map(|material| material.density);
+    plausible::forgotten_units(Some(2.0 * largest), densities, Some(size.max_element()))
+}
+
+/// A note on each pair whose resistance to rolling or torsion is a spring without a dashpot: nothing ends the swing of its grains.
+pub(super) fn turns_for_ever(plan: &Plan) -> Vec<String> {
+    let pairs = plan.notes().pairs().iter();
+    pairs
+        .filter_map(|pair| {
+            let AnyRolling::Luding(law) = &pair.law.rolling else {
+                return None;
+            };
+            let springs = [("rolling", &law.rolling), ("torsion", &law.torsion)];
+            let swings = |spring: &FrictionSpring| spring.friction > 0.0 && spring.dissipation == 0.0;
+            let mut names = springs.iter().filter(|(_, spring)| swings(spring)).map(|(name, _)| *name);
+            let name = names.next()?;
+            Some(format!(
+                "{}: {name} has no `dissipation`, so that grains that roll swing about their rest for ever; give {name} = {{ dissipation = ... }} in kg/s to bring them to rest",
+                pair.names.each_ref().map(String::as_str).join(" and "),
+            ))
+        })
         .collect()
 }
 

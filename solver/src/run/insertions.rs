@@ -15,17 +15,26 @@ const FEWEST: u64 = 8;
 
 /// A line for each insertion: how much of what was asked for came, how full its region got, why it ended; and one for the sizes of
 /// each of its ingredients.
-pub(super) fn told(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
+///
+/// `have_places`: of each insertion that waits for space, whether there is some.
+pub(super) fn told(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
     let mut lines = Vec::new();
-    for (insertion, state) in (plan.physics().insertions().iter()).zip(boundaries.insertions()) {
-        lines.push(amounts(plan, insertion, state));
+    let insertions = plan.physics().insertions().iter();
+    for ((insertion, state), &has_place) in insertions.zip(boundaries.insertions()).zip(have_places)
+    {
+        lines.push(amounts(plan, insertion, state, has_place));
         lines.extend(composition(plan, insertion, state));
         lines.extend(sizes(plan, insertion, state));
     }
     lines
 }
 
-fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> String {
+fn amounts(
+    plan: &Plan,
+    insertion: &InsertionPlan,
+    state: &InsertionState,
+    has_place: bool,
+) -> String {
     let inserted = &state.inserted;
     let wanted = match insertion.total {
         Some(Total::Number(number)) => format!(" of {number}"),
@@ -51,6 +60,7 @@ fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> St
     text += match state.limit {
         Limit::NotBegun => "; it has not begun",
         Limit::Rate => "; it goes on at its rate",
+        Limit::Space if has_place => "; it goes on as places become free",
         Limit::Space => "; its region is full",
         Limit::Total if insertion.total == Some(Total::Full) => "; its region got full",
         Limit::Total if inserted.number == 0 => {
@@ -63,6 +73,40 @@ fn amounts(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> St
         text += &format!(", {} places were tried in vain", state.failed_attempts);
     }
     text
+}
+
+/// A warning for each wall behind which particles were placed, as it moved through the region and acts on both sides.
+pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
+    let pairs = plan
+        .physics()
+        .insertions()
+        .iter()
+        .zip(boundaries.insertions());
+    let counts = pairs.flat_map(|(insertion, state)| {
+        let walls = insertion.closing.iter().zip(&state.behind);
+        walls.map(move |(&wall, &number)| (insertion, state.inserted.number, wall, number))
+    });
+    let some = counts.filter(|(.., number)| *number > 0);
+    some.map(|(insertion, all, wall, number)| {
+        format!(
+            "`{}`: {number} of {all} were placed behind the wall `{}`, which moved through the region and acts on both sides",
+            insertion.name,
+            plan.physics().walls()[wall].name
+        )
+    })
+    .collect()
+}
+
+/// How many were placed behind walls; nothing where no wall moves through a region.
+pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
+    let mut insertions = plan.physics().insertions().iter();
+    let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());
+    has_closing.then(|| {
+        boundaries
+            .insertions()
+            .flat_map(|state| &state.behind)
+            .sum()
+    })
 }
 
 /// The shares of a mixture's ingredients, by mass and by number, beside those that were asked for.

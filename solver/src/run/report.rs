@@ -231,7 +231,9 @@ pub(super) fn report(
     warnings.extend_from_slice(plan.notes().warnings());
     let boundaries = engine.boundaries().state();
     warnings.extend(engine.guard_warnings());
-    warnings.extend(shortfalls(plan, &boundaries, engine.time()));
+    let have_places = engine.have_places();
+    warnings.extend(shortfalls(plan, &boundaries, &have_places, engine.time()));
+    warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
     if written.deep_frames > 0 {
         warnings.push(format!(
@@ -262,6 +264,7 @@ pub(super) fn report(
             energy: energy_summary(engine, written),
             inserted: created - starting,
             deleted: created - particles as u64,
+            inserted_behind_walls: insertions::number_behind(plan, engine.boundaries()),
             sleeping: engine.sleepers().map(|(asleep, counts)| SleepSummary {
                 asleep,
                 share: counts.slept as f64 / counts.steps.max(1) as f64,
@@ -284,7 +287,7 @@ pub(super) fn report(
         budget: Budget::new(engine, written),
         files: Vec::new(),
         folder: options.folder.display().to_string(),
-        insertions: insertions::told(plan, engine.boundaries()),
+        insertions: insertions::told(plan, engine.boundaries(), &have_places),
         servos: servos::told(engine),
         exits: exits::told(engine, options),
         not_at_rest: None,

@@ -8,7 +8,7 @@ use crate::walls::{Followed, Servo, Target, Wall};
 /// A line for each servo: what it was to hold at the end of its time, and what it held.
 pub(super) fn told(engine: &Engine) -> Vec<String> {
     all(engine)
-        .map(|(name, servo, met)| line(&name, servo, &met))
+        .map(|(name, servo, met)| line(&name, servo, &met, engine.time()))
         .collect()
 }
 
@@ -21,7 +21,7 @@ pub(super) fn missed(engine: &Engine) -> Vec<String> {
         is_over && met.means().is_some() && !met.is_near()
     });
     missed
-        .map(|(name, servo, met)| warning(&name, servo, &met))
+        .map(|(name, servo, met)| warning(&name, servo, &met, engine.time()))
         .collect()
 }
 
@@ -47,17 +47,24 @@ fn ordinal(number: usize) -> String {
     (WORDS.get(number)).map_or_else(|| format!("{}th", number + 1), |word| (*word).to_owned())
 }
 
-fn line(name: &str, servo: &Servo, met: &Followed) -> String {
-    let Some([actual, asked]) = met.means() else {
+/// What it held: mean, scatter, target and the window of these means, at `time` (s).
+fn held(servo: &Servo, met: &Followed, time: f64) -> Option<String> {
+    let ([actual, asked], scatter) = met.means().zip(met.scatter())?;
+    let unit = servo.target.unit();
+    Some(format!(
+        "{} +- {} {unit} of {} {unit} in the mean of the last {} s",
+        rounded(actual, 4),
+        rounded(scatter, 2),
+        rounded(asked, 4),
+        rounded(servo.window_of_means(time), 3)
+    ))
+}
+
+fn line(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
+    let Some(held) = held(servo, met, time) else {
         return format!("{name}: its time has not come");
     };
-    let unit = servo.target.unit();
-    let mut told = format!(
-        "{name}: {} {unit} of {} {unit} in the mean of the last {} steps",
-        rounded(actual, 4),
-        rounded(asked, 4),
-        Followed::STEPS
-    );
+    let mut told = format!("{name}: {held}");
     if let Target::Pressure(..) = servo.target {
         told += &format!(", over {} m^2", rounded(met.area(), 4));
     }
@@ -69,8 +76,9 @@ fn line(name: &str, servo: &Servo, met: &Followed) -> String {
     told
 }
 
-fn warning(name: &str, servo: &Servo, met: &Followed) -> String {
-    let ([actual, asked], unit) = (met.means().unwrap_or_default(), servo.target.unit());
+fn warning(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
+    let [actual, _] = met.means().unwrap_or_default();
+    let held = held(servo, met, time).unwrap_or_default();
     let over = if servo.until.is_finite() {
         format!(" when its time was over at {} s", rounded(servo.until, 6))
     } else {
@@ -83,9 +91,5 @@ fn warning(name: &str, servo: &Servo, met: &Followed) -> String {
     } else {
         "give it more time or a higher `max_speed`; particles that yield, or a wall in the way, can make a load impossible"
     };
-    format!(
-        "servo of {name}: {} {unit} of {} {unit}{over}; {why}",
-        rounded(actual, 4),
-        rounded(asked, 4)
-    )
+    format!("servo of {name}: {held}{over}; {why}")
 }

@@ -9,14 +9,22 @@ use crate::step::Engine;
 /// A warning for each insertion that ended, by its time or for want of space, below its total, or without anything.
 ///
 /// An insertion that goes on as its rate says when the run ends is no matter for a warning: the run was made that short.
-pub(super) fn shortfalls(plan: &Plan, state: &BoundaryState, time: f64) -> Vec<String> {
+///
+/// `have_places`: of each insertion that waits for space, whether there is some.
+pub(super) fn shortfalls(
+    plan: &Plan,
+    state: &BoundaryState,
+    have_places: &[bool],
+    time: f64,
+) -> Vec<String> {
     let pairs = plan.physics().insertions().iter().zip(&state.insertions);
     let slack = 1e-6 * plan.physics().time_step();
     pairs
-        .filter_map(|(insertion, state)| {
+        .zip(have_places)
+        .filter_map(|((insertion, state), &has_place)| {
             let is_over = time >= insertion.until - slack;
             let placed = placed(insertion, state)?;
-            let why = why(insertion, state, is_over)?;
+            let why = why(insertion, state, is_over, has_place)?;
             Some(format!("`{}`: {placed} placed; {why}", insertion.name))
         })
         .collect()
@@ -39,7 +47,12 @@ fn placed(insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
 }
 
 /// Why no more came; nothing where more would come if the run went on.
-fn why(insertion: &InsertionPlan, state: &InsertionState, is_over: bool) -> Option<String> {
+fn why(
+    insertion: &InsertionPlan,
+    state: &InsertionState,
+    is_over: bool,
+    has_place: bool,
+) -> Option<String> {
     let was_full = state.failed_attempts >= insertion.attempts;
     let until = insertion.until;
     match state.limit {
@@ -49,6 +62,10 @@ fn why(insertion: &InsertionPlan, state: &InsertionState, is_over: bool) -> Opti
         _ if is_over => Some(format!(
             "its time was over at {until} s: raise its rate or insert for longer"
         )),
+        Limit::Space if has_place => Some(
+            "places in its region became free too slowly: enlarge it, or let the run go on"
+                .to_owned(),
+        ),
         Limit::Space => Some(
             "its region had no space for more when the run ended: enlarge it, or let the run go on"
                 .to_owned(),
@@ -95,6 +112,18 @@ mod tests {
 
     /// Warnings of an insertion with this total that placed so many grains of 0.02 m, at this time (s).
     fn told(total: &str, number: u64, limit: Limit, failed: u64, time: f64) -> Vec<String> {
+        told_where(false, total, number, limit, failed, time)
+    }
+
+    /// The same where its next grain has a place at the end, or has none.
+    fn told_where(
+        has_place: bool,
+        total: &str,
+        number: u64,
+        limit: Limit,
+        failed: u64,
+        time: f64,
+    ) -> Vec<String> {
         let path = std::path::Path::new("rain.toml");
         let text = format!("{SCENE}{total}\n");
         let scene = parse_scene(path, &text, &[], Files::Unchecked).unwrap();
@@ -115,7 +144,7 @@ mod tests {
             insertions: vec![state],
             ..BoundaryState::default()
         };
-        shortfalls(&plan, &state, time)
+        shortfalls(&plan, &state, &[has_place], time)
     }
 
     #[test]
@@ -141,6 +170,10 @@ mod tests {
             (
                 told("total = { mass = 2.5 }", 3, Limit::Space, 500, 0.2),
                 "`rain`: 3.0000e-2 of 2.5000e0 kg placed; its region had no space for more when the run ended: enlarge it, or let the run go on".to_owned(),
+            ),
+            (
+                told_where(true, total, 3035, Limit::Space, 500, 0.2),
+                "`rain`: 3035 of 60000 placed; places in its region became free too slowly: enlarge it, or let the run go on".to_owned(),
             ),
             (
                 told("total = { volume = 1e-4 }", 0, Limit::Time, 0, 1.0),

@@ -51,6 +51,19 @@ impl Engine {
         Ok(())
     }
 
+    /// Whether each insertion that waits for space has a place for its next particle now, in the order of the plan.
+    #[must_use]
+    pub fn have_places(&self) -> Vec<bool> {
+        let physics = self.plan.physics();
+        self.boundaries.have_places(
+            &self.particles,
+            physics.insertions(),
+            &physics.setting(),
+            &self.walls,
+            self.time(),
+        )
+    }
+
     /// Answers the events of the last contacts, if there is liquid that they move.
     pub(super) fn move_liquid(&mut self) {
         let Some(liquid) = &mut self.liquid else {

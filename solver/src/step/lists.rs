@@ -3,7 +3,7 @@
 use super::{Engine, RunError};
 use crate::forces::{MotionBound, NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
-use crate::neighbours::{Built, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
+use crate::neighbours::{Built, Cells, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
 use crate::state::{Particle, Particles, Row};
 use crate::walls::WallNow;
 
@@ -157,6 +157,10 @@ impl Engine {
         });
         let most = extra.rows.iter().copied().fold(0.0, f64::max);
         self.boundaries.listed(&self.particles, skin + 2.0 * most);
+        if self.boundaries.expects_more() {
+            let cells = Cells::of_list(grid, &levels, &self.particles, &self.images);
+            self.boundaries.take_cells(self.particles.len(), cells);
+        }
         self.lists.half_skins = HalfSkins::new(&levels, &extra, skin);
         self.lists.validity = Validity::default();
         self.lists.extra_skin = extra.rows;

@@ -1,9 +1,9 @@
-//! What lies behind a wall that acts on one side.
+//! What lies behind a wall: one that acts on one side, or one that has moved.
 
 use glam::DVec3;
 
 use super::mesh::{Mesh, Scratch};
-use super::touch::Touches;
+use super::touch::{Touch, Touches};
 use super::{Shape, Side, WallNow};
 use crate::neighbours::Images;
 
@@ -41,14 +41,21 @@ impl Shape {
     /// on a rim, a place is on no side, and not behind.
     #[must_use]
     pub fn signed_distance(&self, place: DVec3, scratch: &mut Scratch) -> f64 {
+        let nearest = self.nearest(place, scratch);
+        nearest.map_or(f64::INFINITY, |touch| touch.distance)
+    }
+
+    /// The nearest point of the surface, as seen from a place (m, in the wall's own frame).
+    fn nearest(&self, place: DVec3, scratch: &mut Scratch) -> Option<Touch> {
         let mut touches = Touches::new();
         match self {
             Self::Mesh(mesh) => mesh.near_nearest(place, scratch, &mut touches),
             shape => shape.touches(place, f64::INFINITY, &mut touches),
         }
-        let distances = touches.iter().map(|touch| touch.distance);
-        let nearest = distances.min_by(|a, b| a.abs().total_cmp(&b.abs()));
-        nearest.unwrap_or(f64::INFINITY)
+        let nearest = touches
+            .iter()
+            .min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+        nearest.copied()
     }
 }
 
@@ -100,5 +107,28 @@ impl WallNow {
             }
         }
         nearest < 0.0
+    }
+
+    /// Whether a place (m) lies on the side from which the wall has come: where the way of its nearest point since the start leads away from the
+    /// place. Of a wall that acts on one side, which is behind or in front, never.
+    #[must_use]
+    pub fn is_in_wake(&self, images: &Images, place: DVec3, scratch: &mut Scratch) -> bool {
+        if self.shape().is_one_sided() {
+            return false;
+        }
+        let mut found: Option<(f64, bool)> = None;
+        for &code in self.met_by() {
+            let code = self.image_of(place, code);
+            let place = self.state.into_wall(place + images.any_shift(code));
+            let Some(touch) = self.shape().nearest(place, scratch) else {
+                continue;
+            };
+            if found.is_none_or(|(distance, _)| touch.distance < distance) {
+                let point = place - touch.distance * touch.normal;
+                let way = self.way_of(point).dot(self.state.out_of_wall(touch.normal));
+                found = Some((touch.distance, way < 0.0));
+            }
+        }
+        found.is_some_and(|(_, is_in_wake)| is_in_wake)
     }
 }

@@ -231,6 +231,15 @@ impl WallNow {
         moved + self.reshaped_by
     }
 
+    /// The way (m) of a point of the surface, in the wall's own frame (m), since the start.
+    pub(super) fn way_of(&self, point: DVec3) -> DVec3 {
+        if self.state.moves {
+            self.state.pose.to_global(point) - self.taken_off[0] - point
+        } else {
+            DVec3::ZERO
+        }
+    }
+
     /// What must be kept to go on later.
     #[must_use]
     pub fn save(&self) -> SavedWall {

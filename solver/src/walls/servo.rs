@@ -24,6 +24,9 @@ use glam::DVec3;
 use super::course::{Area, Target};
 use super::pose::{Pose, RigidVelocity};
 
+/// Windows of the means in the time for which a servo has acted.
+const WINDOWS: f64 = 20.0;
+
 /// What a servo is to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Servo {
@@ -52,13 +55,15 @@ pub struct ServoState {
     pub followed: Followed,
 }
 
-/// How well a servo has followed its target: means over the last [`Followed::STEPS`] steps or so, in which older steps count
-/// less and less.
+/// How well a servo has followed its target: means over a [window](Servo::window_of_means) of physical time in which older steps count less and
+/// less, whatever the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Followed {
     /// Sums of what was there and of what was asked for, N or Pa, with the weights of their steps.
     sums: [f64; 2],
-    /// Sum of the weights: 1 after many steps.
+    /// The same sum of the squares of what was there less what was asked for, N^2 or Pa^2.
+    squares: f64,
+    /// Sum of the weights: 1 after a time that is long beside the window.
     weight: f64,
     /// Largest magnitude that was asked for so far, N or Pa.
     largest: f64,
@@ -69,17 +74,18 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// Steps over which means are taken.
-    pub const STEPS: f64 = 1000.0;
     /// What the mean may miss, over the largest target so far, to count as there.
     pub const NEAR: f64 = 0.05;
 
-    /// Takes in what was there and what was asked for (N or Pa) in a step that ends at `time` (s).
-    fn take_in(&mut self, actual: f64, asked: f64, area: f64, time: f64) {
+    /// Takes in what was there and what was asked for (N or Pa) in a step that ends at `time` (s) and is this share of the window.
+    fn take_in(&mut self, [actual, asked]: [f64; 2], area: f64, time: f64, share: f64) {
+        let share = share.min(1.0);
         for (sum, value) in self.sums.iter_mut().zip([actual, asked]) {
-            *sum += (value - *sum) / Self::STEPS;
+            *sum += (value - *sum) * share;
         }
-        self.weight += (1.0 - self.weight) / Self::STEPS;
+        let missed = actual - asked;
+        self.squares += (missed * missed - self.squares) * share;
+        self.weight += (1.0 - self.weight) * share;
         self.largest = self.largest.max(asked.abs());
         self.area = area;
         if self.reached_at.is_none() && self.is_near() {
@@ -91,6 +97,18 @@ impl Followed {
     #[must_use]
     pub fn means(&self) -> Option<[f64; 2]> {
         (self.weight > 0.0).then(|| self.sums.map(|sum| sum / self.weight))
+    }
+
+    /// Standard deviation of what was there less what was asked for, N or Pa; `None` before its first step.
+    #[must_use]
+    pub fn scatter(&self) -> Option<f64> {
+        let [actual, asked] = self.means()?;
+        let missed = actual - asked;
+        Some(
+            (self.squares / self.weight - missed * missed)
+                .max(0.0)
+                .sqrt(),
+        )
     }
 
     /// Whether the mean is near its target now. Where nothing but 0 was ever asked for there is no measure of near: then it is.
@@ -183,6 +201,14 @@ impl Servo {
         [self.from, self.until]
     }
 
+    /// The window (s) of the means of [`Followed`] at `time` (s): a twentieth of the time for which the servo has acted.
+    ///
+    /// It grows with that time: the weight of a step of age a, when the servo has acted for t, is (1 - a/t)^19, about exp(-20 a/t).
+    #[must_use]
+    pub fn window_of_means(&self, time: f64) -> f64 {
+        (time.min(self.until) - self.from.max(0.0)).max(0.0) / WINDOWS
+    }
+
     /// Whether it moves the wall in the step of `dt` (s) that ends at `time` (s).
     fn is_acting(&self, time: f64, dt: f64) -> bool {
         let middle = time - 0.5 * dt;
@@ -212,7 +238,9 @@ impl Servo {
         state.next_velocity = self.answer(asked * area - force, wall, dt);
         if self.is_acting(time, dt) {
             let actual = if area > 0.0 { force / area } else { 0.0 };
-            state.followed.take_in(actual, asked, area, time);
+            let share = dt / self.window_of_means(time);
+            let loads = [actual, asked];
+            state.followed.take_in(loads, area, time, share);
         }
     }
 
@@ -255,6 +283,7 @@ crate::state::plain!(ServoState {
 
 crate::state::plain!(Followed {
     sums,
+    squares,
     weight,
     largest,
     reached_at,
@@ -353,25 +382,71 @@ mod tests {
     }
 
     #[test]
-    fn a_mean_over_a_thousand_steps_says_whether_it_is_there() {
+    fn a_mean_over_a_window_says_whether_it_is_there() {
         let mut followed = Followed::default();
         assert_eq!(followed.means(), None);
+        assert_eq!(followed.scatter(), None);
         assert!(!followed.is_near());
         // One blow is no arrival: after n steps at 10 % and one at 200 % the mean of few is far from the target.
         for step in 0..3000 {
-            followed.take_in(if step == 50 { 6.0 } else { 0.3 }, 3.0, 1.0, 0.1);
+            let actual = if step == 50 { 6.0 } else { 0.3 };
+            followed.take_in([actual, 3.0], 1.0, 0.1, 1e-3);
         }
         assert!(!followed.is_near() && followed.reached_at().is_none());
         // It forgets by exp(-n/1000): 0.9 of the target is missing, 0.05 are allowed, after 1000 ln(18) = 2890 steps.
         for step in 0..4000 {
-            followed.take_in(3.0, 3.0, 1.0, f64::from(step));
+            followed.take_in([3.0, 3.0], 1.0, f64::from(step), 1e-3);
         }
         assert!(followed.is_near());
         let reached = followed.reached_at().unwrap();
         assert!((reached - 2890.0).abs() < 100.0, "{reached}");
         let mut idle = Followed::default();
-        idle.take_in(0.2, 0.0, 1.0, 0.0);
+        idle.take_in([0.2, 0.0], 1.0, 0.0, 1e-3);
         assert!(idle.is_near());
+    }
+
+    /// A load of 1000 Pa that swings by 30 % and slowly, such that it is far off when it ends: mean and scatter are those of the swing, at any step.
+    #[test]
+    fn a_load_that_swings_about_its_target_is_there() {
+        let servo = Servo {
+            target: Target::Pressure(Course::constant(1000.0).unwrap(), Area::Given(1.0)),
+            ..servo()
+        };
+        // 100 swings in a run of 10 s and five in a window of 0.5 s; it ends in the lowest point.
+        let (end, omega) = (10.0_f64, std::f64::consts::TAU * 100.75 / 10.0);
+        let found = [1e-3, 1e-4].map(|dt| {
+            let (mut state, wall) = (ServoState::default(), WallStiffness::default());
+            let steps = (end / dt).round() as u32;
+            for step in 1..=steps {
+                let time = f64::from(step) * dt;
+                let load = 1000.0 + 300.0 * libm::sin(omega * time);
+                servo.follow(&mut state, (load, 1.0), &wall, (time, dt));
+            }
+            let last = 1000.0 + 300.0 * libm::sin(omega * end);
+            assert!(last < 701.0, "{last}");
+            let followed = state.followed;
+            assert!(followed.is_near());
+            let [actual, asked] = followed.means().unwrap();
+            assert_eq!(asked.round(), 1000.0);
+            // A sine of omega seen through exp(-t/T) has 1/sqrt(1 + (omega T)^2) of its amplitude: 300/31.6.
+            assert!((actual - 1000.0).abs() < 300.0 / (omega * 0.5), "{actual}");
+            let scatter = followed.scatter().unwrap();
+            // sqrt(1/2) of the amplitude, to a part in 2 omega T.
+            let expected = 300.0 * 0.5_f64.sqrt();
+            assert!(
+                (scatter / expected - 1.0).abs() < 1.0 / (omega * 0.5),
+                "{scatter}"
+            );
+            [actual, scatter]
+        });
+        // A hundredth of a swing's period in the longer step.
+        let [coarse, fine] = found;
+        for (coarse, fine) in coarse.into_iter().zip(fine) {
+            assert!(
+                (coarse - fine).abs() < 300.0 * omega * 1e-3,
+                "{coarse} {fine}"
+            );
+        }
     }
 
     #[test]

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, dvec3};
 use mercury_common::formats::mesh::TriangleMesh;
 
-use super::super::Total;
+use super::super::{InsertionPlan, Quantity, Rate, Total};
 use super::inserting::{Still, wall};
 use super::{insertion, monodisperse, plan, unit_box};
-use crate::walls::{Cone, Cylinder, Mesh, Shape, Side, SphereShell};
+use crate::step::Engine;
+use crate::walls::{Component, Cone, Cylinder, Disc, Mesh, Motion, Shape, Side, SphereShell, Wall};
 
 const RADIUS: f64 = 0.02;
 const MIDDLE: DVec3 = DVec3::splat(0.5);
@@ -122,4 +123,43 @@ fn nothing_is_inserted_behind_a_wall() {
             }
         }
     }
+}
+
+/// A disc that comes down through a region acts on both sides: what is placed above it is counted, however far it has come.
+#[test]
+fn what_is_placed_behind_a_closing_wall_is_counted() {
+    let mut draft = plan();
+    let disc = Disc::new(DVec3::Z, dvec3(0.5, 0.5, 1.2), 0.8).unwrap();
+    let down = Component::Translation {
+        velocity: dvec3(0.0, 0.0, -1.0),
+        from: 0.0,
+        until: 0.7,
+    };
+    draft.walls.push(Wall {
+        motion: Motion::new(vec![down]).unwrap(),
+        ..wall(Shape::Disc(disc))
+    });
+    // All come slowly enough that each is placed at its time.
+    draft.insertions.push(InsertionPlan {
+        rate: Some(Rate::Steady {
+            quantity: Quantity::Number,
+            per_second: 400.0,
+        }),
+        closing: vec![0],
+        ..insertion(unit_box(), monodisperse(2.0 * RADIUS), Total::Number(400))
+    });
+    let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+    let mut behind = 0;
+    for _ in 0..1000 {
+        let known = engine.particles.grains_created();
+        engine.step(None).unwrap();
+        let height = 1.2 - engine.time().min(0.7);
+        let new = (engine.particles.ids.iter()).zip(&engine.particles.records);
+        let new = new.filter(|(id, _)| u64::from(id.number()) >= known);
+        behind += new.filter(|(_, record)| record.position.z > height).count();
+    }
+    let state = &engine.boundaries().state().insertions[0];
+    assert_eq!(state.inserted.number, 400);
+    assert!(behind > 100, "{behind}");
+    assert_eq!(state.behind, [behind as u64]);
 }

@@ -7,7 +7,7 @@ use mercury_common::random::Stream;
 use proptest::prelude::*;
 
 use super::super::{
-    Boundaries, Credit, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total,
+    Boundaries, Ingredient, InsertionPlan, Limit, Quantity, Rate, Region, Total, Wait,
 };
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::neighbours::Images;
@@ -711,7 +711,7 @@ fn an_insertion_that_waits_goes_on_from_any_step_as_if_it_had_not_stopped() {
     assert!(now.inserted.number > started_with.inserted.number);
 }
 
-/// A region that was full once counts as full until all that was due has come: then the feed goes on as if nothing had been, and is thinned no more.
+/// A region that is emptied is filled within the longest wait, and from then on as if it had never been full.
 #[test]
 fn a_feed_that_was_choked_once_is_not_thinned_for_ever() {
     let mut draft = plan();
@@ -730,17 +730,53 @@ fn a_feed_that_was_choked_once_is_not_thinned_for_ever() {
         ..insertion(region, monodisperse(0.01), Total::Full)
     }];
     let mut still = Still::new(draft);
-    let credit = |still: &Still| still.boundaries.insertions().next().unwrap().credit;
-    still.exchange(0.1);
-    assert_ne!(credit(&still), Credit::default());
-    assert_eq!(still.inserted().number, 0);
-    // It leaves the domain.
-    still.particles.records[0].position = DVec3::splat(5.0);
-    still.boundaries.listed(&still.particles, 0.01);
-    // At first it is paid for, step by step.
+    let wait = |still: &Still| still.boundaries.insertions().next().unwrap().wait;
+    let failed = |still: &Still| still.boundaries.state().insertions[0].failed_attempts;
     for step in 0..1000 {
         still.exchange(0.1 + 1e-6 * f64::from(step));
     }
+    assert_eq!(still.inserted().number, 0);
+    // Rounds at steps 0, 1, 3, ... 63 and from there every 64 steps: 7 + 14.
+    assert_eq!(failed(&still), 1000 * (7 + 14));
+    // It leaves the domain.
+    still.particles.records[0].position = DVec3::splat(5.0);
+    let steps = (1000..2000).take_while(|&step| {
+        still.exchange(0.1 + 1e-6 * f64::from(step));
+        still.inserted().number == 0
+    });
+    assert!(steps.count() < 64);
     assert_eq!(still.inserted().number, 11);
-    assert_eq!(credit(&still), Credit::default());
+    assert_eq!(wait(&still), Wait::default());
+}
+
+/// Grains fall out of a region that is kept filled. How many come in a time does not depend on the step: with steps of 2e-4 s a round is made every
+/// 0.2 ms, in which grains at the bottom, at 1 m/s, move by 0.2 mm; shorter steps wait for up to 64 of them.
+#[test]
+fn a_region_that_empties_is_kept_filled_at_any_step() {
+    let inserted = [2e-4, 1e-5].map(|step| {
+        let mut draft = Draft {
+            time_step: step,
+            gravity: DVec3::new(0.0, 0.0, -9.81),
+            domain_min: DVec3::ZERO,
+            domain_max: DVec3::new(0.03, 0.03, 0.15),
+            periodic: [true, true, false],
+            steps: (0.12 / step).round() as u64,
+            ..plan()
+        };
+        draft.insertions = vec![insertion(
+            Region::Box {
+                min: DVec3::new(0.0, 0.0, 0.1),
+                max: DVec3::new(0.03, 0.03, 0.15),
+            },
+            monodisperse(5e-3),
+            Total::Number(1_000_000),
+        )];
+        let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+        let steps = (0.12 / step).round() as u64;
+        engine.steps_at_once(steps, None).unwrap();
+        engine.boundaries().inserted().number as f64
+    });
+    let [coarse, fine] = inserted;
+    let ratio = fine / coarse;
+    assert!((0.95..1.05).contains(&ratio), "{coarse} {fine}");
 }

@@ -97,5 +97,6 @@ fn insertion(region: Region, sizes: SizeDistribution, total: Total) -> Insertion
         from: 0.0,
         until: f64::INFINITY,
         attempts: 1000,
+        closing: Vec::new(),
     }
 }

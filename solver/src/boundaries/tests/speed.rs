@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::super::{Region, Total};
+use super::super::{InsertionPlan, Limit, Region, Total};
 use super::{insertion, monodisperse, plan, uniform, unit_box};
 use crate::step::Engine;
 
-/// Where all find a place at once, few places are tried in vain. What a place costs is counted beside the crowd.
+/// Where all find a place at once, few places are tried in vain.
 #[test]
 fn a_hundred_thousand_particles_come_in_one_step() {
     let mut scene = plan();
@@ -30,36 +30,28 @@ fn a_hundred_thousand_particles_come_in_one_step() {
     assert!(failed < in_vain, "{failed} {in_vain}");
 }
 
+/// What finds no place between the spheres of another insertion, which fill the region, is tried in one step of 64.
 #[test]
-fn a_saturated_insertion_does_not_stop_the_run() {
+fn a_full_region_is_tried_seldom() {
+    let region = || Region::Box {
+        min: DVec3::ZERO,
+        max: DVec3::new(0.5, 0.5, 0.25),
+    };
     let mut scene = plan();
-    scene.insertions = vec![insertion(
-        Region::Box {
-            min: DVec3::ZERO,
-            max: DVec3::new(0.5, 0.5, 0.25),
+    scene.insertions = vec![
+        insertion(region(), monodisperse(0.02), Total::Full),
+        InsertionPlan {
+            name: "large".to_owned(),
+            ..insertion(region(), monodisperse(0.06), Total::Number(1))
         },
-        monodisperse(0.02),
-        Total::Number(1_000_000),
-    )];
+    ];
     let mut engine = Engine::new(Arc::new(scene.plan().unwrap()), 1).unwrap();
-    let failed = |engine: &Engine| engine.boundaries().state().insertions[0].failed_attempts;
-    let before = (failed(&engine), engine.particles.len());
     for _ in 0..300 {
         engine.step(None).unwrap();
     }
-    let (attempts, came) = (
-        failed(&engine) - before.0,
-        engine.particles.len() - before.1,
-    );
-    println!(
-        "{} particles, {came} more in 300 steps, {attempts} failed attempts",
-        before.1
-    );
-    // A hundredth of each step's cost, 15 looks a particle, and in advance what it costs to find out who stands about: to look at
-    // each, to find its cells, to list it in 8 at most, to go over the cells, fewer than spheres. An attempt costs a draw, a cell and a sphere at least. What came cost nothing.
-    let particles = engine.particles.len() as f64;
-    let paid =
-        300.0 * 0.01 * 15.0 * (particles + 1000.0) + (1.0 + 10.0 + 2.0 * 8.0 + 0.5) * particles;
-    let paid = paid / (12.0 + 8.0 + 2.0);
-    assert!(attempts > 0 && (attempts as f64) < paid, "{attempts}");
+    let large = &engine.boundaries().state().insertions[1];
+    assert_eq!((large.inserted.number, large.limit), (0, Limit::Space));
+    // Rounds at the start and in steps 1, 3, 7, 15, 31, 63, 127, 191, 255.
+    assert_eq!(large.failed_attempts, 1000 * 10);
+    assert_eq!(engine.have_places(), [true, false]);
 }

@@ -1,0 +1,106 @@
+//! How long an insertion waits for its next round while its region is full.
+//!
+//! A round of tries ends when `attempts` consecutive places have failed. While rounds fail as a whole, the waits between them double,
+//! up to [`LONGEST`] steps, so that a full region costs little. A success ends that: the next waits are short again. Waits are counted
+//! in steps, which do not depend on clocks or threads.
+
+use crate::state::Plain;
+
+/// Longest wait, steps.
+const LONGEST: u32 = 64;
+
+/// When the next round of tries is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wait {
+    /// Steps until the next round.
+    left: u32,
+    /// The wait after the next failed round, steps.
+    next: u32,
+}
+
+impl Default for Wait {
+    fn default() -> Self {
+        Self { left: 0, next: 1 }
+    }
+}
+
+impl Wait {
+    /// A step has been made; returns whether a round is due in it.
+    pub(super) fn step(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+
+    /// A place was found.
+    pub(super) fn succeeded(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The round ended with failures. A wait of one step means that the next step makes a round.
+    pub(super) fn failed(&mut self) {
+        self.left = self.next;
+        self.next = (2 * self.next).min(LONGEST);
+    }
+}
+
+impl Plain for Wait {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        (self.left, self.next).put(bytes);
+    }
+
+    fn take(bytes: &mut &[u8]) -> Result<Self, String> {
+        let (left, next) = Plain::take(bytes)?;
+        if left > LONGEST || !(1..=LONGEST).contains(&next) {
+            return Err(format!(
+                "invalid wait of an insertion: {left} steps, then {next}; the longest is {LONGEST}"
+            ));
+        }
+        Ok(Self { left, next })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The steps, of so many, in which a round is due, where all rounds fail.
+    fn rounds(wait: &mut Wait, steps: u32) -> Vec<u32> {
+        let due = (0..steps).filter(|_| {
+            let is_due = wait.step();
+            if is_due {
+                wait.failed();
+            }
+            is_due
+        });
+        due.collect()
+    }
+
+    #[test]
+    fn waits_double_up_to_the_longest_until_a_place_is_found() {
+        let mut wait = Wait::default();
+        let expected = [0, 1, 3, 7, 15, 31, 63, 127, 191, 255];
+        assert_eq!(rounds(&mut wait, 300), expected);
+        wait.succeeded();
+        assert_eq!(wait, Wait::default());
+        assert_eq!(rounds(&mut wait, 9), [0, 1, 3, 7]);
+    }
+
+    #[test]
+    fn only_waits_that_can_be_come_back_from_bytes() {
+        let mut wait = Wait::default();
+        for _ in 0..200 {
+            if wait.step() {
+                wait.failed();
+            }
+            let mut bytes = Vec::new();
+            wait.put(&mut bytes);
+            assert_eq!(Wait::take(&mut &bytes[..]), Ok(wait));
+        }
+        for (left, next) in [(65_u32, 1_u32), (0, 0), (0, 65), (u32::MAX, 1)] {
+            let mut bytes = Vec::new();
+            (left, next).put(&mut bytes);
+            let error = Wait::take(&mut &bytes[..]).unwrap_err();
+            assert!(error.contains("wait of an insertion"), "{error}");
+        }
+    }
+}

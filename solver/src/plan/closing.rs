@@ -1,0 +1,188 @@
+//! Walls that act on both sides and move through a region while particles are inserted into it: some come to lie behind them.
+
+use glam::{DVec2, DVec3};
+
+use super::Plan;
+use super::insertions::{expected_number, grains_per_unit};
+use crate::boundaries::{InsertionPlan, Quantity, Total, overlaps_wall, places, volume_within};
+use crate::neighbours::Images;
+use crate::walls::{Component, ServoState, Shape, Target, Wall, WallNow};
+
+/// Places of the region that are compared with the wall at each time.
+const PLACES: usize = 256;
+/// Fewest and most times at which the wall is looked at.
+const TIMES: [f64; 2] = [16.0, 1024.0];
+/// The wall moves by this share of the region between two times, at its highest speed.
+const PART: f64 = 0.125;
+/// Solid fraction up to which all particles are placed in the first round: far below that of saturation, 0.38 for equal spheres and 0.55 for discs.
+const AT_ONCE: f64 = 0.2;
+/// Halvings of the time by which all has come: to a part in 10^12.
+const HALVINGS: u32 = 40;
+
+/// The closing walls of each insertion.
+pub(super) fn closing_walls(plan: &Plan) -> Vec<Vec<usize>> {
+    let physics = plan.physics();
+    let walls = || {
+        let walls = physics.walls().iter().enumerate();
+        walls.filter(|(_, wall)| !wall.shape.is_one_sided() && closes(wall, end_of(plan)))
+    };
+    let insertions = physics.insertions().iter();
+    insertions
+        .map(|insertion| {
+            let crossing = walls().filter(|(_, wall)| crosses(plan, insertion, wall));
+            crossing.map(|(index, _)| index).collect()
+        })
+        .collect()
+}
+
+/// A warning for each of them: what it does, and what to do.
+pub(super) fn warnings(plan: &Plan) -> Vec<String> {
+    let physics = plan.physics();
+    let insertions = physics.insertions().iter();
+    let pairs = insertions.flat_map(|insertion| {
+        let walls = insertion.closing.iter();
+        walls.map(move |&wall| (insertion, &physics.walls()[wall]))
+    });
+    pairs
+        .map(|(insertion, wall)| {
+            let way_out = match wall.shape {
+                Shape::Mesh(_) => "give it side = \"front\", the side to which the normals of its triangles point, so that nothing is placed behind it; or use a plane",
+                _ => "use a plane, behind which nothing is placed",
+            };
+            format!(
+                "walls.{}: it acts on both sides and moves through the region of \"{}\" while that inserts, so that particles are placed behind it too; {way_out}; or end the insertion before (`until`)",
+                wall.name, insertion.name
+            )
+        })
+        .collect()
+}
+
+fn end_of(plan: &Plan) -> f64 {
+    plan.physics().steps() as f64 * plan.physics().time_step()
+}
+
+/// Whether the motion takes the wall somewhere for good. What oscillates or goes on turning, as a paddle does, has no side behind it.
+fn closes(wall: &Wall, end: f64) -> bool {
+    let mut components = wall.motion.components().iter();
+    components.any(|component| match component {
+        Component::Translation { .. } => true,
+        Component::Rotation {
+            angular_velocity,
+            from,
+            until,
+            ..
+        } => {
+            let angle = angular_velocity.abs() * (until.min(end) - from).max(0.0);
+            angle > 0.0 && angle < std::f64::consts::TAU
+        }
+        Component::Oscillation { .. } => false,
+        Component::Table { .. } | Component::Servo(_) => true,
+    })
+}
+
+/// When the insertion has placed all that it is to place, s; its end, or that of the run, if that is not known.
+fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
+    let physics = plan.physics();
+    let end = insertion.until.min(end_of(plan));
+    let densities: Vec<f64> = physics.materials().iter().map(|m| m.density).collect();
+    let Some(number) = expected_number(insertion, &densities, physics.dimensions()) else {
+        return match insertion.total {
+            Some(Total::Full) => insertion.from,
+            _ => end,
+        };
+    };
+    let Some(rate) = &insertion.rate else {
+        let volume = number / grains_per_unit(insertion, Quantity::Volume, plan);
+        let (low, high) = (physics.domain_min(), physics.domain_max());
+        let space = if physics.dimensions() == 2 {
+            let (from, to) = insertion.region.bounds();
+            let size = (to.min(high) - from.max(low)).truncate();
+            size.max(DVec2::ZERO).element_product()
+        } else {
+            volume_within(&insertion.region, low, high)
+        };
+        let is_at_once = volume <= AT_ONCE * space;
+        return if is_at_once { insertion.from } else { end };
+    };
+    let per_unit = grains_per_unit(insertion, rate.quantity(), plan);
+    let is_done = |time: f64| per_unit * rate.allowed(insertion.from, time).1 >= number;
+    if !is_done(end) {
+        return end;
+    }
+    // What is allowed never decreases.
+    let (mut before, mut after) = (insertion.from, end);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (before + after);
+        if is_done(middle) {
+            after = middle;
+        } else {
+            before = middle;
+        }
+    }
+    after
+}
+
+/// Whether a motion has taken the wall into the region before the insertion is done.
+fn crosses(plan: &Plan, insertion: &InsertionPlan, wall: &Wall) -> bool {
+    let physics = plan.physics();
+    let (dt, images) = (physics.time_step(), physics.images());
+    let done = done_at(plan, insertion);
+    let sizes = insertion.mixture.iter().filter(|part| part.share > 0.0);
+    let diameter = sizes
+        .map(|part| part.sizes.smallest())
+        .fold(f64::INFINITY, f64::min);
+    if !diameter.is_finite() {
+        return false;
+    }
+    let radius = 0.5 * diameter;
+    let places = places(&insertion.region, radius, physics.setting().space(), PLACES);
+    let (low, high) = places.iter().fold(
+        (DVec3::INFINITY, DVec3::NEG_INFINITY),
+        |(low, high), place| (low.min(*place), high.max(*place)),
+    );
+    let size = (high - low).max_element().max(diameter);
+    let middle = 0.5 * (physics.domain_min() + physics.domain_max());
+    let reach = 0.5 * (physics.domain_max() - physics.domain_min()).length();
+    let mut now = WallNow::new(wall, dt, &images);
+    wall.motion.windows().any(|[from, until]| {
+        // Behind its end the wall stays where it is.
+        let (begin, end) = (from.max(0.0), until.min(done));
+        if done <= begin || end <= begin {
+            return false;
+        }
+        let way = wall.motion.max_speed(middle, reach, end) * (end - begin);
+        let times = (way / (PART * size)).clamp(TIMES[0], TIMES[1]).ceil();
+        (1..=times as u32).any(|k| {
+            let time = begin + (end - begin) * f64::from(k) / times;
+            // Where it is when the insertion begins; then from time to time.
+            put(&mut now, wall, time.max(insertion.from), dt, &images);
+            let wall = std::slice::from_ref(&now);
+            places
+                .iter()
+                .any(|&place| overlaps_wall(wall, &images, place, radius))
+        })
+    })
+}
+
+/// Puts a wall where it is at a time (s); what servos drive where they take it if nothing is in their way.
+fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, images: &Images) {
+    for (servo, state) in wall.motion.all_servos().zip(&mut now.servos) {
+        let load: f64 = match &servo.target {
+            Target::Force(course) | Target::Pressure(course, _) => {
+                course.rows().iter().map(|[_, load]| *load).sum()
+            }
+        };
+        let seconds = (time.min(servo.until) - servo.from).max(0.0);
+        let speed = if load == 0.0 {
+            0.0
+        } else {
+            servo.max_speed.copysign(load)
+        };
+        *state = ServoState {
+            displacement: speed * seconds,
+            ..ServoState::default()
+        };
+    }
+    now.advance(wall, time, dt, images);
+    now.note_images(images);
+}
