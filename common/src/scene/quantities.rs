@@ -158,13 +158,15 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         [.., "rate", "volume"] => D::VOLUME_RATE,
         [.., "rate", "number"] => D::FREQUENCY,
         [.., "bending", "stiffness"] => D::TORQUE,
+        [.., "wear", "constant"] => D::VOLUME_PER_ENERGY,
         [.., last] => match last {
             "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"
             | "offset" | "position" | "spacing" | "jitter" | "amplitude" | "thickness"
             | "diameter" | "diameters" | "min_diameter" | "max_diameter" | "mean_diameter"
-            | "median_diameter" | "standard_deviation" | "d63" => D::LENGTH,
+            | "median_diameter" | "standard_deviation" | "d63" | "until_depth"
+            | "reference_diameter" => D::LENGTH,
             "from" | "until" => D::TIME,
-            "velocity" | "mean" | "spread" | "max_speed" | "speed" => D::SPEED,
+            "velocity" | "mean" | "spread" | "max_speed" | "speed" | "reference_speed" => D::SPEED,
             "angular_velocity" => D::ANGULAR_VELOCITY,
             "frequency" => D::FREQUENCY,
             "degrees" | "phase_degrees" | "half_angles_degrees" => D::DEGREES,

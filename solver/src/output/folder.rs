@@ -80,7 +80,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 21] = [
+const ENDINGS: [&str; 24] = [
     "data",
     "ene",
     "fstat",
@@ -96,6 +96,9 @@ const ENDINGS: [&str; 21] = [
     "regions.csv",
     "flux.csv",
     "liquid.csv",
+    "wear.csv",
+    "wear.arrow",
+    "wear_triangles.arrow",
     "0.restart",
     "1.restart",
     "final.png",

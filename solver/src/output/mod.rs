@@ -31,6 +31,7 @@ mod triangle_loads;
 mod vtk_files;
 mod wall_frames;
 mod wall_loads;
+mod wear_files;
 mod writer;
 
 pub use energies::energies;
@@ -42,4 +43,5 @@ pub use region_counts::materials as counted_materials;
 pub use schedule::{Due, Schedule};
 pub use state::State;
 pub use stream::OutputError;
+pub use wear_files::WearState;
 pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};

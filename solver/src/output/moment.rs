@@ -3,6 +3,7 @@
 use glam::DQuat;
 
 use super::Due;
+use super::wear_files::WearState;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
@@ -43,6 +44,8 @@ pub struct Moment {
     pub crossed: Vec<Crossed>,
     /// Liquid films on the particles, m^3, and where the liquid is; in scenes that have any.
     pub liquid: Option<(Vec<f64>, LiquidRow)>,
+    /// Worn walls, in scenes that have any.
+    pub wear: Option<WearState>,
 }
 
 impl Moment {
@@ -83,6 +86,9 @@ impl Moment {
                 let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
                 (films.to_vec(), row)
             }),
+            wear: engine
+                .wear()
+                .map(|wear| WearState::new(wear, (engine.time(), engine.steps()))),
         }
     }
 }

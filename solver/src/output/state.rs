@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::wear_files::WearState;
 use super::{Due, Moment};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
@@ -49,6 +50,8 @@ pub struct State {
     pub films: Option<Vec<f64>>,
     /// Where the liquid is.
     pub liquid: Option<LiquidRow>,
+    /// Worn walls, in scenes that have any.
+    pub wear: Option<WearState>,
 }
 
 impl State {
@@ -98,6 +101,7 @@ impl State {
             crossed: moment.crossed,
             films: films.map(|films| gather(films, &order)),
             liquid,
+            wear: moment.wear,
         }
     }
 

@@ -57,6 +57,7 @@ fn record(row: u32, partner: Partner) -> ContactRecord {
 fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
     let moment = Moment {
         liquid: None,
+        wear: None,
         time: 1.5,
         step: 3,
         due: Due {

@@ -27,6 +27,7 @@ use super::triangle_loads::TriangleLoads;
 use super::vtk_files::VtkFiles;
 use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
+use super::wear_files::{WearCsv, WearFrames, WearTriangles};
 use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
@@ -328,6 +329,16 @@ fn streams(
     if output.liquid && plan.physics().liquid().is_some() {
         let at = begin(&streams);
         streams.push(Box::new(LiquidFile::begin(folder, plan, at)?));
+    }
+    if !plan.physics().wear().is_empty() {
+        let at = begin(&streams);
+        streams.push(Box::new(WearCsv::begin(folder, plan, at)?));
+        if output.frames {
+            let at = begin(&streams);
+            streams.push(Box::new(WearFrames::begin(folder, plan, at)?));
+            let at = begin(&streams);
+            streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
+        }
     }
     if !output.fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");

@@ -9,7 +9,7 @@ use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
 use crate::boundaries::Tally;
 use crate::output::Written;
-use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary};
+use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
 use crate::step::Engine;
 
 /// A run that is over. Printed, it is the closing report.
@@ -52,6 +52,7 @@ impl fmt::Display for Report {
         let (s, b) = (&self.summary, &self.budget);
         let how = match self.ending {
             Ending::Planned | Ending::AtRest => "finished",
+            Ending::Worn => "finished, worn to until_depth,",
             Ending::Stopped(StopReason::File) => "stopped by the file STOP",
             Ending::Stopped(StopReason::TimeLimit) => "stopped by the time limit",
             Ending::Stopped(StopReason::Request) => "stopped",
@@ -121,6 +122,13 @@ impl fmt::Display for Report {
                 liquid.error,
                 liquid.formed,
                 liquid.ruptured
+            )?;
+        }
+        for wear in &s.wear {
+            writeln!(
+                f,
+                "  wear       {}: {:.6e} m3 owed, {:.6e} removed, {:.1e} pending; {:.3e} m deep after {} moves",
+                wear.name, wear.owed, wear.removed, wear.pending, wear.max_depth, wear.moves
             )?;
         }
         let threads = match s.threads {
@@ -224,6 +232,7 @@ pub(super) fn report(
     warnings.extend(engine.guard_warnings());
     warnings.extend(shortfalls(plan, &boundaries, engine.time()));
     warnings.extend(servos::missed(engine));
+    warnings.extend(engine.wear_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
@@ -261,11 +270,12 @@ pub(super) fn report(
                 energy: counts.energy,
             }),
             liquid: engine.liquid().map(LiquidSummary::from),
+            wear: wear(engine),
             warnings,
             results: Vec::new(),
             status: match looped.ending {
                 Ending::Stopped(_) => Status::Stopped,
-                Ending::Planned | Ending::AtRest => Status::Finished,
+                Ending::Planned | Ending::AtRest | Ending::Worn => Status::Finished,
             },
         },
         ending: looped.ending,
@@ -285,6 +295,25 @@ pub(super) fn report(
         laws: engine.law_names().to_owned(),
         total_seconds: 0.0,
     }
+}
+
+/// Worn walls in numbers.
+fn wear(engine: &Engine) -> Vec<WearSummary> {
+    let walls = engine.plan().physics().walls();
+    let worn = engine.wear().into_iter().flat_map(|wear| &wear.walls);
+    worn.map(|worn| {
+        let row = worn.row();
+        WearSummary {
+            name: walls[worn.plan().wall].name.clone(),
+            owed: row.owed,
+            removed: row.removed,
+            pending: row.pending,
+            max_depth: row.max_depth,
+            moves: row.moves,
+            blocked: row.blocked,
+        }
+    })
+    .collect()
 }
 
 /// The lines of a log that stand before what came of the run.

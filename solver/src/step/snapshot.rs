@@ -11,6 +11,7 @@ use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
+use crate::wear::{SavedWear, Wear};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -48,7 +49,12 @@ pub struct Snapshot {
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
     pub liquid: Option<LiquidBalance>,
+    /// Walls that wear, in scenes that have any.
+    pub wear: Option<SavedWear>,
 }
+
+/// Section of [`Snapshot::wear`].
+const WEAR: &str = "wear";
 
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
@@ -92,6 +98,9 @@ impl Snapshot {
         if let Some(liquid) = &self.liquid {
             encoder.section(LIQUID, liquid);
         }
+        if let Some(wear) = &self.wear {
+            encoder.section(WEAR, wear);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -127,6 +136,7 @@ impl Snapshot {
             feature_loads: decoder.section("feature loads")?,
             sleep: decoder.optional_section(SLEEP)?,
             liquid: decoder.optional_section(LIQUID)?,
+            wear: decoder.optional_section(WEAR)?,
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -209,6 +219,9 @@ impl Engine {
         if let Some(liquid) = &self.liquid {
             encoder.section(LIQUID, &liquid.balance);
         }
+        if let Some(wear) = &self.wear {
+            encoder.section(WEAR, &wear.save());
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -248,6 +261,7 @@ impl Engine {
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
             liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
+            wear: self.wear.as_ref().map(Wear::save),
         }
     }
 
@@ -389,6 +403,14 @@ impl Engine {
         }
         if let (Some(liquid), Some(balance)) = (&mut engine.liquid, snapshot.liquid) {
             liquid.balance = balance;
+        }
+        match (&mut engine.wear, &snapshot.wear) {
+            (Some(wear), Some(saved)) => wear.restore(saved).map_err(RunError::OtherPlan)?,
+            (None, None) => {}
+            _ => {
+                let reason = "of the two, one alone has walls that wear".to_owned();
+                return Err(RunError::OtherPlan(reason));
+            }
         }
         Ok(engine)
     }

@@ -24,7 +24,7 @@ pub struct PictureChoice {
     /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
     pub options: Options,
     /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `material`, `body`, or the name of a column or of a vector, whose length is shown.
+    /// `material`, `body`, `depth` (of worn walls), or the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
@@ -223,7 +223,9 @@ impl Sink for Pictures<'_> {
 
     fn look(&mut self, snapshot: &Snapshot) -> Result<(), ExportError> {
         if self.candidates.is_empty() {
-            for quantity in Quantity::candidates(&self.choice.quantity, snapshot)? {
+            for quantity in
+                Quantity::candidates(&self.choice.quantity, snapshot, self.scenery.wears())?
+            {
                 let options = self.options(&quantity, snapshot);
                 self.candidates
                     .push((quantity, options, Overview::default()));

@@ -17,6 +17,8 @@ pub(super) enum Quantity {
     Material,
     /// The body that a sphere is a part of.
     Body,
+    /// Depth of worn walls; particles have none.
+    Depth,
     /// A column of numbers.
     Column { name: String, unit: String },
     /// The length of a vector of three columns.
@@ -29,7 +31,12 @@ pub(super) enum Quantity {
 
 impl Quantity {
     /// What `wanted` may mean: one thing, or for `auto` what to show if something moves and what if nothing does.
-    pub(super) fn candidates(wanted: &str, snapshot: &Snapshot) -> Result<Vec<Self>, ExportError> {
+    /// `wears`: whether the run has walls that wear.
+    pub(super) fn candidates(
+        wanted: &str,
+        snapshot: &Snapshot,
+        wears: bool,
+    ) -> Result<Vec<Self>, ExportError> {
         let speed = || Self::vector("velocity", "speed", snapshot);
         Ok(match wanted {
             "auto" => match speed() {
@@ -40,6 +47,7 @@ impl Quantity {
             "height" => vec![Self::Height],
             "material" if has(snapshot, "material") => vec![Self::Material],
             "body" if has(snapshot, "body") => vec![Self::Body],
+            "depth" if wears => vec![Self::Depth],
             "speed" if speed().is_some() => speed().into_iter().collect(),
             _ => {
                 let found = Self::column(wanted, snapshot);
@@ -88,6 +96,7 @@ impl Quantity {
                 label: "body".into(),
                 names: Vec::new(),
             },
+            Self::Depth => ColourBy::scalar("depth", "m"),
             Self::Column { name, unit } => ColourBy::scalar(&name.replace('_', " "), unit),
             Self::Length { name, unit, .. } => ColourBy::scalar(name, unit),
         }
@@ -96,7 +105,7 @@ impl Quantity {
     /// Whether a table has what it takes.
     pub(super) fn is_of(&self, snapshot: &Snapshot) -> bool {
         match self {
-            Self::None | Self::Height => true,
+            Self::None | Self::Height | Self::Depth => true,
             Self::Material => has(snapshot, "material"),
             Self::Body => has(snapshot, "body"),
             Self::Column { name, .. } => snapshot.column(name).and_then(numbers).is_some(),
@@ -114,6 +123,7 @@ impl Quantity {
         };
         Ok(match self {
             Self::None => vec![0.0; snapshot.frame.rows()],
+            Self::Depth => vec![f64::NAN; snapshot.frame.rows()],
             Self::Height => {
                 let gravity = snapshot.header.gravity.unwrap_or_default();
                 let up = upwards(gravity, snapshot.dimensions() == 2);
