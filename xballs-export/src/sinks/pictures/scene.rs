@@ -227,12 +227,16 @@ impl<'a> Scenery<'a> {
             return Ok(Vec::new());
         };
         let standing = self.standing(snapshot)?;
+        // A wall that is worn at the end has its colours from the beginning.
+        let last = self.wear.filter(|table| !table.frames().is_empty());
+        let later = last.map(|table| table.frame(table.frames().len() - 1));
+        let later = later.transpose()?.unwrap_or_default();
         let mut triangles = Vec::new();
         for (wall, (shape, place)) in (0u32..).zip(reader.surfaces().iter().zip(&standing)) {
             let (Shape::Mesh(mesh), Some(place)) = (shape, place) else {
                 continue;
             };
-            if !wear.wall.contains(&wall) {
+            if !(wear.wall.contains(&wall) || later.wall.contains(&wall)) {
                 continue;
             }
             let (worn, depths) = wear.worn(wall, mesh);
@@ -242,6 +246,7 @@ impl<'a> Scenery<'a> {
                     triangles: vec![corners.map(|k| place.to_global(worn.vertices[k as usize]))],
                     value: depth / 3.0,
                     fixed: false,
+                    of_wall: true,
                 });
             }
         }
