@@ -82,6 +82,25 @@ impl Table for WearFrame {
         let owed = "volume that waits to be removed there";
         visitor.column(&mut self.owed, &["owed"], "m^3", owed);
     }
+
+    fn check(&self, (): &()) -> Result<(), String> {
+        let is_place = |row: &usize| {
+            self.first[*row].is_finite()
+                && self.displacement[*row].is_finite()
+                && self.depth[*row].is_finite()
+        };
+        let rows = self
+            .first
+            .len()
+            .min(self.displacement.len())
+            .min(self.depth.len());
+        match (0..rows).find(|row| !is_place(row)) {
+            Some(row) => Err(format!(
+                "row {row}: a place, displacement or depth that is not finite"
+            )),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Worn triangles of mesh walls; all lists have one entry per row.
