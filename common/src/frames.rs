@@ -9,7 +9,7 @@
 //!
 //! The rooms: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
 //! a [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
-//! [`BodyFrame`], [`WallFrame`] and [`TriangleLoadFrame`] are the tables that the Mercury tools exchange.
+//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`] and [`WearTriangleFrame`] are the tables that the Mercury tools exchange.
 
 // A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
@@ -30,6 +30,7 @@ mod table;
 mod triangle_loads;
 mod triangles;
 mod walls;
+mod wear;
 mod writer;
 
 pub use bodies::{BodyFrame, BodyReader, BodyWriter};
@@ -47,6 +48,9 @@ pub use schema::{ColumnKind, ColumnSpec, FrameSchema, SchemaError};
 pub use table::{Table, TableReader, TableWriter};
 pub use triangle_loads::{TriangleLoadFrame, TriangleLoadReader, TriangleLoadWriter};
 pub use walls::{WallFrame, WallReader, WallWriter};
+pub use wear::{
+    WearFrame, WearReader, WearTriangleFrame, WearTriangleReader, WearTriangleWriter, WearWriter,
+};
 pub use writer::{FrameWriteError, FrameWriter};
 
 /// The version of the layout, the value of the schema metadata `mercury_frames`.

@@ -67,6 +67,7 @@ impl Grain {
             triangles: corners(surface, |x| position + turn * (x * scale)),
             value: f64::NAN,
             fixed: false,
+            of_wall: false,
         }
     }
 }

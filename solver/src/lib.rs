@@ -25,3 +25,4 @@ pub mod state;
 pub mod step;
 pub mod study;
 pub mod walls;
+pub mod wear;

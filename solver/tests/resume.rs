@@ -26,7 +26,7 @@ fn scenes_folder() -> PathBuf {
 /// Every scene that runs as it stands takes part by itself, so that a new feature with an example cannot be forgotten.
 fn scenes() -> Vec<PathBuf> {
     let mut files = Vec::new();
-    for folder in ["", "clumps", "bench"] {
+    for folder in ["", "clumps", "bench", "wear"] {
         let entries = fs::read_dir(scenes_folder().join(folder)).unwrap();
         files.extend(entries.map(|entry| entry.unwrap().path()));
     }

@@ -26,6 +26,7 @@ fn every_scene_parses() {
     let mut files = scenes(&folder());
     files.extend(scenes(&folder().join("bench")));
     files.extend(scenes(&folder().join("clumps")));
+    files.extend(scenes(&folder().join("wear")));
     assert!(files.len() >= 19, "only {} scenes", files.len());
     for path in files {
         if let Err(errors) = read_scene(&path, &[]) {
@@ -39,6 +40,7 @@ fn the_index_names_every_scene() {
     let index = std::fs::read_to_string(folder().join("README.md")).expect("an index");
     let mut files = scenes(&folder());
     files.extend(scenes(&folder().join("clumps")));
+    files.extend(scenes(&folder().join("wear")));
     for path in files {
         let name = path.file_name().expect("a name").to_string_lossy();
         assert!(

@@ -23,6 +23,8 @@ Examples:
   mercury-export particles drum --frames last    the table that scenes read: file = \"drum.0010.csv\"
   mercury-export particles bed.lmp               the same from a dump or data file of LAMMPS or LIGGGHTS, with what the scene says
   mercury-export lammps drum                     a dump that OVITO and LAMMPS read
+  mercury-export stl screen --frames last        its worn meshes, screen.bars.0100.stl, which a scene can take
+  mercury-export png screen --frames last --colour depth   how deep its walls are worn
   mercury-export png drum --frames last          the last frame as a picture, drum/png/drum.0050.png
   mercury-export png drum --strip 5 --size 1600x420   five frames side by side
   mercury-export gif drum --colour material --size 640x480   a film in drum/film/drum.gif
@@ -109,6 +111,11 @@ pub(crate) enum Command {
         /// Density of all particles in kg/m^3; needed where the input has no masses (.data)
         #[arg(long, allow_negative_numbers = true)]
         density: Option<f64>,
+    },
+    /// Mesh walls as they are at each frame, worn or not: .stl, one file per wall and frame
+    Stl {
+        #[command(flatten)]
+        common: Common,
     },
     /// Pictures of frames: shaded particles, walls, colour bar, scale
     Png {

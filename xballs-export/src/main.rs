@@ -14,7 +14,7 @@ use mercury_common::readable::counted;
 use mercury_export::output::{Output, ending_of_file, takes_folder};
 use mercury_export::sinks::pictures::{PictureKind, Pictures};
 use mercury_export::sinks::{
-    Density, Info, Parquet, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
+    Density, Info, Parquet, Stl, Vtu, VtuChoice, Xballs, XballsChoice, csv, data_files, dump,
     particle_tables,
 };
 use mercury_export::{
@@ -121,6 +121,7 @@ fn execute(command: Command) -> Result<(), ExportError> {
                 Ok(Box::new(data_files(&job.output, density)))
             })
         }
+        Command::Stl { common } => run(&common, "stl", |job| Ok(Box::new(Stl::new(job)?))),
         Command::Png {
             common,
             look,

@@ -12,7 +12,7 @@ use crate::arguments::ClumpsName;
 /// How a picture looks.
 #[derive(Debug, Args)]
 pub(crate) struct Look {
-    /// auto (speed; height where nothing moves), none, speed, height, material, body, clump (its kind), or any column or vector of the input
+    /// auto (speed; height where nothing moves), none, speed, height, material, body, clump (its kind), depth (of worn walls), or any column or vector of the input
     #[arg(
         long,
         visible_alias = "color",

@@ -31,6 +31,7 @@ mod lammps;
 mod parquet;
 mod particle_csv;
 pub mod pictures;
+mod stl;
 mod vtu;
 mod xballs;
 
@@ -39,5 +40,6 @@ pub use files::{Encode, FilePerFrame, OneFile};
 pub use lammps::{Density, data_files, dump, push_data_file, push_dump};
 pub use parquet::Parquet;
 pub use particle_csv::{particle_rows, particle_tables};
+pub use stl::Stl;
 pub use vtu::{Vtu, VtuChoice};
 pub use xballs::{Info, Xballs, XballsChoice, data_frame};

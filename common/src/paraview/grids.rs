@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::columns::{Group, groups, take_values, vectors};
 use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
-use crate::frames::{Column, ColumnSpec, Frame, TriangleLoadFrame, WallFrame};
+use crate::frames::{Column, ColumnSpec, Frame, TriangleLoadFrame, WallFrame, WearFrame};
 use crate::surfaces::{Surface, faces_of_one_box};
 
 /// Particles as points, with every column of the frame, and `diameter` and `speed` for glyphs.
@@ -137,7 +137,8 @@ pub struct WallScene<'a> {
 }
 
 /// Walls as triangles where they stand, with the index of the wall on every triangle; those that are not there are left out. With
-/// `loads` each triangle has `pressure`, `shear`, `force` and `slip_power`, which are 0 where there is none.
+/// `loads` each triangle has `pressure`, `shear`, `force` and `slip_power`, which are 0 where there is none. With `wear` meshes are as they
+/// are worn, and each point has its `depth`.
 ///
 /// # Errors
 /// When `loads` names a triangle that is not there.
@@ -145,6 +146,7 @@ pub fn walls(
     scene: &WallScene,
     frame: &WallFrame,
     loads: Option<&TriangleLoadFrame>,
+    wear: Option<&WearFrame>,
 ) -> Result<VtuGrid<'static>, String> {
     let ends = faces_of_one_box(scene.names);
     // Of each wall: where its triangles begin and end.
@@ -152,6 +154,7 @@ pub fn walls(
     let mut points = Vec::new();
     let mut triangles = Vec::new();
     let mut wall = Vec::new();
+    let mut depths = Vec::new();
     let placed = |k: usize| frame.placement.get(k).copied().unwrap_or_default();
     for (k, surface) in scene.surfaces.iter().enumerate() {
         if !frame.present.get(k).copied().unwrap_or(false) {
@@ -165,9 +168,20 @@ pub fn walls(
             surface.half_space(&placed(other))
         });
         let cuts: Vec<_> = cuts.collect();
-        let mesh = surface.triangles(&placed(k), scene.domain, &cuts);
+        let worn = match (wear, surface) {
+            (Some(wear), Surface::Mesh(mesh)) => Some(wear.worn(k as u32, mesh)),
+            _ => None,
+        };
+        let mesh = match worn {
+            Some((mesh, of_mesh)) => {
+                depths.extend(of_mesh);
+                Surface::Mesh(mesh).triangles(&placed(k), scene.domain, &cuts)
+            }
+            None => surface.triangles(&placed(k), scene.domain, &cuts),
+        };
         let first = points.len() as u32;
         points.extend(mesh.vertices);
+        depths.resize(points.len(), 0.0);
         let moved = mesh
             .triangles
             .iter()
@@ -185,7 +199,9 @@ pub fn walls(
         time: Some(frame.time),
         points: points.into(),
         cells: VtuCells::Triangles(triangles.into()),
-        point_data: Vec::new(),
+        point_data: (wear.map(|_| VtuArray::new("depth", depths)))
+            .into_iter()
+            .collect(),
         cell_data,
     })
 }

@@ -184,7 +184,7 @@ fn walls_stand_where_their_motion_brought_them_and_absent_ones_are_left_out() {
         present: vec![true, true, false],
         placement: vec![Placement::default(), lifted, Placement::default()],
     };
-    let grid = walls(&scene, &frame, None).unwrap();
+    let grid = walls(&scene, &frame, None, None).unwrap();
     let heights: Vec<f64> = grid.points.iter().map(|x| x.z).collect();
     assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 0.75, 0.75, 0.75, 0.75]);
     assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [0, 0, 1, 1]));
@@ -221,7 +221,7 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
         slip_power: vec![1.0, 2.0, 3.0],
         ..TriangleLoadFrame::default()
     };
-    let grid = walls(&scene, &frame, Some(&loads)).unwrap();
+    let grid = walls(&scene, &frame, Some(&loads), None).unwrap();
     assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [1, 1, 2, 2]));
     assert_eq!(numbers(cell(&grid, "pressure")), [0.0, 8.0, 9.0, 0.0]);
     assert_eq!(numbers(cell(&grid, "slip_power")), [0.0, 2.0, 3.0, 0.0]);
@@ -236,7 +236,7 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
     );
     for (wall, triangle) in [(1, 2), (3, 0)] {
         (loads.wall[1], loads.triangle[1]) = (wall, triangle);
-        let error = walls(&scene, &frame, Some(&loads)).unwrap_err();
+        let error = walls(&scene, &frame, Some(&loads), None).unwrap_err();
         assert_eq!(error, format!("no triangle {triangle} of wall {wall}"));
     }
 }

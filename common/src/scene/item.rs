@@ -187,6 +187,13 @@ impl<'a> Item<'a> {
         })
     }
 
+    /// A number in (low, high].
+    pub(super) fn above(&self, low: f64, high: f64) -> Option<Located<f64>> {
+        self.checked(&format!("lie in ({low}, {high}]"), |value| {
+            value > low && value <= high
+        })
+    }
+
     /// `N` finite numbers.
     pub(super) fn numbers<const N: usize>(&self) -> Option<Located<[f64; N]>> {
         let Value::Array(_) = self.node.value else {

@@ -223,13 +223,16 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
         [.., "rate", "volume"] => D::VOLUME_RATE,
         [.., "rate", "number"] => D::FREQUENCY,
         [.., "bending", "stiffness"] => D::TORQUE,
+        [.., "wear", "constant"] => D::VOLUME_PER_ENERGY,
         [.., last] => match last {
             "min" | "max" | "point" | "origin" | "radius" | "radii" | "along" | "profile"
             | "offset" | "position" | "spacing" | "jitter" | "amplitude" | "thickness"
             | "diameter" | "diameters" | "min_diameter" | "max_diameter" | "mean_diameter"
-            | "median_diameter" | "standard_deviation" | "d63" | "orifice" => D::LENGTH,
+            | "median_diameter" | "standard_deviation" | "d63" | "orifice" | "until_depth"
+            | "reference_diameter" => D::LENGTH,
             "from" | "until" => D::TIME,
-            "velocity" | "mean" | "spread" | "max_speed" | "speed" | "gas_velocity" => D::SPEED,
+            "velocity" | "mean" | "spread" | "max_speed" | "speed" | "gas_velocity"
+            | "reference_speed" => D::SPEED,
             "angular_velocity" => D::ANGULAR_VELOCITY,
             "frequency" => D::FREQUENCY,
             "degrees" | "phase_degrees" | "half_angles_degrees" | "half_angle_degrees" => {

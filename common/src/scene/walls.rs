@@ -4,7 +4,7 @@ use super::MaterialIndex;
 use super::cursor::Fields;
 use super::item::Item;
 use super::motion::{self, Motion};
-use super::settings::Domain;
+use super::settings::{Domain, flag};
 use super::shapes::{self, Shape, ShapeName};
 use super::source::{Located, Place};
 
@@ -29,27 +29,71 @@ pub struct Wall {
     pub wear: Option<Wear>,
 }
 
-/// Wear of a mesh: Reye-Archard-Khrushchov.
+/// Wear of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wear {
     /// Where the table stands.
     pub place: Place,
-    /// Dimensionless wear coefficient.
-    pub coefficient: Located<f64>,
-    /// Hardness, Pa.
-    pub hardness: Located<f64>,
+    /// The law.
+    pub law: WearLaw,
     /// Factor on the worn volume; default 1.
     pub acceleration: Located<f64>,
-    /// What wears; default normal-load.
-    pub basis: WearBasis,
+    /// Whether the surface follows; default true. Else its depths are summed up alone.
+    pub moves: bool,
+    /// The surface follows when a vertex would move by more than this part of its shortest edge; default 1e-3.
+    pub step: Located<f64>,
+    /// Part of a move that a vertex shares with its neighbours; default 0.
+    pub smoothing: Located<f64>,
+    /// The run ends when a vertex is so deep, m; none: never.
+    pub until_depth: Option<Located<f64>>,
 }
 
-/// What the worn volume is proportional to.
+/// A law of wear.
+#[derive(Debug, Clone, PartialEq)]
+pub enum WearLaw {
+    /// Reye-Archard-Khrushchov: the worn volume is `coefficient`/`hardness` times what `basis` says.
+    Archard {
+        /// Dimensionless wear coefficient.
+        coefficient: Located<f64>,
+        /// Hardness, Pa.
+        hardness: Located<f64>,
+        /// What wears.
+        basis: WearBasis,
+    },
+    /// Finnie's law of erosion by impacts.
+    Finnie {
+        /// Worn volume over m v^2 f(angle), m^3/J.
+        constant: Located<f64>,
+    },
+    /// Oka's law of erosion by impacts.
+    Oka {
+        /// Vickers hardness, Pa.
+        hardness: Located<f64>,
+        /// Worn volume per mass of the particles at normal impact at the reference, mm^3/kg.
+        reference_erosion: Located<f64>,
+        /// Speed of the reference, m/s.
+        reference_speed: Located<f64>,
+        /// Diameter of the particles of the reference, m.
+        reference_diameter: Located<f64>,
+        /// Exponent of the speed.
+        speed_exponent: Located<f64>,
+        /// Exponent of the diameter.
+        diameter_exponent: Located<f64>,
+        /// Exponent of sin(angle).
+        n1: Located<f64>,
+        /// Exponent of 1 + H (1 - sin(angle)), H in GPa.
+        n2: Located<f64>,
+    },
+}
+
+/// What the worn volume of Archard's law is proportional to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WearBasis {
-    /// Normal force times sliding distance.
+    /// Normal force times the way of the particle's surface along the wall.
     NormalLoad,
-    /// Work of friction.
+    /// Normal force times the slip beyond what the friction spring takes up.
+    Sliding,
+    /// What sliding dissipates.
     FrictionWork,
 }
 
@@ -66,8 +110,21 @@ pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
     let shape_name = shapes::read_name(&fields)?;
     let shape = shapes::read(&fields, shape_name, domain);
     let wear = match shape_name {
-        ShapeName::Mesh => fields.get("wear").and_then(|item| read_wear(&item)),
-        _ => None,
+        ShapeName::Mesh => match fields.get("wear") {
+            Some(item) => read_wear(&item).map(Some),
+            None => Some(None),
+        },
+        _ => {
+            if fields.has("wear")
+                && let Some(item) = fields.get("wear")
+            {
+                let error = item.place.error("only a mesh can wear");
+                let help =
+                    "make the wall a mesh: shape = \"mesh\", file = \"...\"; or leave `wear` out";
+                fields.context.report(error.with_help(help));
+            }
+            Some(None)
+        }
     };
     fields.finish();
     Some(Wall {
@@ -78,7 +135,7 @@ pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
         from: from?,
         until,
         motion: motion?,
-        wear,
+        wear: wear?,
     })
 }
 
@@ -98,35 +155,104 @@ pub(super) fn interval(fields: &Fields<'_>) -> (Option<Located<f64>>, Option<Loc
     (from, until)
 }
 
+const LAWS: [(&str, LawName); 3] = [
+    ("archard", LawName::Archard),
+    ("finnie", LawName::Finnie),
+    ("oka", LawName::Oka),
+];
+
+#[derive(Debug, Clone, Copy)]
+enum LawName {
+    Archard,
+    Finnie,
+    Oka,
+}
+
+/// Largest part of its shortest edge by which a vertex may move at once.
+const LARGEST_STEP: f64 = 0.1;
+
 fn read_wear(item: &Item<'_>) -> Option<Wear> {
     let fields = item.table()?;
-    fields.need("law")?.word("wear law", &[("archard", ())])?;
-    let coefficient = fields
-        .need("coefficient")
-        .and_then(|item| item.non_negative());
-    let hardness = fields.need("hardness").and_then(|item| item.positive());
+    let law = fields.need("law")?.word("wear law", &LAWS)?;
+    let law = match law {
+        LawName::Archard => read_archard(&fields),
+        LawName::Finnie => {
+            let constant = fields.need("constant").and_then(|item| item.non_negative());
+            constant.map(|constant| WearLaw::Finnie { constant })
+        }
+        LawName::Oka => read_oka(&fields),
+    };
     let acceleration = match fields.get("acceleration") {
         Some(item) => item.positive(),
         None => Some(fields.default("acceleration", 1.0)),
     };
-    let basis = fields
-        .get("basis")
-        .and_then(|item| {
-            item.word(
-                "basis of wear",
-                &[
-                    ("normal-load", WearBasis::NormalLoad),
-                    ("friction-work", WearBasis::FrictionWork),
-                ],
-            )
-        })
-        .unwrap_or(WearBasis::NormalLoad);
+    let moves = flag(&fields, "moves", true);
+    let step = match fields.get("step") {
+        Some(item) => item.above(0.0, LARGEST_STEP),
+        None => Some(fields.default("step", 1e-3)),
+    };
+    let smoothing = match fields.get("smoothing") {
+        Some(item) => item.fraction(),
+        None => Some(fields.default("smoothing", 0.0)),
+    };
+    let until_depth = match fields.get("until_depth") {
+        Some(item) => item.positive().map(Some),
+        None => Some(None),
+    };
     fields.finish();
     Some(Wear {
         place: item.place.clone(),
+        law: law?,
+        acceleration: acceleration?,
+        moves,
+        step: step?,
+        smoothing: smoothing?,
+        until_depth: until_depth?,
+    })
+}
+
+fn read_archard(fields: &Fields<'_>) -> Option<WearLaw> {
+    let coefficient = fields.need("coefficient");
+    let coefficient = coefficient.and_then(|item| item.non_negative());
+    let hardness = fields.need("hardness").and_then(|item| item.positive());
+    let basis = read_basis(fields);
+    Some(WearLaw::Archard {
         coefficient: coefficient?,
         hardness: hardness?,
-        acceleration: acceleration?,
-        basis,
+        basis: basis?,
+    })
+}
+
+/// The basis of Archard's law. It has no default, because the worn volumes differ by the coefficient of friction.
+fn read_basis(fields: &Fields<'_>) -> Option<WearBasis> {
+    let help = "basis = \"normal-load\" (|F_n| |v_t| dt), \"sliding\" (|F_n| times the slip beyond the friction spring) or \"friction-work\" (what sliding dissipates)";
+    let item = fields.need_or_help("basis", Some(help))?;
+    let words = [
+        ("normal-load", WearBasis::NormalLoad),
+        ("sliding", WearBasis::Sliding),
+        ("friction-work", WearBasis::FrictionWork),
+    ];
+    item.word("basis of wear", &words)
+}
+
+fn read_oka(fields: &Fields<'_>) -> Option<WearLaw> {
+    let positive = |key| fields.need(key).and_then(|item| item.positive());
+    let non_negative = |key| fields.need(key).and_then(|item| item.non_negative());
+    let hardness = positive("hardness");
+    let reference_erosion = non_negative("reference_erosion");
+    let reference_speed = positive("reference_speed");
+    let reference_diameter = positive("reference_diameter");
+    let speed_exponent = non_negative("speed_exponent");
+    let diameter_exponent = non_negative("diameter_exponent");
+    let (n1, n2) = (non_negative("n1"), non_negative("n2"));
+    Some(WearLaw::Oka {
+        hardness: hardness?,
+        reference_erosion: reference_erosion?,
+        reference_speed: reference_speed?,
+        reference_diameter: reference_diameter?,
+        speed_exponent: speed_exponent?,
+        diameter_exponent: diameter_exponent?,
+        n1: n1?,
+        n2: n2?,
     })
 }

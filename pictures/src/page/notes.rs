@@ -59,10 +59,11 @@ pub(super) fn numbers(frame: &Frame, with_time: bool) -> String {
             parts.push(format!("{} without place or size", count(lost)));
         }
     }
-    if !frame.grains.is_empty() {
-        let plural = if frame.grains.len() == 1 { "" } else { "s" };
-        let mut text = format!("{} grain{plural}", count(frame.grains.len()));
-        let fixed = frame.grains.iter().filter(|g| g.fixed).count();
+    let grains = || frame.grains.iter().filter(|grain| !grain.of_wall);
+    if grains().next().is_some() {
+        let plural = if grains().count() == 1 { "" } else { "s" };
+        let mut text = format!("{} grain{plural}", count(grains().count()));
+        let fixed = grains().filter(|g| g.fixed).count();
         if fixed > 0 {
             text += &format!(" ({} fixed)", count(fixed));
         }

@@ -34,6 +34,7 @@ fn cuboid(low: DVec3, high: DVec3, value: f64) -> Grain {
         triangles: triangles.collect(),
         value,
         fixed: false,
+        of_wall: false,
     }
 }
 

@@ -177,6 +177,25 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> PairLaw<N, T
         energy
     }
 
+    /// The way by which a contact has slid in a step of `dt` (s) beyond what its friction spring took up, m. Histories: before and
+    /// after the step.
+    #[must_use]
+    pub fn slip(
+        &self,
+        contact: &Contact,
+        action: &Action,
+        before: &Histories<N, T, R, A>,
+        after: &Histories<N, T, R, A>,
+        dt: f64,
+    ) -> f64 {
+        let normal_force = action.normal.total();
+        if normal_force > 0.0 {
+            (self.tangential).slip(contact, normal_force, dt, [&before.1, &after.1])
+        } else {
+            contact.tangential_velocity.length() * dt
+        }
+    }
+
     /// What sliding and the tangential dashpot have dissipated in a step of `dt` (s), J: the work of the tangential force less what
     /// the tangential spring has gained. Histories: before and after the step.
     ///

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use super::saved::{MOST_AT_WALL, Stretch, most_bytes_of_pairs, put_stretches};
 use super::{
     Alarms, Bond, BondPlace, ContactEvent, ContactForces, FeatureKey, FeatureLoad, FeatureLoads,
-    Finish, MotionBound, NearWall, Needs, Observation, SavedLoads, SavedSlot, SavedSlots,
+    Finish, MotionBound, NearWall, Needs, Observation, Rub, SavedLoads, SavedSlot, SavedSlots,
     SlotState, StepContext, block_size,
 };
 use crate::contact::{
@@ -400,6 +400,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
             if let Some(place) = place {
                 loads.iter().for_each(|(key, load)| place.add(*key, load));
             }
+        }
+    }
+
+    fn take_rubs(&mut self, all: &mut Vec<Rub>) {
+        for block in &mut self.blocks {
+            all.append(&mut block.rubs);
         }
     }
 

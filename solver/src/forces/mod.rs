@@ -14,6 +14,7 @@ mod feature_loads;
 mod near_walls;
 mod observation;
 mod passes;
+mod rubs;
 mod saved;
 
 pub use alarms::{Alarm, AlarmKind, Alarms, Other};
@@ -25,6 +26,7 @@ pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
 pub use near_walls::{NearWall, find_near_walls};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
+pub use rubs::{Impact, Rub};
 pub use saved::{SavedSlot, SavedSlots};
 
 use crate::contact::{Bridge, HistoryNumber, SlidingNormal};
@@ -210,6 +212,9 @@ pub trait ContactForces: Send {
 
     /// Takes back what [`ContactForces::save_feature_loads`] gave; after [`ContactForces::restore`].
     fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
+
+    /// Appends the contacts with walls that wear of the last evaluation, block by block; taken out of here.
+    fn take_rubs(&mut self, all: &mut Vec<Rub>);
 
     /// Listed pairs.
     fn listed(&self) -> usize;

@@ -70,6 +70,10 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
         })
         .collect();
     let domain = (plan.physics().domain_min(), plan.physics().domain_max());
+    let mut shapes = surfaces(plan);
+    if let Some(wear) = &last.wear {
+        shapes = wear.vertices.worn_surfaces(&shapes);
+    }
     let frame = Frame {
         title: plan.outputs().title().to_owned(),
         time: Some(last.time),
@@ -77,7 +81,7 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
         gravity: plan.physics().gravity(),
         domain: Some(domain),
         spheres: spheres.collect(),
-        surfaces: wall_surfaces(&names, &surfaces(plan), &standing, domain),
+        surfaces: wall_surfaces(&names, &shapes, &standing, domain),
         ..Frame::default()
     };
     let colour = if moves {

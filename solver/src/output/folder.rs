@@ -90,7 +90,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 25] = [
+const ENDINGS: [&str; 28] = [
     "scene.toml",
     "scene.json",
     "data",
@@ -110,6 +110,9 @@ const ENDINGS: [&str; 25] = [
     "flux.csv",
     "liquid.csv",
     "budget.csv",
+    "wear.csv",
+    "wear.arrow",
+    "wear_triangles.arrow",
     "0.restart",
     "1.restart",
     "final.png",

@@ -34,6 +34,7 @@ mod triangle_loads;
 mod vtk_files;
 mod wall_frames;
 mod wall_loads;
+mod wear_files;
 mod writer;
 
 pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
@@ -46,4 +47,5 @@ pub use region_counts::materials as counted_materials;
 pub use schedule::{Due, Schedule};
 pub use state::State;
 pub use stream::OutputError;
+pub use wear_files::WearState;
 pub use writer::{POSITIONS, Positions, ToWrite, Writer, Written};

@@ -5,6 +5,7 @@ use mercury_pictures::EnergyFlows;
 
 use super::Due;
 use super::budget::{Exchanged, energy_flows};
+use super::wear_files::WearState;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
 use crate::liquid::LiquidRow;
@@ -50,6 +51,8 @@ pub struct Moment {
     pub liquid: Option<(Vec<f64>, LiquidRow)>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
+    /// Worn walls, in scenes that have any.
+    pub wear: Option<WearState>,
 }
 
 /// A tracked particle or body at one time.
@@ -145,6 +148,9 @@ impl Moment {
             }),
             droplets: (engine.sprays())
                 .map_or_else(Vec::new, |sprays| sprays.state.droplets.clone()),
+            wear: engine
+                .wear()
+                .map(|wear| WearState::new(wear, (engine.time(), engine.steps()))),
         }
     }
 
@@ -168,6 +174,7 @@ impl Moment {
             tracks,
             liquid: None,
             droplets: Vec::new(),
+            wear: None,
         }
     }
 }

@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
 use super::moment::TrackPoint;
+use super::wear_files::WearState;
 use super::{BudgetRow, Due, Moment};
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
@@ -58,6 +59,8 @@ pub struct State {
     pub liquid: Option<LiquidRow>,
     /// Droplets in flight, by ascending id.
     pub droplets: Vec<Droplet>,
+    /// Worn walls, in scenes that have any.
+    pub wear: Option<WearState>,
 }
 
 impl State {
@@ -110,6 +113,7 @@ impl State {
             films: films.map(|films| gather(films, &order)),
             liquid,
             droplets: moment.droplets,
+            wear: moment.wear,
         }
     }
 

@@ -54,6 +54,9 @@ pub struct Summary {
     /// Where the liquid is, in scenes that have any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub liquid: Option<LiquidSummary>,
+    /// Walls that wear, in scenes that have any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub wear: Vec<WearSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
     /// Numbers that were asked for, by their names.
@@ -208,6 +211,25 @@ impl From<LiquidRow> for LiquidSummary {
             ruptured: row.balance.ruptured,
         }
     }
+}
+
+/// A worn wall at the end of a run, as in the last rows of `.wear.csv`; volumes in m^3.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WearSummary {
+    /// Its name.
+    pub name: String,
+    /// By the law, of all contacts.
+    pub owed: f64,
+    /// Signed volume between the first surface and the present one.
+    pub removed: f64,
+    /// What waits.
+    pub pending: f64,
+    /// Depth of the deepest vertex, m.
+    pub max_depth: f64,
+    /// Moves of the surface.
+    pub moves: u64,
+    /// Vertices that cannot move.
+    pub blocked: u64,
 }
 
 /// What became of particles at rest.

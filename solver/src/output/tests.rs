@@ -58,6 +58,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
     let moment = Moment {
         liquid: None,
         tracks: Vec::new(),
+        wear: None,
         time: 1.5,
         step: 3,
         due: Due {

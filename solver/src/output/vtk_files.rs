@@ -148,7 +148,8 @@ impl Stream for VtkFiles {
             };
             let [_, sums] = &state.load_sums;
             let loads = sums.as_ref().map(|sums| walls.triangles.frame(state, sums));
-            let grid = paraview::walls(&scene, &wall_frame(state), loads.as_ref());
+            let wear = state.wear.as_ref().map(|wear| &wear.vertices);
+            let grid = paraview::walls(&scene, &wall_frame(state), loads.as_ref(), wear);
             let grid = grid.map_err(|reason| VtuError::Grid {
                 path: self.folder.clone(),
                 reason,

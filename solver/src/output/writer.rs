@@ -30,6 +30,7 @@ use super::triangle_loads::TriangleLoads;
 use super::vtk_files::VtkFiles;
 use super::wall_frames::WallFrames;
 use super::wall_loads::WallLoads;
+use super::wear_files::{WearCsv, WearFrames, WearTriangles};
 use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
 use crate::neighbours::Images;
@@ -359,6 +360,16 @@ fn streams(
     if plan.physics().energy_budget() {
         let at = begin(&streams);
         streams.push(Box::new(BudgetFile::begin(folder, plan, at)?));
+    }
+    if !plan.physics().wear().is_empty() {
+        let at = begin(&streams);
+        streams.push(Box::new(WearCsv::begin(folder, plan, at)?));
+        if output.frames {
+            let at = begin(&streams);
+            streams.push(Box::new(WearFrames::begin(folder, plan, at)?));
+            let at = begin(&streams);
+            streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
+        }
     }
     if !output.fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");

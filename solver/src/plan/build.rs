@@ -29,6 +29,7 @@ use super::time_step::{
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::walls::{continue_cylinders, walls};
+use super::wear::wear;
 use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
@@ -244,6 +245,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     meshes::remarks(scene, &walls, domain, &mut warnings, &mut notes);
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
+    let wear = wear(scene, &walls);
     let has_liquid = laws.has_liquid()
         || sprays.is_some()
         || !start.films.is_empty()
@@ -286,6 +288,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             liquid,
             sprays,
             walls,
+            wear,
             particles: start.particles,
             clumps,
             bodies: start.bodies,

@@ -14,7 +14,8 @@ use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
-use crate::walls::Wall;
+use crate::walls::{Shape, Wall};
+use crate::wear::WearPlan;
 
 /// Why a draft is no plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -93,6 +94,8 @@ pub struct Draft {
     pub sprays: Option<SprayPlan>,
     /// Walls.
     pub walls: Vec<Wall>,
+    /// How walls wear: at most one entry for each, of meshes alone, in their order.
+    pub wear: Vec<WearPlan>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
@@ -151,6 +154,7 @@ impl Draft {
             liquid: None,
             sprays: None,
             walls: Vec::new(),
+            wear: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
@@ -218,6 +222,7 @@ impl Draft {
                 liquid,
                 sprays: self.sprays,
                 walls: self.walls,
+                wear: self.wear,
                 particles: self.particles,
                 clumps: self.clumps,
                 bodies: self.bodies,
@@ -278,6 +283,15 @@ impl Draft {
         }
         for (index, wall) in self.walls.iter().enumerate() {
             present("wall", index, "material", wall.material.number(), count)?;
+        }
+        for (index, wear) in self.wear.iter().enumerate() {
+            present("wear", index, "wall", wear.wall as u32, self.walls.len())?;
+            let is_mesh = matches!(self.walls[wear.wall].shape, Shape::Mesh(_));
+            let is_next = index == 0 || self.wear[index - 1].wall < wear.wall;
+            if !(is_mesh && is_next) {
+                let what = format!("the wall of wear {index}");
+                return Err(number(&what, "a mesh, each once and in order", wear.wall));
+            }
         }
         for (index, clump) in self.clumps.iter().enumerate() {
             present("clump", index, "material", clump.material.number(), count)?;
@@ -344,6 +358,7 @@ impl Plan {
             liquid: physics.liquid,
             sprays: physics.sprays,
             walls: physics.walls,
+            wear: physics.wear,
             particles: physics.particles,
             clumps: physics.clumps,
             bodies: physics.bodies,

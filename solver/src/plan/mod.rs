@@ -44,6 +44,7 @@ mod time_step;
 mod unsupported;
 mod usage;
 mod walls;
+mod wear;
 mod workload;
 
 pub use crate::contact::parameter::{Origin, Parameter, Value};

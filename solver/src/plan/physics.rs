@@ -17,6 +17,7 @@ use crate::neighbours::Images;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::walls::Wall;
+use crate::wear::WearPlan;
 
 /// What a run simulates: all that decides how its particles move.
 #[derive(Debug, Clone)]
@@ -41,6 +42,7 @@ pub struct Physics {
     pub(super) liquid: Option<LiquidPlan>,
     pub(super) sprays: Option<SprayPlan>,
     pub(super) walls: Vec<Wall>,
+    pub(super) wear: Vec<WearPlan>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
     pub(super) bodies: Vec<NewBody>,
@@ -96,6 +98,8 @@ impl Physics {
         borrow sprays: Option<SprayPlan>;
         /// Walls.
         borrow walls: [Wall];
+        /// How walls wear: at most one entry for each, of meshes alone, in their order.
+        borrow wear: [WearPlan];
         /// Particles of the start, in the order of their ids.
         borrow particles: [NewParticle];
         /// Templates of rigid bodies, in the order of the file.

@@ -11,7 +11,10 @@ use crate::contact::AnyRolling;
 use crate::contact::adhesion::liquid::reduced_diameter;
 use crate::contact::parameter::{Value, short};
 use crate::contact::rolling::FrictionSpring;
+use crate::forces::{Impact, Rub};
+use crate::state::volume;
 use crate::walls::{Component, Shape, Wall};
+use crate::wear::{WearPlan, Worn};
 
 /// What to say of it: each line names the cause, and what to do.
 pub(super) fn warnings(plan: &Plan) -> Vec<String> {
@@ -22,8 +25,11 @@ pub(super) fn warnings(plan: &Plan) -> Vec<String> {
     let flees = flees.filter_map(|wall| is_driven_away(plan, wall));
     let fits = plan.notes().pairs().iter();
     let fits = fits.filter_map(|pair| beyond_the_fit(plan, pair));
+    let wears = plan.physics().wear().iter();
+    let wears = wears.flat_map(|wear| of_wear(plan, wear));
     falls
         .into_iter()
+        .chain(wears)
         .chain(floats)
         .chain(flees)
         .chain(fits)
@@ -83,6 +89,93 @@ fn beyond_the_fit(plan: &Plan, pair: &PairPlan) -> Option<String> {
     } else {
         None
     }
+}
+
+/// A wall that nothing can wear, or that is worn faster than its surface can follow.
+fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
+    let physics = plan.physics();
+    let wall = &physics.walls()[wear.wall];
+    let name = &wall.name;
+    let end = physics.steps() as f64 * physics.time_step();
+    let nobody = physics.particles().is_empty()
+        && physics.bodies().is_empty()
+        && physics.insertions().is_empty();
+    let reason = if nobody {
+        Some("the scene has no particles")
+    } else if wall.from >= end || wall.until <= 0.0 {
+        Some("it is not there while the run lasts")
+    } else if !can_reach(plan, wall) {
+        Some("nothing moves, neither particles nor walls")
+    } else {
+        None
+    };
+    if let Some(reason) = reason {
+        return vec![format!(
+            "walls.{name}.wear: no particle can wear the wall, as {reason}; leave `wear` out"
+        )];
+    }
+    let mut warnings = Vec::new();
+    if !wear.moves && wear.until_depth.is_infinite() && plan.outputs().files().interval > end {
+        warnings.push(format!(
+            "walls.{name}.wear: the wear map is written at the start and at the end alone; shorten output.interval"
+        ));
+    }
+    if let (true, Some(mesh)) = (wear.moves, wall.shape.mesh()) {
+        let part = Worn::new(*wear, mesh).part_of_step(largest_volume(plan, wear));
+        if part > 1.0 {
+            warnings.push(format!(
+                "walls.{name}.wear: one contact in one step can move a vertex by {} times what `step` allows; lower the acceleration, or refine less",
+                short(part)
+            ));
+        }
+    }
+    warnings
+}
+
+/// Whether anything brings particles and the wall together.
+fn can_reach(plan: &Plan, wall: &Wall) -> bool {
+    let physics = plan.physics();
+    let moves = |velocity: DVec3, spin: DVec3| velocity != DVec3::ZERO || spin != DVec3::ZERO;
+    physics.gravity() != DVec3::ZERO
+        || !wall.motion.is_static()
+        || physics
+            .walls()
+            .iter()
+            .any(|other| !other.motion.is_static())
+        || !physics.insertions().is_empty()
+        || (physics.particles().iter()).any(|new| moves(new.velocity, new.angular_velocity))
+        || (physics.bodies().iter()).any(|new| moves(new.velocity, new.angular_velocity))
+}
+
+/// The volume that one contact may wear in one step, m^3: the largest particle with its weight, at the reference speed of the time step.
+fn largest_volume(plan: &Plan, wear: &WearPlan) -> f64 {
+    let physics = plan.physics();
+    let densities = physics.materials().iter().map(|material| material.density);
+    let density = densities.fold(0.0, f64::max);
+    let radius = physics.largest_radius();
+    let mass = density * volume(radius, physics.dimensions());
+    let speed = plan.notes().step().reference_speed;
+    let load = mass * physics.gravity().length();
+    let way = speed * physics.time_step();
+    // At the angle at which Finnie's law wears most, 17 degrees.
+    let impact = Impact {
+        mass,
+        diameter: 2.0 * radius,
+        speed,
+        approach: 0.3 * speed,
+    };
+    wear.acceleration
+        * wear.law.volume(&Rub {
+            wall: 0,
+            feature: 0,
+            foot: DVec3::ZERO,
+            normal: DVec3::Z,
+            load,
+            way,
+            slip: way,
+            work: load * way,
+            impact: Some(impact),
+        })
 }
 
 /// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.

@@ -13,6 +13,7 @@ use super::{Disk, FieldPlan, Memory, PairPlan, Plan, expected_number};
 use crate::boundaries::{Quantity, Rate, Total};
 use crate::contact::parameter::short;
 use crate::walls::{Shape, Wall};
+use crate::wear::{WearBasis, WearLaw, WearPlan};
 
 /// The plan in aligned plain text, with the memory that its run is expected to take, beside what the machine has, if that is known.
 #[must_use]
@@ -390,7 +391,7 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
     if plan.physics().walls().is_empty() {
         writeln!(text, "  none")?;
     }
-    for wall in plan.physics().walls() {
+    for (index, wall) in plan.physics().walls().iter().enumerate() {
         let mut words = plan.physics().materials()[wall.material.index()]
             .name
             .clone();
@@ -410,8 +411,45 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         if let Shape::Mesh(mesh) = &wall.shape {
             line(text, "", &describe(mesh))?;
         }
+        let wear = plan.physics().wear().iter();
+        for wear in wear.filter(|wear| wear.wall == index) {
+            line(text, "", &wear_line(wear))?;
+        }
     }
     Ok(())
+}
+
+/// How a wall wears.
+fn wear_line(wear: &WearPlan) -> String {
+    let mut words = match wear.law {
+        WearLaw::Archard { rate, basis } => {
+            let of = match basis {
+                WearBasis::NormalLoad => "load times way",
+                WearBasis::Sliding => "load times slip",
+                WearBasis::FrictionWork => "work of friction",
+            };
+            format!("wears by archard: K/H = {} 1/Pa times {of}", short(rate))
+        }
+        WearLaw::Finnie { constant } => {
+            format!("wears by finnie: {} m3/J", short(constant))
+        }
+        WearLaw::Oka { erosion, .. } => {
+            format!(
+                "wears by oka: {} mm3/kg at the reference",
+                short(1e9 * erosion)
+            )
+        }
+    };
+    if wear.acceleration != 1.0 {
+        let _ = write!(words, ", {} times as fast", short(wear.acceleration));
+    }
+    if !wear.moves {
+        words += ", as a map: its surface stays";
+    }
+    if wear.until_depth.is_finite() {
+        let _ = write!(words, "; the run ends at {} m", short(wear.until_depth));
+    }
+    words
 }
 
 fn write_pair(text: &mut String, pair: &PairPlan) -> std::fmt::Result {

@@ -13,11 +13,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
             EVAPORATION,
         );
     }
-    for wall in &scene.walls {
-        if let Some(wear) = &wall.wear {
-            found.add(&wear.place, "wear is", WEAR);
-        }
-    }
     for membrane in &scene.membranes {
         found.add(&membrane.name.place, "membranes are", MEMBRANE);
     }
@@ -34,8 +29,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
 
 const EVAPORATION: &str =
     "leave `evaporation` out, or make it 0: films and bridges keep their liquid then";
-/// Archard's law is the work of sliding, or the load times the way, over the hardness: both follow from this table.
-const WEAR: &str = "leave `wear` out and set output.triangle_loads = true: pressure and power of sliding on each triangle, from which wear follows";
 const MEMBRANE: &str = "instead: a [[walls]] entry with a servo, which holds a pressure on a plane, box or disc (motion = [{ kind = \"servo\", pressure = 10e3, ... }]), or with shape = \"mesh\", which is rigid";
 const MASS: &str = "leave `mass` out: particles keep their mass, and `momentum = true` gives them that of the droplets";
 const WALL_FILM: &str = "leave `at_walls` out, or make it \"lost\" or \"bounce\"; what walls take is counted in .liquid.csv";

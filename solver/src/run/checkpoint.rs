@@ -19,6 +19,7 @@ use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};
 use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
+use crate::wear::SavedWorn;
 
 /// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not what happens.
 pub const MAY_CHANGE: [&str; 8] = [
@@ -220,7 +221,10 @@ impl Checkpoint {
     #[must_use]
     pub fn is_at_end(&self, plan: &Plan) -> bool {
         let at_rest = self.known.rest.as_ref().is_some_and(Rest::is_over);
-        at_rest || self.head.step >= plan.physics().steps()
+        let is_worn = (self.snapshot.wear.iter())
+            .flat_map(|wear| &wear.walls)
+            .any(SavedWorn::is_worn);
+        at_rest || is_worn || self.head.step >= plan.physics().steps()
     }
 }
 

@@ -303,6 +303,8 @@ pub enum Ending {
     Planned,
     /// Nothing moves any more.
     AtRest,
+    /// A wall is worn to its `until_depth`.
+    Worn,
     /// It was stopped before.
     Stopped(StopReason),
 }
@@ -413,7 +415,11 @@ impl Run {
                 (engine, writer, from.known)
             }
         };
-        let is_over = engine.steps() >= plan.physics().steps();
+        let ended = if engine.is_worn() {
+            Some(Ending::Worn)
+        } else {
+            (engine.steps() >= plan.physics().steps()).then_some(Ending::Planned)
+        };
         let run = Self {
             engine,
             writer,
@@ -437,7 +443,7 @@ impl Run {
             stepping: Duration::ZERO,
             particle_steps: 0,
             seen: None,
-            ended: is_over.then_some(Ending::Planned),
+            ended,
             options,
         };
         run.prepare_checkpoints();
@@ -551,8 +557,9 @@ impl Run {
             target = target.min((step / rest::EVERY + 1) * rest::EVERY);
         }
         let count = target - step;
-        let step = target;
-        let due = self.schedule.due(step);
+        let before = step;
+        let mut step = target;
+        let mut due = self.schedule.due(step);
         let planned_end = step == engine.plan().physics().steps();
         let is_rest_due = step.is_multiple_of(rest::EVERY);
         // A step that may be the last one is watched in case it is.
@@ -567,10 +574,27 @@ impl Run {
             engine.step_alone(pace.way() == Way::Alone);
         }
         let stepping = Instant::now();
-        if let Err(error) = engine.steps_at_once(count, watch) {
+        // A worn wall ends the run with the next step, wherever this piece would have ended.
+        let was_worn = engine.is_worn();
+        if !was_worn && let Err(error) = engine.steps_at_once(count, watch) {
             self.show(&error);
             return Err(error.into());
         }
+        let is_cut = was_worn || engine.steps() < target;
+        if is_cut {
+            let watch = Watch {
+                records: everything.needs_records(),
+                audit: None,
+            };
+            if let Err(error) = engine.steps_at_once(1, Some(watch)) {
+                self.show(&error);
+                return Err(error.into());
+            }
+            step = engine.steps();
+            due = self.schedule.due(step);
+        }
+        let is_worn = is_cut || planned_end && engine.is_worn();
+        let count = step - before;
         let particle_steps = count * engine.particles.grains() as u64;
         self.particle_steps += particle_steps;
         if let Some(pace) = &mut self.pace {
@@ -578,13 +602,21 @@ impl Run {
         }
         let at_rest =
             is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
-        self.ended = if at_rest {
+        self.ended = if is_worn {
+            Some(Ending::Worn)
+        } else if at_rest {
             Some(Ending::AtRest)
         } else if planned_end {
             Some(Ending::Planned)
         } else {
             stopping.map(Ending::Stopped)
         };
+        if matches!(self.ended, Some(Ending::AtRest | Ending::Worn))
+            && let Err(error) = engine.settle_wear()
+        {
+            self.show(&error);
+            return Err(error.into());
+        }
         // What is written at the end only, is not there for a run that goes on from here.
         let closing = match self.ended {
             None => None,
@@ -644,7 +676,10 @@ impl Run {
         let path = if self.next_checkpoint == 0 { even } else { odd };
         self.next_checkpoint = 1 - self.next_checkpoint;
         self.last_checkpoint = Instant::now();
-        if matches!(self.ended, Some(Ending::Planned | Ending::AtRest)) {
+        if matches!(
+            self.ended,
+            Some(Ending::Planned | Ending::AtRest | Ending::Worn)
+        ) {
             // It is written last: where it is, all is done. What the outputs have now is less than they will have then.
             let mut state = state;
             let Some((positions, outputs)) = self.writer.told() else {

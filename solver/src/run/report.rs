@@ -8,7 +8,7 @@ use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
 use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
 use crate::output::Written;
-use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary};
+use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
 use crate::step::Engine;
 
 /// A run that is over. Printed, it is the closing report.
@@ -51,6 +51,7 @@ impl fmt::Display for Report {
         let (s, b) = (&self.summary, &self.budget);
         let how = match self.ending {
             Ending::Planned | Ending::AtRest => "finished",
+            Ending::Worn => "finished, worn to until_depth,",
             Ending::Stopped(StopReason::File) => "stopped by the file STOP",
             Ending::Stopped(StopReason::TimeLimit) => "stopped by the time limit",
             Ending::Stopped(StopReason::Request) => "stopped",
@@ -131,6 +132,13 @@ impl fmt::Display for Report {
                 liquid.error,
                 liquid.formed,
                 liquid.ruptured
+            )?;
+        }
+        for wear in &s.wear {
+            writeln!(
+                f,
+                "  wear       {}: {:.6e} m3 owed, {:.6e} removed, {:.1e} pending; {:.3e} m deep after {} moves",
+                wear.name, wear.owed, wear.removed, wear.pending, wear.max_depth, wear.moves
             )?;
         }
         let threads = match s.threads {
@@ -235,6 +243,7 @@ pub(super) fn report(
     warnings.extend(shortfalls(plan, &boundaries, &have_places, engine.time()));
     warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
+    warnings.extend(engine.wear_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
@@ -273,11 +282,12 @@ pub(super) fn report(
                 energy: counts.energy,
             }),
             liquid: engine.liquid().map(LiquidSummary::from),
+            wear: wear(engine),
             warnings,
             results: Vec::new(),
             status: match looped.ending {
                 Ending::Stopped(_) => Status::Stopped,
-                Ending::Planned | Ending::AtRest => Status::Finished,
+                Ending::Planned | Ending::AtRest | Ending::Worn => Status::Finished,
             },
         },
         ending: looped.ending,
@@ -297,6 +307,25 @@ pub(super) fn report(
         laws: engine.law_names().to_owned(),
         total_seconds: 0.0,
     }
+}
+
+/// Worn walls in numbers.
+fn wear(engine: &Engine) -> Vec<WearSummary> {
+    let walls = engine.plan().physics().walls();
+    let worn = engine.wear().into_iter().flat_map(|wear| &wear.walls);
+    worn.map(|worn| {
+        let row = worn.row();
+        WearSummary {
+            name: walls[worn.plan().wall].name.clone(),
+            owed: row.owed,
+            removed: row.removed,
+            pending: row.pending,
+            max_depth: row.max_depth,
+            moves: row.moves,
+            blocked: row.blocked,
+        }
+    })
+    .collect()
 }
 
 /// The lines of a log that stand before what came of the run.

@@ -9,6 +9,7 @@
 //! | lists are kept valid | `lists` |
 //! | droplets leave, fly and are caught | `spray` |
 //! | forces; loads of pebbles gathered; fused with them the kicks and the drift that follow | `forces` |
+//! | walls lose what these contacts wear, and their surfaces follow | `wear` |
 //! | what is beyond a limit is named | `guard`, `crossings` |
 
 mod audit;
@@ -30,6 +31,7 @@ mod start;
 mod tests;
 mod tracks;
 mod walls;
+mod wear;
 
 pub use audit::{Audit, AuditedContact};
 pub use error::RunError;
@@ -58,6 +60,7 @@ use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::Particles;
 use crate::walls::WallNow;
+use crate::wear::Wear;
 
 /// The engine: the whole state of a run and the way from one step to the next.
 pub struct Engine {
@@ -88,6 +91,8 @@ pub struct Engine {
     liquid: Option<Liquids>,
     /// Droplets, in scenes with sprays.
     sprays: Option<Sprays>,
+    /// Walls that wear, in scenes that have any.
+    wear: Option<Wear>,
 
     // What follows never changes.
     law_names: String,
@@ -118,16 +123,23 @@ impl Engine {
 
     /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
     /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
+    /// Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not watched, and one more
+    /// must follow.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
     pub fn steps_at_once(&mut self, count: u64, watch: Option<Watch>) -> Result<(), RunError> {
         let pool = self.pool.clone();
         let mut run = || {
-            (1..=count).try_for_each(|k| {
+            let was_worn = self.is_worn();
+            for k in 1..=count {
                 let last = k == count;
-                self.one_step(if last { watch } else { None }, !last)
-            })
+                self.one_step(if last { watch } else { None }, !last)?;
+                if self.is_worn() && !was_worn {
+                    break;
+                }
+            }
+            Ok(())
         };
         match pool {
             Some(pool) => pool.install(|| awake(run)),
@@ -170,6 +182,7 @@ impl Engine {
         self.settle();
         self.spray(speed)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
+        self.wear_walls()?;
         self.guard_contacts();
         self.guarded()
     }

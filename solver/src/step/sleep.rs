@@ -304,7 +304,9 @@ impl Engine {
             let is_summed =
                 self.plan.outputs().files().triangle_loads && matches!(now.shape(), Shape::Mesh(_));
             let comes_or_goes = (sleep.walls.get(index)).is_some_and(|before| before.1 != present);
-            let stirs = comes_or_goes || present && (moves || is_other || is_summed);
+            // Surfaces that follow their wear move a little now and then.
+            let follows = now.wears();
+            let stirs = comes_or_goes || present && (moves || is_other || is_summed || follows);
             is_new |= stirs && !sleep.stirs[index];
             sleep.stirs[index] = stirs;
         }

@@ -12,6 +12,7 @@ use crate::plan::Plan;
 use crate::spray::{Droplet, SprayState, Sprays};
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
 use crate::walls::{SavedWall, WallNow};
+use crate::wear::{SavedWear, Wear};
 
 /// Everything that a run needs to go on bit for bit, beside its plan: also the candidate list, the skin and the count of
 /// steps since the list was built, which decide the order of summation in the steps to come.
@@ -51,10 +52,15 @@ pub struct Snapshot {
     pub liquid: Option<LiquidBalance>,
     /// Droplets in flight and where others went, in scenes with sprays.
     pub sprays: Option<SprayState>,
+    /// Walls that wear, in scenes that have any.
+    pub wear: Option<SavedWear>,
 }
 
 /// Section of [`Snapshot::sprays`].
 const SPRAYS: &str = "sprays";
+
+/// Section of [`Snapshot::wear`].
+const WEAR: &str = "wear";
 
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
@@ -101,6 +107,9 @@ impl Snapshot {
         if let Some(sprays) = &self.sprays {
             encoder.section(SPRAYS, sprays);
         }
+        if let Some(wear) = &self.wear {
+            encoder.section(WEAR, wear);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -137,6 +146,7 @@ impl Snapshot {
             sleep: decoder.optional_section(SLEEP)?,
             liquid: decoder.optional_section(LIQUID)?,
             sprays: decoder.optional_section(SPRAYS)?,
+            wear: decoder.optional_section(WEAR)?,
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -222,6 +232,9 @@ impl Engine {
         if let Some(sprays) = &self.sprays {
             encoder.section(SPRAYS, &sprays.state);
         }
+        if let Some(wear) = &self.wear {
+            encoder.section(WEAR, &wear.save());
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -262,6 +275,7 @@ impl Engine {
             sleep: self.saved_sleep(),
             liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
+            wear: self.wear.as_ref().map(Wear::save),
         }
     }
 
@@ -416,6 +430,14 @@ impl Engine {
         }
         if let Some(state) = snapshot.sprays {
             engine.sprays = Some(Sprays::restored(state));
+        }
+        match (&mut engine.wear, &snapshot.wear) {
+            (Some(wear), Some(saved)) => wear.restore(saved).map_err(RunError::OtherPlan)?,
+            (None, None) => {}
+            _ => {
+                let reason = "of the two, one alone has walls that wear".to_owned();
+                return Err(RunError::OtherPlan(reason));
+            }
         }
         Ok(engine)
     }

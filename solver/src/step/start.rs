@@ -16,6 +16,7 @@ use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
 use crate::walls::WallNow;
+use crate::wear::Wear;
 
 /// How a run is started or continued.
 pub struct StartOptions {
@@ -118,6 +119,7 @@ impl Engine {
             audit: None,
         };
         self.evaluate_forces(spring_time, Some(watch), false);
+        self.forget_rubs();
         // The first step begins with its own half kick alone.
         self.kick_due = false;
         Ok(self)
@@ -168,7 +170,11 @@ impl Engine {
                 ))
             }
         };
-        let walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
+        let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
+        let wear = Wear::new(plan.physics().wear(), &walls);
+        for wall in wear.iter().flat_map(|wear| &wear.walls) {
+            walls[wall.plan().wall].set_wearing();
+        }
         let has_servos = plan
             .physics()
             .walls()
@@ -216,6 +222,7 @@ impl Engine {
             sleep,
             liquid,
             sprays,
+            wear,
         })
     }
 }

@@ -79,7 +79,7 @@ impl Engine {
     }
 
     /// What is wrong with a wall, by its name.
-    fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
+    pub(super) fn wall_error(&self, wall: WallIndex, error: WallError) -> RunError {
         let of_plan = self.plan.physics().walls().get(wall.index());
         RunError::Wall {
             wall: of_plan.map_or(wall.to_string(), |wall| wall.name.clone()),

@@ -33,6 +33,8 @@ pub struct WallNow {
     is_reshaped: bool,
     /// How far points of the surface have moved in the wall's frame since the candidate list was built, at most, m.
     reshaped_by: f64,
+    /// Whether contacts with it are told, as it wears.
+    wears: bool,
 }
 
 /// What must be kept of a [`WallNow`] to go on later, beside the time.
@@ -69,6 +71,7 @@ impl WallNow {
             listed_pose: Pose::IDENTITY,
             is_reshaped: false,
             reshaped_by: 0.0,
+            wears: false,
         };
         now.set_back(images);
         now.note_images(images);
@@ -82,6 +85,18 @@ impl WallNow {
             .iter()
             .map(|wall| Self::new(wall, dt, images))
             .collect()
+    }
+
+    /// Contacts with it are told from now on, as it wears.
+    pub fn set_wearing(&mut self) {
+        self.wears = true;
+    }
+
+    /// Whether contacts with it are told.
+    #[inline]
+    #[must_use]
+    pub fn wears(&self) -> bool {
+        self.wears
     }
 
     /// The surface in the wall's own frame.

@@ -34,6 +34,15 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The mesh, if it is one.
+    #[must_use]
+    pub fn mesh(&self) -> Option<&Mesh> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
+
     /// Shapes with the same answer number their features alike.
     #[must_use]
     pub fn feature_numbering(&self) -> String {

@@ -323,6 +323,8 @@ readers! {
     frames_walls "frames-walls"
     frames_surfaces "frames-surfaces"
     frames_triangle_loads "frames-triangle-loads"
+    frames_wear "frames-wear"
+    frames_wear_triangles "frames-wear-triangles"
     checkpoint "checkpoint"
     checkpoint_resumed "checkpoint-resumed"
     run_resumed "run-resumed"

@@ -38,6 +38,8 @@ The error of the free oscillation of a sphere on a spring is of second order in 
 
 const THREE_BEADS: &str = "A grain in the groove of two fixed beads, 1 degree off the top, where friction exceeds the slope of the groove (Vyas et al. 2025). With the sliding velocity taken against the normal at the end of the step (`sliding_normal = \"step\"`, and other codes) it is pulled into the groove and never falls ([why](theory/time-integration.md#the-normal-of-the-half-step)).";
 
+const WEAR: &str = "The scene [wear-plate](../scenes/wear/wear-plate.toml): a ball of 5 mm is drawn over a plate and presses with its weight. In the other set-ups the plate moves, is turned or lies elsewhere, or the ball swings in one place until it has ground a groove ([theory](theory/wear.md)).";
+
 const MFIX_FALLS: &str = "Linear spring and dashpot; set-ups of MFiX 21.3.2 (DEM01 to DEM05), gravity 9.80665 m/s². What is compared is the theory that MFiX prints beside its own results, at the times that it prints; its Euler steps are off by up to 2 mm in DEM01. *Not run*: DEM06, a sphere in a gas that flows upwards, needs the drag of a gas.";
 
 const CHUNG_OOI: &str = "Set-ups, time steps, digitised curves and limits as in Kratos, whose measure is the sum of all differences over the sum of all values. Walls are rigid, which leaves the ratio of the stiffnesses and so the rebound as it is. Tests 4 as a whole and 5, 6 and 8 where they slide; \
@@ -151,6 +153,14 @@ pub(super) const SUBJECTS: &[Subject] = &[
             section("T19 ", "Mesh walls beside the walls that they tessellate"),
             section("scene press: ", "A lid that presses"),
         ],
+    },
+    Subject {
+        title: "Wear",
+        about: "",
+        sections: &[Section {
+            about: WEAR,
+            ..section("T23 ", "A ball wears a plate")
+        }],
     },
     Subject {
         title: "Rigid clumps",

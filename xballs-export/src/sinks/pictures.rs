@@ -24,7 +24,7 @@ pub struct PictureChoice {
     /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
     pub options: Options,
     /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `material`, `body`, `clump`, or the name of a column or of a vector, whose length is shown.
+    /// `material`, `body`, `clump`, `depth` (of worn walls), or the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
@@ -214,7 +214,8 @@ impl Sink for Pictures<'_> {
         let snapshot = &*self.scenery.with_clumps(snapshot)?;
         if self.candidates.is_empty() {
             let clumps = self.scenery.clumps();
-            for quantity in Quantity::candidates(&self.choice.quantity, snapshot, &clumps)? {
+            let wears = self.scenery.wears();
+            for quantity in Quantity::candidates(&self.choice.quantity, snapshot, &clumps, wears)? {
                 let options = self.options(&quantity, snapshot);
                 self.candidates
                     .push((quantity, options, Overview::default()));

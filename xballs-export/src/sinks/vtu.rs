@@ -10,10 +10,11 @@ use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
 use mercury_common::frames::{
     BodyReader, Column, ContactReader, FrameReader, TriangleLoadFrame, TriangleLoadReader,
-    WallReader,
+    WallReader, WearReader,
 };
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
+use super::stl::worn_at;
 use crate::beside;
 use crate::bodies;
 use crate::selection::retain;
@@ -56,6 +57,7 @@ struct Tables<'a> {
     contacts: Option<&'a ContactReader>,
     walls: Option<&'a WallReader>,
     loads: Option<&'a TriangleLoadReader>,
+    wear: Option<&'a WearReader>,
     bodies: Option<&'a BodyReader>,
     /// The bodies again, where they are shown as their surfaces.
     surfaces: Option<&'a BodyReader>,
@@ -83,6 +85,10 @@ impl<'a> Vtu<'a> {
             .map(|run| run.triangle_loads("--no-walls leaves walls and the loads on them out"))
             .transpose()?
             .flatten();
+        let wear = walled
+            .map(|run| run.wear("--no-walls leaves walls and their wear out"))
+            .transpose()?
+            .flatten();
         let bodies = match bodies::reader(&job.source, "--clumps pebbles shows what there is") {
             // Pebbles are whole without it.
             Err(error) if choice.clumps == ClumpsAs::Pebbles => {
@@ -105,6 +111,7 @@ impl<'a> Vtu<'a> {
                 contacts,
                 walls,
                 loads,
+                wear,
                 bodies,
                 surfaces,
             },
@@ -244,7 +251,9 @@ impl<'a> Vtu<'a> {
             };
             let frame = reader.frame(number)?;
             let (path, loads) = triangle_loads(self.beside.loads, frame.step)?;
-            let grid = paraview::walls(&scene, &frame, loads.as_ref()).map_err(|reason| {
+            let wear = worn_at(self.beside.wear, frame.step)?;
+            let grid = paraview::walls(&scene, &frame, loads.as_ref(), wear.as_ref());
+            let grid = grid.map_err(|reason| {
                 let (path, step) = (path.display(), frame.step);
                 ExportError::Input(format!("{path}: at step {step}: {reason}"))
             })?;
@@ -280,6 +289,10 @@ impl<'a> Vtu<'a> {
             if let Some(loads) = self.beside.loads {
                 let lost = "later walls are without them";
                 warnings.extend(cut(loads.frames(), "loads on triangles", lost));
+            }
+            if let Some(wear) = self.beside.wear {
+                let lost = "later walls are as they were at the start";
+                warnings.extend(cut(wear.frames(), "wear", lost));
             }
         }
         warnings
@@ -346,7 +359,7 @@ impl Sink for Vtu<'_> {
     }
 }
 
-fn run_of(source: &Source) -> Option<&RunSource> {
+pub(super) fn run_of(source: &Source) -> Option<&RunSource> {
     match source {
         Source::Run(run) => Some(run.as_ref()),
         Source::Data(_) | Source::Lammps(_) => None,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mercury_common::error::FormatError;
 use mercury_common::frames::{
     BodyReader, ContactReader, FrameReader, ParticleReader, TriangleLoadReader, WallReader,
+    WearReader,
 };
 
 use super::Item;
@@ -23,6 +24,7 @@ pub struct RunSource {
     /// Why the surfaces of clumps cannot be read, though the bodies can.
     surfaces: Option<FormatError>,
     triangle_loads: Beside<TriangleLoadReader>,
+    wear: Beside<WearReader>,
 }
 
 /// A table beside the particles: there or not, and what is wrong with it. Who does not want it need not care.
@@ -59,6 +61,7 @@ impl RunSource {
             triangle_loads: beside("triangle_loads")
                 .map(TriangleLoadReader::open)
                 .transpose(),
+            wear: beside("wear").map(WearReader::open).transpose(),
             prefix: prefix.to_owned(),
         })
     }
@@ -100,6 +103,10 @@ impl RunSource {
             Some(error) => Err(error.clone().with_more_help(help)),
             None => Ok(()),
         }
+    }
+
+    pub(crate) fn wear(&self, help: &str) -> Result<Option<&WearReader>, FormatError> {
+        there(&self.wear, help)
     }
 
     pub(crate) fn triangle_loads(

@@ -95,6 +95,22 @@ macro_rules! tangential_laws {
                 }
             }
 
+            fn slip(
+                &self,
+                contact: &Contact,
+                normal_force: f64,
+                dt: f64,
+                history: [&AnyTangentialHistory; 2],
+            ) -> f64 {
+                match self {
+                    Self::None => NoFriction.slip(contact, normal_force, dt, [&(); 2]),
+                    $(Self::$variant(law) => {
+                        let own = history.map(|history| Holds::<$law, f64>::own(history));
+                        law.slip(contact, normal_force, dt, [&own[0], &own[1]])
+                    })*
+                }
+            }
+
             fn energy<L: Real>(&self, contact: &Contact<L>, history: &AnyTangentialHistory<L>) -> L {
                 match self {
                     Self::None => NoFriction.energy(contact, &()),

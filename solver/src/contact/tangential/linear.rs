@@ -92,6 +92,26 @@ impl TangentialLaw for LinearFriction {
         -history.0.length()
     }
 
+    fn slip(
+        &self,
+        contact: &Contact,
+        normal_force: f64,
+        dt: f64,
+        [before, after]: [&TangentialSpring; 2],
+    ) -> f64 {
+        if self.stiffness == 0.0 {
+            return contact.tangential_velocity.length() * dt;
+        }
+        let mut unlimited = *before;
+        let law = Self {
+            friction: f64::INFINITY,
+            static_friction: f64::INFINITY,
+            ..*self
+        };
+        law.force(contact, normal_force, dt, &mut unlimited);
+        (unlimited.0 - after.0).length()
+    }
+
     fn energy<L: Real>(&self, _: &Contact<L>, history: &TangentialSpring<L>) -> L {
         history.0.length_squared() * (0.5 * self.stiffness)
     }

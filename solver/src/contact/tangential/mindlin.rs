@@ -64,6 +64,15 @@ impl Mindlin {
         }
     }
 
+    /// The same that never slides.
+    pub(super) fn without_limit(&self) -> Self {
+        Self {
+            friction: f64::INFINITY,
+            static_friction: f64::INFINITY,
+            ..*self
+        }
+    }
+
     /// The same, kept within Coulomb's limit in another way.
     #[must_use]
     pub fn with_limits(self, limits: CoulombLimits) -> Self {
@@ -124,6 +133,18 @@ impl TangentialLaw for Mindlin {
     /// The sum of the components, a convention of MercuryDPM that shows the sign in plane problems.
     fn tangential_overlap(&self, _: &Contact, history: &TangentialSpring) -> f64 {
         history.0.x + history.0.y + history.0.z
+    }
+
+    fn slip(
+        &self,
+        contact: &Contact,
+        normal_force: f64,
+        dt: f64,
+        [before, after]: [&TangentialSpring; 2],
+    ) -> f64 {
+        let mut unlimited = *before;
+        (self.without_limit()).force(contact, normal_force, dt, &mut unlimited);
+        (unlimited.0 - after.0).length()
     }
 
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &TangentialSpring<L>) -> L {

@@ -145,6 +145,22 @@ impl TangentialLaw for MindlinRescaled {
         -(force.x + force.y + force.z) / stiffness
     }
 
+    fn slip(
+        &self,
+        contact: &Contact,
+        normal_force: f64,
+        dt: f64,
+        [before, after]: [&StoredForce; 2],
+    ) -> f64 {
+        let mut unlimited = *before;
+        let law = Self {
+            plain: self.plain.without_limit(),
+        };
+        law.force(contact, normal_force, dt, &mut unlimited);
+        let stiffness = self.plain.stiffness(contact) * self.plain.stiffness_factor;
+        (unlimited.force - after.force).length() / stiffness
+    }
+
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &StoredForce<L>) -> L {
         let stiffness = self.plain.stiffness(contact) * self.plain.stiffness_factor;
         let stored = history.force.length_squared() * 0.5 / stiffness;

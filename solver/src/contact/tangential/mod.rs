@@ -68,6 +68,16 @@ pub trait TangentialLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// The number that MercuryDPM prints as "tangential overlap" in `.fstat`, m.
     fn tangential_overlap(&self, contact: &Contact, history: &Self::History<f64>) -> f64;
 
+    /// The way by which the contact has slid in a step of `dt` (s) beyond what the spring took up, m: how far the spring would have
+    /// been stretched without Coulomb's limit from where it is. `history`: before and after the step. The normal force presses.
+    fn slip(
+        &self,
+        contact: &Contact,
+        normal_force: f64,
+        dt: f64,
+        history: [&Self::History<f64>; 2],
+    ) -> f64;
+
     /// Energy stored in the spring, J.
     fn energy<L: Real>(&self, contact: &Contact<L>, history: &Self::History<L>) -> L;
 }
@@ -96,6 +106,10 @@ impl TangentialLaw for NoFriction {
 
     fn tangential_overlap(&self, _: &Contact, (): &()) -> f64 {
         0.0
+    }
+
+    fn slip(&self, contact: &Contact, _: f64, dt: f64, _: [&(); 2]) -> f64 {
+        contact.tangential_velocity.length() * dt
     }
 
     fn energy<L: Real>(&self, _: &Contact<L>, (): &()) -> L {

@@ -6,7 +6,7 @@ use super::bonds::SlotEvent;
 use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
-use crate::forces::{Alarms, FeatureLoads, NearWall, Observation};
+use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub};
 use crate::state::Load;
 use crate::walls::NearMeshes;
 
@@ -37,6 +37,8 @@ pub(super) struct Block<H> {
     pub(super) alarms: Alarms,
     /// On features of mesh walls since the block was cut or they were taken.
     pub(super) feature_loads: FeatureLoads,
+    /// Contacts with walls that wear, of the last evaluation.
+    pub(super) rubs: Vec<Rub>,
     /// Contacts with an event since they were taken; none where no law asks for them.
     pub(super) events: Vec<SlotEvent>,
 }
@@ -59,6 +61,7 @@ impl<H> Block<H> {
             observation: Observation::default(),
             alarms: Alarms::default(),
             feature_loads: FeatureLoads::default(),
+            rubs: Vec::new(),
             events: Vec::new(),
         }
     }

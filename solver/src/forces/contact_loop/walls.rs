@@ -13,7 +13,9 @@ use super::slots::{BEHIND, FREE, TOUCHING, WITH_HISTORY, WallSlot, with_history}
 use crate::contact::{
     AdhesionLaw, Contact, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
-use crate::forces::{Alarms, FeatureLoad, FeatureLoads, NearWall, Observation, Partner};
+use crate::forces::{
+    Alarms, FeatureLoad, FeatureLoads, Impact, NearWall, Observation, Partner, Rub,
+};
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
@@ -63,7 +65,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     &mut memory,
                     load,
                     &mut block.observation,
-                    &mut block.feature_loads,
+                    (&mut block.feature_loads, &mut block.rubs),
                     &mut block.alarms,
                 );
                 first += near.features as usize;
@@ -109,7 +111,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
-        feature_loads: &mut FeatureLoads,
+        (feature_loads, rubs): (&mut FeatureLoads, &mut Vec<Rub>),
         alarms: &mut Alarms,
     ) -> u32 {
         let (near, state) = (&side.near, side.state);
@@ -154,11 +156,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             shape => assign(slots, touches, shape, &mut forget),
         }
         let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
-        let mut sums = (is_mesh && self.context.feature_loads).then_some(feature_loads);
+        let is_summed = is_mesh && self.context.feature_loads;
+        let mut told = (is_summed || side.wall.wears()).then(|| Told {
+            loads: is_summed.then_some(feature_loads),
+            rubs: side.wall.wears().then_some(rubs),
+        });
         for slot in slots {
             match touches.iter().find(|touch| touch.feature == slot.feature) {
                 Some(touch) => {
-                    let sums = sums.as_deref_mut();
+                    let told = told.as_mut();
                     let at = self.side_of(a, side, touch, slot.state);
                     if self.is_alarming(a, touch, at) {
                         self.alarm_wall(alarms, a, side, touch, at);
@@ -166,9 +172,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     let events = (index as u32, &mut *events);
                     if at == BEHIND {
                         let touch = from_behind(touch);
-                        self.touch_wall(a, side, &touch, slot, load, observation, sums, events);
+                        self.touch_wall(a, side, &touch, slot, load, observation, told, events);
                     } else {
-                        self.touch_wall(a, side, touch, slot, load, observation, sums, events);
+                        self.touch_wall(a, side, touch, slot, load, observation, told, events);
                     }
                     slot.state |= at;
                 }
@@ -205,7 +211,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall; its load is added to `feature_loads` if they are there.
+    /// The contact of a particle with one feature of a wall; what is to be `told` of it is added there.
     #[inline(always)]
     fn touch_wall(
         &self,
@@ -215,7 +221,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         slot: &mut WallSlot<Histories<N, T, R, A>>,
         load: &mut Load,
         observation: &mut Observation,
-        feature_loads: Option<&mut FeatureLoads>,
+        told: Option<&mut Told<'_>>,
         (at, events): (u32, &mut Vec<SlotEvent>),
     ) {
         let (context, state) = (self.context, side.state);
@@ -290,7 +296,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         };
         let pair = a.material.index() * self.materials + side.wall.material.index();
         let law = &self.laws[pair];
-        let before = slot.history;
+        let (before, touched) = (slot.history, slot.state & TOUCHING != 0);
         let dt = context.spring_time;
         let action = if touches {
             law.act(&contact, dt, &mut slot.history)
@@ -312,19 +318,47 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));
         load.add(force, couple + arm.cross(tangential));
-        if let Some(sums) = feature_loads {
+        if let Some(told) = told {
             let slip = if touches {
                 law.sliding_loss(&contact, &action, &before, &slot.history, dt)
             } else {
                 0.0
             };
-            let on_wall = FeatureLoad {
-                force: state.turn_into_wall(-force),
-                shear: state.turn_into_wall(-tangential),
-                normal: action.normal.total(),
-                slip,
-            };
-            sums.add((side.near.wall.number(), touch.feature), &on_wall);
+            if let Some(loads) = &mut told.loads {
+                let on_wall = FeatureLoad {
+                    force: state.turn_into_wall(-force),
+                    shear: state.turn_into_wall(-tangential),
+                    normal: action.normal.total(),
+                    slip,
+                };
+                loads.add((side.near.wall.number(), touch.feature), &on_wall);
+            }
+            if let Some(rubs) = told.rubs.as_mut().filter(|_| touches) {
+                let centre_velocity = if state.moves {
+                    a.velocity - state.velocity.at(earlier + arm)
+                } else {
+                    a.velocity
+                };
+                // What is driven comes to no rest at the wall: it is no projectile.
+                let arrives = !touched && a.inverse_mass > 0.0;
+                let impact = arrives.then(|| Impact {
+                    mass: a.inverse_mass.recip(),
+                    diameter: 2.0 * a.radius,
+                    speed: centre_velocity.length(),
+                    approach: -centre_velocity.dot(normal),
+                });
+                rubs.push(Rub {
+                    wall: side.near.wall.number(),
+                    feature: touch.feature,
+                    foot: state.into_wall(side.centre) - touch.normal * touch.distance,
+                    normal: touch.normal,
+                    load: action.normal.total().abs(),
+                    way: sliding.length() * dt,
+                    slip: law.slip(&contact, &action, &before, &slot.history, dt),
+                    work: slip,
+                    impact,
+                });
+            }
         }
         if context.watch.is_some() {
             observation.wall_contacts += u64::from(touches);
@@ -366,6 +400,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             }
         }
     }
+}
+
+/// What is to be told of the contacts with a mesh.
+struct Told<'a> {
+    /// Loads on its features, if they are summed up.
+    loads: Option<&'a mut FeatureLoads>,
+    /// Its contacts, if it wears.
+    rubs: Option<&'a mut Vec<Rub>>,
 }
 
 /// The wall's side of a contact.

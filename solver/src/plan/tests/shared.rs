@@ -22,6 +22,7 @@ fn scenes_of_this_version_have_a_plan() {
         "scenes/hertz-wall.toml",
         "scenes/chute.toml",
         "scenes/wet-pair.toml",
+        "scenes/wear-plate.toml",
         "scenes/drum-soft.toml",
         "scenes/hopper-psd.toml",
         "scenes/penetration-25k.toml",
@@ -41,10 +42,8 @@ fn scenes_of_this_version_have_a_plan() {
 fn other_scenes_name_what_is_missing() {
     let Some(folder) = shared("") else { return };
     for (name, keys) in [
-        ("scenes/keys.toml", &["wear"][..]),
-        ("scenes/membrane.toml", &["membranes"]),
+        ("scenes/membrane.toml", &["membranes"][..]),
         ("scenes/spray-drum.toml", &["sprays"]),
-        ("scenes/wear-plate.toml", &["wear"]),
     ] {
         let errors = plan_of(&folder, name).expect_err(name);
         for key in keys {

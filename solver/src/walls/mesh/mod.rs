@@ -15,6 +15,7 @@ mod reshape;
 mod topology;
 mod tree;
 mod triangles;
+mod worn;
 
 use glam::DVec3;
 use mercury_common::formats::mesh::TriangleMesh;
@@ -34,6 +35,7 @@ use periodic::Continuation;
 pub use periodic::Period;
 use topology::Topology;
 use tree::Tree;
+pub use worn::{Base, Facing};
 
 /// Minima whose directions from the sphere's centre differ by less than this are one contact, degrees. A turn tessellated by
 /// more facets than 360 over this is smooth from inside.

@@ -73,6 +73,20 @@ pub(super) struct Continuation {
 }
 
 impl Continuation {
+    /// Corners that are the same up to whole periods: the higher number first, which follows the other one.
+    pub(super) fn twins(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let copies = self
+            .copies
+            .iter()
+            .map(|&(copy, original, _)| (copy, original));
+        let seams = self.seams.iter().map(|&(upper, lower, _)| (upper, lower));
+        copies.chain(seams)
+    }
+
+    /// How far corners may move from where they were at first along the axes of the periods, m.
+    pub(super) fn room(&self) -> f64 {
+        self.room
+    }
     /// Whether a corner is a copy.
     pub(super) fn is_copy(&self, corner: u32) -> bool {
         let found = self.copies.binary_search_by_key(&corner, |copy| copy.0);
@@ -229,9 +243,8 @@ impl Mesh {
         self.continuation.known_as(facet as u32) as usize == facet
     }
 
-    /// How far the feature is from a place near `centre`, squared (m^2), by its nearest image.
-    pub(super) fn nearest_image(&self, feature: u32, centre: DVec3, foot: DVec3) -> f64 {
-        let mut least = f64::INFINITY;
+    /// The whole periods by which images of the mesh may be away from it, m.
+    pub(super) fn image_shifts(&self) -> impl Iterator<Item = DVec3> + '_ {
         let steps = |axis: usize| {
             let period = self
                 .periods()
@@ -242,14 +255,16 @@ impl Mesh {
             let farthest = i64::from(farthest);
             (-farthest..=farthest).map(move |periods| periods as f64 * length)
         };
-        for x in steps(0) {
-            for y in steps(1) {
-                for z in steps(2) {
-                    let shift = DVec3::new(x, y, z);
-                    let nearest = self.nearest_of(feature, centre + shift);
-                    least = least.min(nearest.distance_squared(foot + shift));
-                }
-            }
+        let all = move |x| steps(1).flat_map(move |y| steps(2).map(move |z| DVec3::new(x, y, z)));
+        steps(0).flat_map(all)
+    }
+
+    /// How far the feature is from a place near `centre`, squared (m^2), by its nearest image.
+    pub(super) fn nearest_image(&self, feature: u32, centre: DVec3, foot: DVec3) -> f64 {
+        let mut least = f64::INFINITY;
+        for shift in self.image_shifts() {
+            let nearest = self.nearest_of(feature, centre + shift);
+            least = least.min(nearest.distance_squared(foot + shift));
         }
         least
     }

@@ -32,7 +32,7 @@ pub(super) const READERS: &[Reader] = &[
     }, |bytes, place| frames(&place.write("b.data.0", bytes)))
     .bound(MB, 96, "a row of 112 bytes from 16, three times while the list grows, then its columns"),
     Reader::new("export-run", Binary, |place| {
-        for kind in ["contacts", "bodies", "walls", "surfaces", "triangle_loads"] {
+        for kind in ["contacts", "bodies", "walls", "surfaces", "triangle_loads", "wear"] {
             place.write(&format!("c.{kind}.arrow"), &place.of_run(&format!("scene.{kind}.arrow")));
         }
         vec![place.of_run("scene.particles.arrow")]
@@ -50,7 +50,14 @@ pub(super) const READERS: &[Reader] = &[
 
 /// All tables of the run but its particles, which are the sample.
 fn beside(place: &Place, prefix: &str) -> Vec<Vec<u8>> {
-    for kind in ["contacts", "bodies", "walls", "surfaces", "triangle_loads"] {
+    for kind in [
+        "contacts",
+        "bodies",
+        "walls",
+        "surfaces",
+        "triangle_loads",
+        "wear",
+    ] {
         let table = place.of_run(&format!("scene.{kind}.arrow"));
         place.write(&format!("{prefix}.{kind}.arrow"), &table);
     }
@@ -74,6 +81,7 @@ fn each_kind(path: &Path, place: &Place) {
         Some(Box::new(sinks::csv(&job.output, Table::Bodies))),
         Some(Box::new(sinks::Parquet::new(&job.output, Table::Particles))),
         Some(Box::new(sinks::particle_tables(&job.output))),
+        said(sinks::Stl::new(&job)).map(|sink| Box::new(sink) as Box<dyn Sink>),
         Some(Box::new(sinks::data_files(&job.output, density))),
         said(sinks::dump(&job.output)).map(|sink| Box::new(sink) as Box<dyn Sink>),
         said(xballs).map(|sink| Box::new(sink) as Box<dyn Sink>),

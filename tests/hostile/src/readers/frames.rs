@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mercury_common::frames::{
     BodyReader, ContactReader, FrameReader, ParticleReader, Table, TableReader, TriangleLoadReader,
-    WallReader,
+    WallReader, WearReader, WearTriangleReader,
 };
 
 use super::{MB, Reader};
@@ -71,6 +71,26 @@ pub(super) const READERS: &[Reader] = &[
         |bytes, place| {
             all(TriangleLoadReader::open(
                 place.write("a.triangle_loads.arrow", bytes),
+            ));
+        },
+    )
+    .bound(MB, 64, WHY),
+    Reader::new(
+        "frames-wear",
+        Binary,
+        |place| of(place, "wear"),
+        |bytes, place| {
+            all(WearReader::open(place.write("a.wear.arrow", bytes)));
+        },
+    )
+    .bound(MB, 64, WHY),
+    Reader::new(
+        "frames-wear-triangles",
+        Binary,
+        |place| of(place, "wear_triangles"),
+        |bytes, place| {
+            all(WearTriangleReader::open(
+                place.write("a.wear_triangles.arrow", bytes),
             ));
         },
     )

@@ -25,6 +25,8 @@ pub(super) enum Quantity {
         /// Names of the kinds.
         names: Vec<String>,
     },
+    /// Depth of worn walls; particles have none.
+    Depth,
     /// A column of numbers.
     Column { name: String, unit: String },
     /// The length of a vector of three columns.
@@ -37,11 +39,12 @@ pub(super) enum Quantity {
 
 impl Quantity {
     /// What `wanted` may mean: one thing, or for `auto` what to show if something moves and what if nothing does.
-    /// `clumps`: names of the kinds of clumps that the run has.
+    /// `clumps`: names of the kinds of clumps that the run has; `wears`: whether it has walls that wear.
     pub(super) fn candidates(
         wanted: &str,
         snapshot: &Snapshot,
         clumps: &[String],
+        wears: bool,
     ) -> Result<Vec<Self>, ExportError> {
         let speed = || Self::vector("velocity", "speed", snapshot);
         Ok(match wanted {
@@ -56,6 +59,7 @@ impl Quantity {
             CLUMP if has(snapshot, CLUMP) => vec![Self::Clump {
                 names: clumps.to_vec(),
             }],
+            "depth" if wears => vec![Self::Depth],
             "speed" if speed().is_some() => speed().into_iter().collect(),
             _ => {
                 let found = Self::column(wanted, snapshot);
@@ -108,6 +112,7 @@ impl Quantity {
                 label: CLUMP.into(),
                 names: names.clone(),
             },
+            Self::Depth => ColourBy::scalar("depth", "m"),
             Self::Column { name, unit } => ColourBy::scalar(&name.replace('_', " "), unit),
             Self::Length { name, unit, .. } => ColourBy::scalar(name, unit),
         }
@@ -116,7 +121,7 @@ impl Quantity {
     /// Whether a table has what it takes.
     pub(super) fn is_of(&self, snapshot: &Snapshot) -> bool {
         match self {
-            Self::None | Self::Height => true,
+            Self::None | Self::Height | Self::Depth => true,
             Self::Material => has(snapshot, "material"),
             Self::Body => has(snapshot, "body"),
             Self::Clump { .. } => has(snapshot, CLUMP),
@@ -135,6 +140,7 @@ impl Quantity {
         };
         Ok(match self {
             Self::None => vec![0.0; snapshot.frame.rows()],
+            Self::Depth => vec![f64::NAN; snapshot.frame.rows()],
             Self::Height => {
                 let gravity = snapshot.header.gravity.unwrap_or_default();
                 let up = upwards(gravity, snapshot.dimensions() == 2);

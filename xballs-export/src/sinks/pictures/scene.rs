@@ -4,11 +4,14 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
-use mercury_common::frames::{BodyReader, ClumpKind, Column, ContactReader, WallReader};
+use mercury_common::frames::{
+    BodyReader, ClumpKind, Column, ContactReader, WallReader, WearFrame, WearReader,
+};
 use mercury_common::readable::counted;
-use mercury_common::surfaces::Placement;
+use mercury_common::surfaces::{Placement, Surface as Shape};
 use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface, wall_surfaces};
 
+use super::super::stl::worn_at;
 use super::PictureChoice;
 use super::quantity::{CLUMP, Quantity};
 use crate::beside;
@@ -19,6 +22,7 @@ use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
     walls: Option<&'a WallReader>,
+    wear: Option<&'a WearReader>,
     /// Where clumps are shown as surfaces.
     bodies: Option<&'a BodyReader>,
     hide_pebbles: bool,
@@ -63,10 +67,16 @@ impl<'a> Scenery<'a> {
         } else {
             None
         };
+        let wear = run
+            .filter(|_| choice.walls)
+            .map(|run| run.wear("--no-walls leaves walls out"))
+            .transpose()?
+            .flatten();
         Ok(Self {
             kinds,
             contacts,
             walls,
+            wear,
             bodies: bodies::reader_for(source, choice.clumps)?,
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
             without_contacts: 0,
@@ -92,6 +102,11 @@ impl<'a> Scenery<'a> {
             bodies::add_clumps(reader, snapshot.to_mut())?;
         }
         Ok(snapshot)
+    }
+
+    /// Whether there are walls that wear.
+    pub(super) fn wears(&self) -> bool {
+        self.walls.is_some() && self.wear.is_some()
     }
 
     /// Counts from nothing again.
@@ -127,7 +142,12 @@ impl<'a> Scenery<'a> {
             };
             beside::cut(table.frames(), "bodies", lost, last)
         });
-        bodies.into_iter().chain(contacts).chain(walls).collect()
+        let wear = self.wear.and_then(|table| {
+            let lost = "later walls are shown as they were at the start";
+            beside::cut(table.frames(), "wear", lost, last)
+        });
+        let all = bodies.into_iter().chain(contacts).chain(walls);
+        all.chain(wear).collect()
     }
 
     /// The frame of a snapshot, coloured by a quantity.
@@ -142,7 +162,11 @@ impl<'a> Scenery<'a> {
         } else {
             &header.title
         });
-        let (spheres, grains) = self.spheres_and_grains(snapshot, quantity)?;
+        let (spheres, mut grains) = self.spheres_and_grains(snapshot, quantity)?;
+        let wear = worn_at(self.wear, snapshot.frame.step)?;
+        if let (Quantity::Depth, Some(wear)) = (quantity, &wear) {
+            grains.extend(self.worn_triangles(snapshot, wear)?);
+        }
         let contacts = self.contacts(snapshot)?;
         self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
         let contacts = contacts.unwrap_or_default();
@@ -154,7 +178,7 @@ impl<'a> Scenery<'a> {
             domain: header.domain,
             spheres,
             grains,
-            surfaces: self.surfaces(snapshot)?,
+            surfaces: self.surfaces(snapshot, wear.as_ref())?,
             lines: Vec::new(),
             contacts,
         })
@@ -182,8 +206,8 @@ impl<'a> Scenery<'a> {
         Ok((spheres(&rest, quantity)?, grains))
     }
 
-    /// The walls of this step where they stand.
-    fn surfaces(&self, snapshot: &Snapshot) -> Result<Vec<Surface>, ExportError> {
+    /// Where the walls stand at this step; none where they are not there, and none at all where that was not written.
+    fn standing(&self, snapshot: &Snapshot) -> Result<Vec<Option<Placement>>, ExportError> {
         let Some(reader) = self.walls else {
             return Ok(Vec::new());
         };
@@ -192,11 +216,70 @@ impl<'a> Scenery<'a> {
             return Ok(Vec::new());
         };
         let frame = reader.frame(number)?;
-        let standing: Vec<Option<Placement>> = (frame.present.iter().zip(&frame.placement))
+        let both = frame.present.iter().zip(&frame.placement);
+        Ok(both
             .map(|(present, placement)| present.then_some(*placement))
-            .collect();
-        let (names, shapes) = (&reader.header().walls, reader.surfaces());
-        Ok(wall_surfaces(names, shapes, &standing, snapshot.domain()?))
+            .collect())
+    }
+
+    /// The walls of this step where they stand, as they are worn.
+    fn surfaces(
+        &self,
+        snapshot: &Snapshot,
+        wear: Option<&WearFrame>,
+    ) -> Result<Vec<Surface>, ExportError> {
+        let Some(reader) = self.walls else {
+            return Ok(Vec::new());
+        };
+        let standing = self.standing(snapshot)?;
+        if standing.is_empty() {
+            return Ok(Vec::new());
+        }
+        let names = &reader.header().walls;
+        let domain = snapshot.domain()?;
+        Ok(match wear {
+            Some(wear) => {
+                let shapes = wear.worn_surfaces(reader.surfaces());
+                wall_surfaces(names, &shapes, &standing, domain)
+            }
+            None => wall_surfaces(names, reader.surfaces(), &standing, domain),
+        })
+    }
+
+    /// The triangles of worn walls, coloured by their mean depth.
+    fn worn_triangles(
+        &self,
+        snapshot: &Snapshot,
+        wear: &WearFrame,
+    ) -> Result<Vec<Grain>, ExportError> {
+        let Some(reader) = self.walls else {
+            return Ok(Vec::new());
+        };
+        let standing = self.standing(snapshot)?;
+        // A wall that is worn at the end has its colours from the beginning.
+        let last = self.wear.filter(|table| !table.frames().is_empty());
+        let later = last.map(|table| table.frame(table.frames().len() - 1));
+        let later = later.transpose()?.unwrap_or_default();
+        let mut triangles = Vec::new();
+        for (wall, (shape, place)) in (0u32..).zip(reader.surfaces().iter().zip(&standing)) {
+            let (Shape::Mesh(mesh), Some(place)) = (shape, place) else {
+                continue;
+            };
+            if !(wear.wall.contains(&wall) || later.wall.contains(&wall)) {
+                continue;
+            }
+            let (worn, depths) = wear.worn(wall, mesh);
+            for corners in &worn.triangles {
+                let depth: f64 = corners.iter().map(|&k| depths[k as usize]).sum();
+                triangles.push(Grain {
+                    triangles: vec![corners.map(|k| place.to_global(worn.vertices[k as usize]))],
+                    value: depth / 3.0,
+                    fixed: false,
+                    of_wall: true,
+                });
+            }
+        }
+        Ok(triangles)
     }
 
     /// The contacts of this step between particles that are shown; none if none were written then.

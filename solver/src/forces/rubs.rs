@@ -1,0 +1,39 @@
+//! Contacts with walls that wear, one record for each contact and force evaluation.
+
+use glam::DVec3;
+
+/// What wear follows from at a contact of a particle with a wall. Places and directions are in the wall's own frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rub {
+    /// Index of the wall.
+    pub wall: u16,
+    /// Feature of the wall.
+    pub feature: u32,
+    /// The nearest point of the surface, m.
+    pub foot: DVec3,
+    /// Unit normal towards the particle.
+    pub normal: DVec3,
+    /// |F_n|, N, without adhesion.
+    pub load: f64,
+    /// |v_t| dt: way of the particle's surface along the wall, m.
+    pub way: f64,
+    /// Its part beyond what the friction spring takes up, m.
+    pub slip: f64,
+    /// What sliding dissipates, J.
+    pub work: f64,
+    /// What arrives, where the contact begins in this evaluation.
+    pub impact: Option<Impact>,
+}
+
+/// A particle at its first touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impact {
+    /// Its mass, of a pebble that of its body, kg.
+    pub mass: f64,
+    /// Its diameter, m.
+    pub diameter: f64,
+    /// Speed of its centre relative to the wall at the contact point, m/s.
+    pub speed: f64,
+    /// The part of the speed along the normal, towards the wall, m/s.
+    pub approach: f64,
+}

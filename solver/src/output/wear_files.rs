@@ -1,0 +1,171 @@
+//! `<prefix>.wear.csv`, `<prefix>.wear.arrow`, `<prefix>.wear_triangles.arrow`: what wear owes and has removed, in all, by vertices and by triangles.
+
+use std::path::Path;
+
+use mercury_common::formats::number::{NumberStyle, push_integer, push_number};
+use mercury_common::frames::{WearFrame, WearTriangleFrame, WearTriangleWriter, WearWriter};
+
+use super::particle_frames::frames_header;
+use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
+use super::{OutputError, State};
+use crate::plan::Plan;
+use crate::wear::{Wear, WearRow};
+
+const HEAD: &[u8] = b"time,name,owed,removed,pending,front,back,max_depth,x,y,z,moves,blocked\n";
+
+/// Worn walls at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WearState {
+    /// Index of each wall that wears, and its numbers.
+    pub rows: Vec<(usize, WearRow)>,
+    /// Worn vertices.
+    pub vertices: WearFrame,
+    /// Worn triangles.
+    pub triangles: WearTriangleFrame,
+}
+
+impl WearState {
+    /// Of walls at a time (s) after so many steps.
+    #[must_use]
+    pub fn new(wear: &Wear, (time, step): (f64, u64)) -> Self {
+        let mut vertices = WearFrame {
+            time,
+            step,
+            ..WearFrame::default()
+        };
+        let mut triangles = WearTriangleFrame {
+            time,
+            step,
+            ..WearTriangleFrame::default()
+        };
+        for worn in &wear.walls {
+            let wall = worn.plan().wall as u32;
+            for vertex in worn.vertices() {
+                vertices.wall.push(wall);
+                vertices.vertex.push(vertex.vertex);
+                vertices.first.push(vertex.first);
+                vertices.displacement.push(vertex.displacement);
+                vertices.depth.push(vertex.depth);
+                vertices.owed.push(vertex.owed);
+            }
+            for (triangle, owed, removed) in worn.triangles() {
+                triangles.wall.push(wall);
+                triangles.triangle.push(triangle);
+                triangles.owed.push(owed);
+                triangles.removed.push(removed);
+            }
+        }
+        let row = |worn: &crate::wear::Worn| (worn.plan().wall, worn.row());
+        Self {
+            rows: wear.walls.iter().map(row).collect(),
+            vertices,
+            triangles,
+        }
+    }
+}
+
+/// A row for each wall that wears and each output interval.
+pub(super) struct WearCsv {
+    file: TextFile,
+    names: Vec<String>,
+}
+
+impl WearCsv {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.wear.csv", plan.outputs().prefix());
+        let walls = plan.physics().walls().iter();
+        Ok(Self {
+            file: TextFile::begin(folder, &name, HEAD, begin)?,
+            names: walls.map(|wall| wall.name.clone()).collect(),
+        })
+    }
+}
+
+impl Stream for WearCsv {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let Some(wear) = state.wear.as_ref().filter(|_| state.due.frame) else {
+            return Ok(());
+        };
+        for (wall, row) in &wear.rows {
+            let out = &mut self.file.buffer;
+            push_number(out, state.time, NumberStyle::Shortest);
+            out.push(b',');
+            push_csv_name(out, &self.names[*wall]);
+            let [x, y, z] = row.place.to_array();
+            for number in [
+                row.owed,
+                row.removed,
+                row.pending,
+                row.front,
+                row.back,
+                row.max_depth,
+                x,
+                y,
+                z,
+            ] {
+                out.push(b',');
+                push_number(out, number, NumberStyle::Shortest);
+            }
+            for count in [row.moves, row.blocked] {
+                out.push(b',');
+                push_integer(out, count as i64);
+            }
+            out.push(b'\n');
+        }
+        self.file.flush()
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
+    }
+}
+
+pub(super) struct WearFrames {
+    writer: WearWriter,
+}
+
+impl WearFrames {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let path = folder.join(format!("{}.wear.arrow", plan.outputs().prefix()));
+        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+        Ok(Self { writer })
+    }
+}
+
+impl Stream for WearFrames {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if let (Some(wear), true) = (&state.wear, state.due.frame) {
+            self.writer.append(wear.vertices.clone())?;
+        }
+        Ok(())
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
+    }
+}
+
+pub(super) struct WearTriangles {
+    writer: WearTriangleWriter,
+}
+
+impl WearTriangles {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let path = folder.join(format!("{}.wear_triangles.arrow", plan.outputs().prefix()));
+        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+        Ok(Self { writer })
+    }
+}
+
+impl Stream for WearTriangles {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if let (Some(wear), true) = (&state.wear, state.due.frame) {
+            self.writer.append(wear.triangles.clone())?;
+        }
+        Ok(())
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
+    }
+}
