@@ -13,8 +13,8 @@ use crate::sizes::pebble_problem;
 use crate::surface::Prepared;
 use crate::table::number;
 
-/// A body longer than this (m) is probably given in another unit.
-const LARGE_BODY: f64 = plausible::LARGE;
+/// A surface longer than this (m), which may be that of a drum, is probably given in another unit.
+const LARGE_SURFACE: f64 = 10.0;
 /// So is one shorter than this (m): a tenth of a micrometre.
 const SMALL_BODY: f64 = 1e-7;
 
@@ -310,10 +310,15 @@ fn default_route(rows: &[Row]) -> Route {
     }
 }
 
-/// Words about the length of a body in m if it suggests a wrong unit.
+/// Words about the length of a surface in m if it suggests a wrong unit.
 #[must_use]
 pub fn implausible_size(size: f64) -> Option<String> {
-    if size > LARGE_BODY {
+    implausible_beyond(LARGE_SURFACE, size)
+}
+
+/// The same of a body that should be shorter than `most` (m).
+fn implausible_beyond(most: f64, size: f64) -> Option<String> {
+    if size > most {
         let length = if size < 1e6 {
             format!("{size:.3}")
         } else {
@@ -336,7 +341,7 @@ fn implausible(input: &Input, options: &Options) -> Vec<String> {
     let Some((low, high)) = bounds(&input.pebbles) else {
         return Vec::new();
     };
-    let mut words: Vec<String> = implausible_size((high - low).max_element())
+    let mut words: Vec<String> = implausible_beyond(plausible::LARGE, (high - low).max_element())
         .into_iter()
         .collect();
     if options.density < plausible::LIGHT {
