@@ -22,7 +22,7 @@ fn all_keys() -> String {
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.
-const ALTERNATIVES: [&str; 51] = [
+const ALTERNATIVES: [&str; 56] = [
     "materials.a.normal={ law = \"hertz\", effective_modulus = 1e7, damping = 0.1 }\nmaterials.a.tangential={ law = \"mindlin\", friction = 0.5, effective_shear_modulus = 1e6 }",
     "materials.b.normal={ law = \"linear\", collision_time = 1e-3, mass = 1e-3, restitution = 0.5 }",
     "materials.b.tangential={ law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }",
@@ -61,6 +61,11 @@ const ALTERNATIVES: [&str; 51] = [
     "fields.profile={ name = \"profile\", spacing = [0.1], coordinates = \"Z\", smooth = [0.1, 0.05] }",
     "fields.tube.limits={ r = [0.0, 0.4] }",
     "fields.tube={ name = \"tube\", coordinates = \"Rphi\", spacing = [0.1, 0.1], limits = { phi = [0.0, 1.0] } }",
+    "sprays.nozzle.pattern={ kind = \"full-cone\", half_angle_degrees = 20.0 }\nsprays.nozzle.at_walls=bounce\nsprays.nozzle.restitution=0.5",
+    "sprays.nozzle.pattern={ kind = \"hollow-cone\", half_angles_degrees = [10.0, 20.0] }",
+    "sprays.nozzle.flow_rate={ table = \"flow.csv\" }",
+    "sprays.nozzle.speed=2.0",
+    "sprays=[{ name = \"list\", pattern = { kind = \"points\", file = \"droplets.csv\" }, liquid_density = 1000.0 }]",
     "output.fstat=true",
     "output.vtk_interval=0.1",
     "time.until_at_rest=true",
@@ -77,10 +82,9 @@ const ALTERNATIVES: [&str; 51] = [
 ];
 
 /// What this version does not run.
-const REFUSED: [&str; 3] = [
+const REFUSED: [&str; 2] = [
     "liquid.evaporation=1e-9",
     "membranes=[{ name = \"skin\", file = \"plate.stl\", scale = 1.0, rotate = { axis = [0, 0, 1], degrees = 0.0 }, offset = [0, 0, 0], material = \"a\", thickness = 1e-4, youngs_modulus = 1e6, damping_ratio = 0.1, bending = { law = \"bridson\", stiffness = 1e-6, damping = 0.0 }, fixed = \"rim\" }]",
-    "sprays=[{ name = \"jet\", position = [0.5, 0.5, 0.9], axis = [0, 0, -1], pattern = { kind = \"flat-fan\", wide_axis = [1, 0, 0], half_angles_degrees = [30.0, 5.0] }, flow_rate = 1e-6, speed = 2.0, droplets = { kind = \"monodisperse\", diameter = 1e-4 }, liquid_density = 1000.0, from = 0.0, until = 1.0 }]",
 ];
 
 fn settings(lines: &str) -> Vec<String> {
@@ -112,6 +116,11 @@ fn folder() -> tempfile::TempDir {
         ("still.csv", "x,y,z,radius\n0.5,0.1,0.5,0.01\n"),
         ("rate.csv", "t,cumulative\n0,0\n1,0.1\n"),
         ("points.txt", "0.1\n0.2\n"),
+        ("flow.csv", "t,rate\n0,0\n1,1e-6\n"),
+        (
+            "droplets.csv",
+            "t,x,y,z,vx,vy,vz,diameter\n0.1,0.5,0.5,0.9,0,0,-1,1e-4\n",
+        ),
         ("law.toml", "kind = \"monodisperse\"\ndiameter = 0.01\n"),
         ("box.obj", cube.as_str()),
     ] {
@@ -371,7 +380,7 @@ fn started_from_a_run(folder: &Path) -> String {
 }
 
 /// Keys whose numbers are counts, ratios or exponents. A new key that is none must take units.
-const WITHOUT_UNIT: [&str; 51] = [
+const WITHOUT_UNIT: [&str; 52] = [
     "seed",
     "axis",
     "normal",
@@ -418,6 +427,7 @@ const WITHOUT_UNIT: [&str; 51] = [
     "n2",
     "damping_ratio",
     "wide_axis",
+    "max_droplets",
     "mirror",
     "track",
     "fields",

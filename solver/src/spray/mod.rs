@@ -90,6 +90,8 @@ pub struct SprayBalance {
     pub lost: Sum,
     /// Left the domain.
     pub left: Sum,
+    /// What the addition to the last film rounded off.
+    pub rest: f64,
     /// Momentum that particles got, N s.
     pub momentum: [f64; 3],
     /// Kinetic energy that particles got with it, J.
@@ -101,6 +103,7 @@ crate::state::plain!(SprayBalance {
     absorbed,
     lost,
     left,
+    rest,
     momentum,
     energy
 });
@@ -439,7 +442,11 @@ impl Sprays {
     ) {
         self.state.balance.absorbed.add(droplet.volume);
         if let Some(films) = particles.columns.get_mut(FILM_VOLUME) {
-            films[row] += droplet.volume;
+            let before = films[row];
+            let given = droplet.volume + self.state.balance.rest;
+            films[row] = before + given;
+            // What the film is too large to hold goes to the next one, so that rounding errors do not add up.
+            self.state.balance.rest = given - (films[row] - before);
         }
         if !nozzle.momentum {
             return;
