@@ -202,17 +202,17 @@ fn bytes(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn stops_and_threads_change_no_byte() {
     let changes = [
-        "time.end=0.4",
+        "time.end=0.12",
         "output.pictures=false",
-        "output.interval=0.03",
-        "walls.bars.wear.acceleration=2e8",
-        "insertions.feed.rate.number=400.0",
+        "output.interval=0.01",
+        "walls.bars.wear.acceleration=1e8",
+        "insertions.feed.rate.number=1000.0",
     ];
     let whole = tempfile::tempdir().unwrap();
     run_in(whole.path(), planned("screen.toml", &changes));
     let expected = bytes(whole.path());
     assert!(expected.contains_key("screen.wear.arrow"));
-    for (threads, stops) in [(2, vec![]), (1, vec![0.07, 0.19, 0.1999]), (2, vec![0.31])] {
+    for (threads, stops) in [(2, vec![0.08]), (1, vec![0.06, 0.09, 0.0999])] {
         let folder = tempfile::tempdir().unwrap();
         let mut from = None;
         for stop in stops {

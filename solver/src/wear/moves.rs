@@ -60,10 +60,9 @@ impl Worn {
             wanted = self.smoothed(&wanted);
         }
         let mut moved = BTreeSet::new();
-        let mut tried = BTreeSet::new();
+        self.last_way = 0.0;
         for offer in 0..=OFFERS {
             let left = self.place(&wanted, &mut moved);
-            tried.extend(wanted.keys().copied());
             wanted.clear();
             for (node, volume) in left {
                 let is_free = |other: &&u32| {
@@ -90,6 +89,7 @@ impl Worn {
             }
         }
         self.moved = moved.into_iter().collect();
+        self.travelled += self.last_way;
         let nodes: BTreeSet<u32> = (self.moved.iter())
             .flat_map(|&triangle| self.skin.nodes_of(triangle))
             .collect();
@@ -298,6 +298,7 @@ impl Worn {
     }
 
     fn note_ways(&mut self, movers: &[Mover], factors: [f64; 2]) {
+        let mut farthest = 0.0f64;
         for mover in movers {
             let factor = mover.part
                 * if mover.volume > 0.0 {
@@ -305,10 +306,12 @@ impl Worn {
                 } else {
                     factors[1]
                 };
+            farthest = farthest.max(mover.way.length() * factor);
             let index = mover.node as usize;
             let allowed = 3.0 * self.limits[index] / self.areas[index];
             self.largest_move = self.largest_move.max(mover.way.length() * factor / allowed);
         }
+        self.last_way += farthest;
     }
 
     /// Movers, by their place, at triangles that are beyond a limit and have come farther beyond it.
@@ -381,18 +384,25 @@ impl Worn {
             if nodes.iter().all(|&node| self.through[node as usize]) {
                 continue;
             }
-            let corners = self.skin.triangles[triangle as usize];
             let sides = self
                 .skin
                 .sides(triangle, &self.displacement)
                 .map(DVec3::length);
             let shortest = sides.into_iter().fold(f64::INFINITY, f64::min);
             // A face that moves by more at once must not pass the other one unseen.
-            let reach = shortest * THIN.max(self.plan.step);
+            let thin = shortest * THIN.max(self.plan.step);
+            // Both may have come nearer.
+            if self.clear[triangle as usize] - 2.0 * self.travelled > thin {
+                continue;
+            }
+            let corners = self.skin.triangles[triangle as usize];
             let same = |one: u32, other: u32| {
                 self.skin.node_of[one as usize] == self.skin.node_of[other as usize]
             };
-            let Some(facing) = mesh.facing(corners, reach, same, &mut scratch) else {
+            let reach = [thin, thin.max(shortest)];
+            let (clear, facing) = mesh.facing(corners, reach, same, &mut scratch);
+            self.clear[triangle as usize] = clear + 2.0 * self.travelled;
+            let Some(facing) = facing else {
                 continue;
             };
             for node in nodes.into_iter().chain(self.skin.nodes_of(facing.triangle)) {

@@ -49,6 +49,11 @@ pub struct Worn {
     pub(super) limits: Vec<f64>,
     /// A node has reached its limit.
     pub(super) is_due: bool,
+    /// Of each triangle how near others came when that was looked at last (m), plus twice `travelled` then.
+    pub(super) clear: Vec<f64>,
+    /// How far nodes have moved in all moves together, at most, and in the last one, m.
+    pub(super) travelled: f64,
+    pub(super) last_way: f64,
     /// Triangles that the last move has moved, ascending.
     pub(super) moved: Vec<u32>,
     /// Triangles at a feature, in the making.
@@ -129,6 +134,9 @@ impl Worn {
             areas: vec![0.0; nodes],
             limits: vec![0.0; nodes],
             is_due: false,
+            clear: vec![0.0; triangles],
+            travelled: 0.0,
+            last_way: 0.0,
             moved: Vec::new(),
             scratch: Vec::new(),
             skin,

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::facet::Facet;
+use super::near::Near;
 use super::{Mesh, Scratch};
 
 /// A point of a triangle, an edge or a corner, by the corners that hold it.
@@ -117,57 +119,56 @@ impl Mesh {
         nearest.unwrap_or(DVec3::ZERO)
     }
 
-    /// The nearest of the triangles that share no corner with the triangle of these corners, face the other way, and come closer to it than
-    /// `reach` (m) at a corner of either; corners that are `same` are one.
+    /// What comes near the triangle of these corners at a corner of either, of all triangles that share no corner with it: how near anything comes,
+    /// at most `reach` (m), and what faces the other way and is nearer than `thin` (m). Corners that are `same` are one.
     #[must_use]
     pub fn facing(
         &self,
         corners: [u32; 3],
-        reach: f64,
+        [thin, reach]: [f64; 2],
         same: impl Fn(u32, u32) -> bool,
         scratch: &mut Scratch,
-    ) -> Option<Facing> {
-        let [a, b, c] = corners.map(|k| self.vertices[k as usize]);
-        let normal = (b - a).cross(c - a).normalize();
+    ) -> (f64, Option<Facing>) {
+        let own = Facet::new(&self.vertices, corners, [0; 3]);
+        let [a, b, c] = own.corners;
         let middle = (a + b + c) / 3.0;
-        let radius = [a, b, c]
-            .map(|x| x.distance(middle))
-            .into_iter()
-            .fold(0.0, f64::max);
+        let ways = own.corners.map(|x| x.distance(middle));
+        let radius = ways.into_iter().fold(0.0, f64::max);
         let mut packs = Vec::new();
         let search = &mut scratch.search;
         // Every facet that is so near counts: a list without a skin leaves none out.
         self.list(middle, radius + reach, (0.0, 0.0), search, &mut packs);
-        let near = super::near::Near {
+        let near = Near {
             packs: &packs,
             slack: 0.0,
             moved: 0.0,
         };
-        let mut nearest: Option<Facing> = None;
+        let (mut clear, mut nearest) = (reach, None);
         for index in near.facets() {
             let facet = &self.facets[index];
             let shares = |k: &u32| corners.iter().any(|&own| own == *k || same(own, *k));
-            if facet.normal.dot(normal) > -0.5 || facet.vertices.iter().any(shares) {
+            if facet.vertices.iter().any(shares) {
                 continue;
             }
-            let from_here = [a, b, c]
+            let from_here = own
+                .corners
                 .into_iter()
                 .filter_map(|x| facet.nearest(x, reach));
-            let own = super::facet::Facet::new(&self.vertices, corners, [0; 3]);
             let from_there = facet
                 .corners
                 .into_iter()
                 .filter_map(|x| own.nearest(x, reach));
             let distances = from_here.chain(from_there).map(|nearest| nearest.distance);
             let distance = distances.fold(f64::INFINITY, f64::min);
-            let known = nearest.map_or(reach, |known| known.distance);
-            if distance < known {
+            clear = clear.min(distance);
+            let known = nearest.map_or(thin, |known: Facing| known.distance);
+            if distance < known && facet.normal.dot(own.normal) <= -0.5 {
                 nearest = Some(Facing {
                     triangle: self.file_order[index],
                     distance,
                 });
             }
         }
-        nearest
+        (clear, nearest)
     }
 }
