@@ -143,7 +143,7 @@ fn every_mistake_has_its_place_and_its_words() {
         (
             "{ position = [0.0, 0.0, 0.0], radius = 0.005 }",
             "{ position = [0.0, 0.0, 0.0], diameter = 0.01 }",
-            "rod.clump.toml:11:3: pebbles[1].radius: is missing\n      { position = [0.0, 0.0, 0.0], diameter = 0.01 },\n      ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^\nrod.clump.toml:11:33: pebbles[1].diameter: is not a known key\n      { position = [0.0, 0.0, 0.0], diameter = 0.01 },\n                                    ^^^^^^^^\nhelp: allowed here: position, radius",
+            "rod.clump.toml:11:33: pebbles[1].diameter: is not a known key\n      { position = [0.0, 0.0, 0.0], diameter = 0.01 },\n                                    ^^^^^^^^\nhelp: half of it is the radius: radius = 0.005",
         ),
         (
             "density",
