@@ -7,7 +7,7 @@ use crate::formats::mesh::TriangleMesh;
 use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
 use crate::frames::{
     Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
-    ParticleFrame, Table, TriangleLoadFrame, WallFrame,
+    ParticleFrame, Table, TriangleLoadFrame, WallFrame, WearFrame,
 };
 use crate::surfaces::{Placement, Surface};
 
@@ -184,7 +184,7 @@ fn walls_stand_where_their_motion_brought_them_and_absent_ones_are_left_out() {
         present: vec![true, true, false],
         placement: vec![Placement::default(), lifted, Placement::default()],
     };
-    let grid = walls(&scene, &frame, None).unwrap();
+    let grid = walls(&scene, &frame, None, None).unwrap();
     let heights: Vec<f64> = grid.points.iter().map(|x| x.z).collect();
     assert_eq!(heights, [0.0, 0.0, 0.0, 0.0, 0.75, 0.75, 0.75, 0.75]);
     assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [0, 0, 1, 1]));
@@ -212,6 +212,21 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
         present: vec![false, true, true],
         placement: vec![Placement::default(); 3],
     };
+    // Worn walls are as they are worn, each point with its depth.
+    let wear = WearFrame {
+        wall: vec![0, 2],
+        vertex: vec![0, 0],
+        first: vec![DVec3::ZERO, DVec3::new(0.0, 0.0, 0.2)],
+        displacement: vec![DVec3::NEG_Z; 2],
+        depth: vec![1.0, 0.5],
+        owed: vec![0.0; 2],
+        ..WearFrame::default()
+    };
+    let grid = walls(&scene, &frame, None, Some(&wear)).unwrap();
+    let mut depths = vec![0.0; 8];
+    depths[4] = 0.5;
+    assert_eq!(numbers(point(&grid, "depth")), depths);
+    assert_eq!(grid.points[4], DVec3::new(0.0, 0.0, -0.8));
     let mut loads = TriangleLoadFrame {
         wall: vec![0, 1, 2],
         triangle: vec![0, 1, 0],
@@ -221,7 +236,7 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
         slip_power: vec![1.0, 2.0, 3.0],
         ..TriangleLoadFrame::default()
     };
-    let grid = walls(&scene, &frame, Some(&loads)).unwrap();
+    let grid = walls(&scene, &frame, Some(&loads), None).unwrap();
     assert!(matches!(cell(&grid, "wall"), VtuValues::U32(v) if **v == [1, 1, 2, 2]));
     assert_eq!(numbers(cell(&grid, "pressure")), [0.0, 8.0, 9.0, 0.0]);
     assert_eq!(numbers(cell(&grid, "slip_power")), [0.0, 2.0, 3.0, 0.0]);
@@ -236,7 +251,7 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
     );
     for (wall, triangle) in [(1, 2), (3, 0)] {
         (loads.wall[1], loads.triangle[1]) = (wall, triangle);
-        let error = walls(&scene, &frame, Some(&loads)).unwrap_err();
+        let error = walls(&scene, &frame, Some(&loads), None).unwrap_err();
         assert_eq!(error, format!("no triangle {triangle} of wall {wall}"));
     }
 }
