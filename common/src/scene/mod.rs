@@ -79,7 +79,7 @@ pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{Spray, SprayPattern};
 pub use statement::{NamedFile, Statement, differences};
-pub use walls::{Wall, Wear, WearBasis, WearLaw};
+pub use walls::{Oka, Wall, Wear, WearBasis, WearLaw};
 
 use cursor::{Context, Fields};
 use item::Item;
