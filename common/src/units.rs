@@ -54,7 +54,7 @@ dimensions! {
     DENSITY = [-3, 1, 0, 0], "a density", "kg/m3, g/cm3, t/m3";
     MASS_RATE = [0, 1, -1, 0], "a mass per time", "kg/s, g/s, kg/h, t/h";
     VOLUME_RATE = [3, 0, -1, 0], "a volume per time", "m3/s, cm3/s, l/s, l/min";
-    VOLUME_PER_ENERGY = [1, -1, 2, 0], "a volume per energy", "m3/J, mm3/J, 1/Pa";
+    VOLUME_PER_ENERGY = [1, -1, 2, 0], "a volume per energy", "m3/J, mm3/J";
     STIFFNESS = [0, 1, -2, 0], "a force per length", "N/m, N/mm, kN/m, mN/m";
     TORQUE = [2, 1, -2, 0], "a torque", "N m, mN m, N mm";
     VISCOSITY = [-1, 1, -1, 0], "a viscosity", "Pa s, mPa s";

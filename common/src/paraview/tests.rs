@@ -7,7 +7,7 @@ use crate::formats::mesh::TriangleMesh;
 use crate::formats::vtu::{VtuCells, VtuGrid, VtuOptions, VtuValues};
 use crate::frames::{
     Column, ColumnKind, ColumnSpec, ContactColumns, ContactFrame, Frame, ParticleColumns,
-    ParticleFrame, Table, TriangleLoadFrame, WallFrame,
+    ParticleFrame, Table, TriangleLoadFrame, WallFrame, WearFrame,
 };
 use crate::surfaces::{Placement, Surface};
 
@@ -212,6 +212,21 @@ fn loads_stand_on_their_triangles_and_those_of_absent_walls_nowhere() {
         present: vec![false, true, true],
         placement: vec![Placement::default(); 3],
     };
+    // Worn walls are as they are worn, each point with its depth.
+    let wear = WearFrame {
+        wall: vec![0, 2],
+        vertex: vec![0, 0],
+        first: vec![DVec3::ZERO, DVec3::new(0.0, 0.0, 0.2)],
+        displacement: vec![DVec3::NEG_Z; 2],
+        depth: vec![1.0, 0.5],
+        owed: vec![0.0; 2],
+        ..WearFrame::default()
+    };
+    let grid = walls(&scene, &frame, None, Some(&wear)).unwrap();
+    let mut depths = vec![0.0; 8];
+    depths[4] = 0.5;
+    assert_eq!(numbers(point(&grid, "depth")), depths);
+    assert_eq!(grid.points[4], DVec3::new(0.0, 0.0, -0.8));
     let mut loads = TriangleLoadFrame {
         wall: vec![0, 1, 2],
         triangle: vec![0, 1, 0],

@@ -82,7 +82,7 @@ pub use source::{Located, Place, Source};
 pub use spelling::{listed, nearest};
 pub use sprays::{AtWalls, Nozzle, Spray, SprayDrag, SprayFlow, SprayPattern, SpraySource};
 pub use statement::{NamedFile, Statement, differences};
-pub use walls::{Wall, Wear, WearBasis, WearLaw};
+pub use walls::{Oka, Wall, Wear, WearBasis, WearLaw};
 
 use cursor::{Context, Fields};
 use item::Item;

@@ -66,24 +66,28 @@ pub enum WearLaw {
         constant: Located<f64>,
     },
     /// Oka's law of erosion by impacts.
-    Oka {
-        /// Vickers hardness, Pa.
-        hardness: Located<f64>,
-        /// Worn volume per mass of the particles at normal impact at the reference, mm^3/kg.
-        reference_erosion: Located<f64>,
-        /// Speed of the reference, m/s.
-        reference_speed: Located<f64>,
-        /// Diameter of the particles of the reference, m.
-        reference_diameter: Located<f64>,
-        /// Exponent of the speed.
-        speed_exponent: Located<f64>,
-        /// Exponent of the diameter.
-        diameter_exponent: Located<f64>,
-        /// Exponent of sin(angle).
-        n1: Located<f64>,
-        /// Exponent of 1 + H (1 - sin(angle)), H in GPa.
-        n2: Located<f64>,
-    },
+    Oka(Box<Oka>),
+}
+
+/// Numbers of Oka's law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Oka {
+    /// Vickers hardness, Pa.
+    pub hardness: Located<f64>,
+    /// Worn volume per mass of the particles at normal impact at the reference, mm^3/kg.
+    pub reference_erosion: Located<f64>,
+    /// Speed of the reference, m/s.
+    pub reference_speed: Located<f64>,
+    /// Diameter of the particles of the reference, m.
+    pub reference_diameter: Located<f64>,
+    /// Exponent of the speed.
+    pub speed_exponent: Located<f64>,
+    /// Exponent of the diameter.
+    pub diameter_exponent: Located<f64>,
+    /// Exponent of sin(angle).
+    pub n1: Located<f64>,
+    /// Exponent of 1 + H (1 - sin(angle)), H in GPa.
+    pub n2: Located<f64>,
 }
 
 /// What the worn volume of Archard's law is proportional to.
@@ -245,7 +249,7 @@ fn read_oka(fields: &Fields<'_>) -> Option<WearLaw> {
     let speed_exponent = non_negative("speed_exponent");
     let diameter_exponent = non_negative("diameter_exponent");
     let (n1, n2) = (non_negative("n1"), non_negative("n2"));
-    Some(WearLaw::Oka {
+    Some(WearLaw::Oka(Box::new(Oka {
         hardness: hardness?,
         reference_erosion: reference_erosion?,
         reference_speed: reference_speed?,
@@ -254,5 +258,5 @@ fn read_oka(fields: &Fields<'_>) -> Option<WearLaw> {
         diameter_exponent: diameter_exponent?,
         n1: n1?,
         n2: n2?,
-    })
+    })))
 }

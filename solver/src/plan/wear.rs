@@ -44,26 +44,17 @@ fn law(law: &SceneLaw) -> WearLaw {
         SceneLaw::Finnie { constant } => WearLaw::Finnie {
             constant: **constant,
         },
-        SceneLaw::Oka {
-            hardness,
-            reference_erosion,
-            reference_speed,
-            reference_diameter,
-            speed_exponent,
-            diameter_exponent,
-            n1,
-            n2,
-        } => WearLaw::Oka {
+        SceneLaw::Oka(oka) => WearLaw::Oka {
             // GPa, as the law is written.
-            hardness: **hardness / 1e9,
+            hardness: *oka.hardness / 1e9,
             // Given in mm^3/kg.
-            erosion: **reference_erosion * 1e-9,
-            speed: **reference_speed,
-            diameter: **reference_diameter,
-            speed_exponent: **speed_exponent,
-            diameter_exponent: **diameter_exponent,
-            n1: **n1,
-            n2: **n2,
+            erosion: *oka.reference_erosion * 1e-9,
+            speed: *oka.reference_speed,
+            diameter: *oka.reference_diameter,
+            speed_exponent: *oka.speed_exponent,
+            diameter_exponent: *oka.diameter_exponent,
+            n1: *oka.n1,
+            n2: *oka.n2,
         },
     }
 }

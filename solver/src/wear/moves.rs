@@ -371,7 +371,8 @@ impl Worn {
             LEAST_HEIGHTS * self.skin.least_height,
         ];
         // Not a number is beyond.
-        (0..3).any(|k| !(now[k] >= least[k]) && !(now[k] >= then[k]))
+        let is_allowed = |k: usize| now[k] >= least[k] || now[k] >= then[k];
+        !(0..3).all(is_allowed)
     }
 
     /// Looks whether a face of a thin body has come to the opposite one in the last move; `mesh` is the surface as it is now. There nothing moves any
