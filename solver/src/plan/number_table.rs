@@ -4,6 +4,9 @@ use std::path::Path;
 
 use mercury_common::formats::number::parse_number;
 
+/// The line of a row, and its numbers.
+type Numbered<const N: usize> = (usize, [f64; N]);
+
 /// Reads a file with these columns, in this order; empty lines and lines that begin with `#` are skipped. Each row comes with its line.
 ///
 /// # Errors
@@ -12,7 +15,7 @@ use mercury_common::formats::number::parse_number;
 pub(super) fn read<const N: usize>(
     path: &Path,
     columns: [&str; N],
-) -> Result<Vec<(usize, [f64; N])>, String> {
+) -> Result<Vec<Numbered<N>>, String> {
     let name = path.display();
     let text = std::fs::read_to_string(path).map_err(|e| format!("{name} cannot be read: {e}"))?;
     parse(&text, columns).map_err(|(line, message)| format!("{name}:{line}: {message}"))
@@ -21,7 +24,7 @@ pub(super) fn read<const N: usize>(
 fn parse<const N: usize>(
     text: &str,
     columns: [&str; N],
-) -> Result<Vec<(usize, [f64; N])>, (usize, String)> {
+) -> Result<Vec<Numbered<N>>, (usize, String)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let header = columns.join(",");
     let mut lines = text.lines().enumerate().filter(|(_, line)| {

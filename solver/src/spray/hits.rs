@@ -84,7 +84,7 @@ impl<'a> Passing<'a> {
     }
 
     /// A place `left` (s) before the end of the step as the wall saw it then, in the wall's frame.
-    fn into_wall(&self, place: DVec3, left: f64) -> DVec3 {
+    fn place_in_wall(&self, place: DVec3, left: f64) -> DVec3 {
         if self.way == 0.0 {
             return self.wall.state.into_wall(place);
         }
@@ -105,7 +105,7 @@ impl<'a> Passing<'a> {
             let shift = images.any_shift(image);
             let at = |share: f64| {
                 let place = path.from + share * (path.to - path.from) + shift;
-                self.into_wall(place, path.begin + share * (path.end - path.begin))
+                self.place_in_wall(place, path.begin + share * (path.end - path.begin))
             };
             let mut share = 0.0;
             loop {

@@ -38,6 +38,7 @@ pub struct NozzlePlan {
 
 /// Where droplets come from.
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "a scene has a few")]
 pub enum SourcePlan {
     /// A nozzle.
     Nozzle {
