@@ -1,6 +1,6 @@
 //! Wear: walls lose volume where particles slide along them or hit them, and their surfaces follow.
 //!
-//! The contact loop notes each contact with a wall that wears ([`Rub`](crate::forces::Rub)). After the forces [`Wear::note`] turns them into volumes
+//! The contact loop notes each contact with a wall that wears ([`Rub`]). After the forces [`Wear::note`] turns them into volumes
 //! ([`WearLaw`]), which are owed by the vertices of the triangle. Now and then [`Worn`] makes displacements of what is owed, so that the signed
 //! volume between the first surface and the present one is what was owed. See `docs/theory/wear.md`.
 
