@@ -243,6 +243,7 @@ fn of_key(keys: &[&str]) -> Option<Kind> {
             "film_volume" => D::VOLUME,
             "flow_rate" => D::VOLUME_RATE,
             "liquid_density" | "gas_density" => D::DENSITY,
+            "gas_viscosity" => D::VISCOSITY,
             _ => return None,
         },
         [] => return None,

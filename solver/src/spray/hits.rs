@@ -130,7 +130,7 @@ impl<'a> Passing<'a> {
                 if way == 0.0 {
                     break;
                 }
-                share += gap.max(LEAST * path.radius) / way;
+                share += (gap.max(LEAST * path.radius) / way).max(1e-5);
                 if share >= 1.0 {
                     break;
                 }

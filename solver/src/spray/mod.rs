@@ -38,6 +38,9 @@ use crate::walls::{Touches, WallNow};
 /// The share of an edge of a cell that a piece of a path may be long.
 const PIECE: f64 = 0.5;
 
+/// Least part of a step that a piece of a path takes, whatever the speed.
+const LEAST: f64 = 1e-4;
+
 /// Steps for which the bound of a droplet's speed holds.
 const WINDOW: f64 = 64.0;
 
@@ -377,7 +380,7 @@ impl Sprays {
         while left > 0.0 {
             let mut droplet = self.state.droplets[k];
             let speed = flight.fastest(droplet.velocity, left);
-            let longest = PIECE * self.grains.edge() / speed;
+            let longest = (PIECE * self.grains.edge() / speed).max(LEAST * around.dt);
             let piece = if longest < left { longest } else { left };
             let start = droplet.position;
             flight.advance(&mut droplet, piece);

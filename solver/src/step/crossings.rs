@@ -18,6 +18,9 @@ use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
 /// touches the wall.
 pub(super) const SEEN: f64 = 0.5;
 
+/// Least part of its way by which a centre is followed on: a damaged state may hold speeds at which a radius is no part of it.
+const LEAST: f64 = 1e-5;
+
 /// A wall on its way through a step.
 struct Passing<'a> {
     index: WallIndex,
@@ -152,7 +155,7 @@ impl<'a> Passing<'a> {
             }
             // Through the wall it comes only by a stride of the shortest: after a longer one it is still before it.
             let distance = now.touch.distance.abs();
-            stride = f64::max(distance - SEEN * radius, SEEN * radius);
+            stride = f64::max(distance - SEEN * radius, SEEN * radius).max(LEAST * way);
             let then = left;
             before = (distance <= stride).then_some((now, then));
             left = (left - stride / way).max(0.0);
