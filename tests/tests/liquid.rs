@@ -7,7 +7,7 @@ use mercury_common::scene::Files;
 use mercury_solver::contact::adhesion::liquid::Liquid;
 use mercury_solver::plan::{Plan, parse_scene, plan};
 use mercury_solver::state::FILM_VOLUME;
-use mercury_solver::step::{Engine, StartOptions};
+use mercury_solver::step::{Engine, Snapshot, StartOptions};
 use mercury_tests::scenes::observed_step;
 
 fn planned(text: &str, set: &[&str]) -> Arc<Plan> {
@@ -344,4 +344,117 @@ fn the_energy_of_a_wet_collision_closes() {
     println!("closure {coarse:e} {fine:e}");
     assert!(coarse < 2e-3, "{coarse}");
     assert!(fine < 0.35 * coarse, "{fine} {coarse}");
+}
+
+/// Wet spheres and rods that fall through a box: some leave through its open sides, the others are deleted at its foot.
+const FEED: &str = r#"
+gravity = [0.0, 0.0, -9.81]
+[time]
+end = 1.0
+step = 2e-5
+[domain]
+min = [0.0, 0.0, 0.0]
+max = [0.008, 0.008, 0.012]
+periodic = ["y"]
+[clumps.rod]
+file = "rod.clump.toml"
+material = "wet"
+[materials.wet]
+density = 2500.0
+normal = { law = "linear", stiffness = 200.0, restitution = 0.5 }
+liquid = { law = "bagheri", surface_tension = 0.02, contact_angle_degrees = 20.0, viscosity = 1e-3, max_bridge_volume = 2e-12, distribution = 0.7 }
+[[insertions]]
+name = "feed"
+region = { shape = "box", min = [0.0, 0.0, 0.006], max = [0.008, 0.008, 0.012] }
+mixture = [{ material = "wet", psd = { kind = "uniform", min_diameter = 0.8e-3, max_diameter = 1.2e-3, weighting = "number" }, share = 0.7 },
+           { clump = "rod", psd = { kind = "monodisperse", diameter = 1.3e-3 }, share = 0.3, film_volume = 4.1e-12 }]
+film_volume = 1.7e-12
+share_by = "number"
+rate = { number = 6000.0 }
+until = 0.1
+velocity = { mean = [0.0, 0.0, -0.4], spread = [0.3, 0.3, 0.2] }
+[[deletions]]
+name = "foot"
+region = { shape = "half-space", point = [0.0, 0.0, 0.002], normal = [0.0, 0.0, -1.0] }
+[output]
+interval = 0.01
+"#;
+
+/// How many grains of an ingredient have come.
+fn brought(engine: &Engine, ingredient: usize) -> u64 {
+    let mut insertions = engine.boundaries().insertions();
+    let brought = &insertions.next().unwrap().brought;
+    brought.get(ingredient).map_or(0, |tally| tally.number)
+}
+
+#[test]
+fn liquid_on_inserted_grains_is_counted_to_round_off() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let file = format!(
+        "clumps.rod.file={:?}",
+        scenes.join("rod.clump.toml").display().to_string()
+    );
+    for (seed, interrupted) in [(1, 37), (2, 1100), (3, 2999)] {
+        let plan = planned(FEED, &[&file, &format!("seed={seed}")]);
+        let mut engine = Engine::start(Arc::clone(&plan), StartOptions::threads(1)).unwrap();
+        let mut other = Engine::start(Arc::clone(&plan), StartOptions::threads(2)).unwrap();
+        for step in 0..4000 {
+            engine.step(None).unwrap();
+            other.step(None).unwrap();
+            let row = engine.liquid().unwrap();
+            let inserted = row.balance.inserted.value();
+            assert!(
+                row.error.abs() <= 2e-14 * inserted,
+                "{} of {inserted}",
+                row.error
+            );
+            // What is fed is what the key says of each grain.
+            let count = |index: usize| brought(&engine, index) as f64;
+            let fed = 1.7e-12 * count(0) + 4.1e-12 * count(1);
+            assert!((inserted - fed).abs() <= 1e-13 * fed, "{inserted} {fed}");
+            if step == interrupted {
+                let bytes = other.snapshot().encode();
+                let snapshot = Snapshot::decode(&bytes).unwrap();
+                other = Engine::restore(Arc::clone(&plan), snapshot, 1).unwrap();
+            }
+        }
+        assert!(engine.snapshot() == other.snapshot(), "seed {seed}");
+        let row = engine.liquid().unwrap();
+        let balance = row.balance;
+        assert_eq!(balance.initial, 0.0);
+        assert!(balance.formed > 100 && balance.ruptured > 50, "{balance:?}");
+        assert!(balance.left.value() > 0.0 && balance.deleted.value() > 0.0);
+        // Pebbles of one body have films by their surfaces.
+        let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+        assert!(films.iter().all(|film| *film >= 0.0));
+    }
+}
+
+/// Without a law of liquid it is a coating, and it is there all the same; of a body it is spread by surface.
+#[test]
+fn an_inserted_body_has_its_film_on_all_pebbles() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let file = format!(
+        "clumps.rod.file={:?}",
+        scenes.join("rod.clump.toml").display().to_string()
+    );
+    let text = (FEED.lines())
+        .filter(|line| !line.starts_with("liquid ="))
+        .collect::<Vec<_>>()
+        .join("\n");
+    let mut engine = start(&text, &[&file]);
+    while brought(&engine, 1) == 0 {
+        engine.step(None).unwrap();
+    }
+    let films = engine.particles.columns.get(FILM_VOLUME).unwrap();
+    let bodies = engine.particles.bodies.as_ref().unwrap();
+    let rows = (bodies.pebbles[bodies.all[0].pebbles()].iter()).map(|pebble| pebble.row.index());
+    let rows: Vec<usize> = rows.collect();
+    assert!(rows.len() > 1);
+    let square = |row: usize| engine.particles.records[row].radius.powf(2.0);
+    let surface: f64 = rows.iter().map(|&row| square(row)).sum();
+    for &row in &rows {
+        let share = 4.1e-12 * square(row) / surface;
+        assert!((films[row] - share).abs() < 1e-14 * 4.1e-12);
+    }
 }

@@ -102,9 +102,9 @@ impl Liquids {
         for &(row, by_face) in leavers {
             let film = std::mem::take(&mut films[row as usize]);
             if by_face {
-                self.balance.left += film;
+                self.balance.left.add(film);
             } else {
-                self.balance.deleted += film;
+                self.balance.deleted.add(film);
             }
         }
     }

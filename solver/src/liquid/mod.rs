@@ -6,12 +6,14 @@
 
 mod balance;
 mod migration;
+mod sum;
 
 pub use balance::{LiquidBalance, LiquidRow};
 pub use migration::Surroundings;
+pub use sum::Sum;
 
 use crate::forces::ContactForces;
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::{FILM_VOLUME, Particle, Particles};
 
 pub use mercury_common::scene::LiquidNeighbours;
 
@@ -50,28 +52,20 @@ impl Liquids {
         if let Some(bodies) = &particles.bodies {
             for &(body, volume) in &plan.films_of_bodies {
                 let pebbles = &bodies.pebbles[bodies.all[body].pebbles()];
-                let surface = |row: usize| {
-                    let radius = particles.records[row].radius;
-                    radius * radius
-                };
                 let rows: Vec<usize> = pebbles.iter().map(|pebble| pebble.row.index()).collect();
-                let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
-                let mut rest = volume;
-                for row in rows {
-                    let share = if surface(row) < whole {
-                        rest * (surface(row) / whole)
-                    } else {
-                        rest
-                    };
-                    whole -= surface(row);
-                    films[row] = share;
-                    rest -= share;
-                }
-                films[bodies.pebbles[bodies.all[body].pebbles()][0].row.index()] += rest;
+                spread(volume, &rows, &particles.records, films);
             }
         }
         liquids.balance.initial = balance::sum(films.iter().copied());
         liquids
+    }
+
+    /// Counts the films of particles that were inserted: those of the rows from `first` on.
+    pub fn note_inserted(&mut self, first: usize, particles: &Particles) {
+        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        for &film in &films[first.min(films.len())..] {
+            self.balance.inserted.add(film);
+        }
     }
 
     /// Without liquid yet.
@@ -99,5 +93,35 @@ impl Liquids {
             bonds.iter().map(|bond| bond.bridge.volume),
             sprayed,
         )
+    }
+}
+
+/// Gives a grain that has just been added, whose rows are those from `first` on, a film (m^3): of a body that of all its pebbles.
+pub fn wet_new(volume: f64, first: usize, particles: &mut Particles) {
+    let rows: Vec<usize> = (first..particles.len()).collect();
+    if volume > 0.0
+        && let Some(films) = particles.columns.get_mut(FILM_VOLUME)
+    {
+        spread(volume, &rows, &particles.records, films);
+    }
+}
+
+/// Spreads a film (m^3) over spheres by their surfaces.
+fn spread(volume: f64, rows: &[usize], records: &[Particle], films: &mut [f64]) {
+    let surface = |row: usize| records[row].radius * records[row].radius;
+    let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
+    let mut rest = volume;
+    for &row in rows {
+        let share = if surface(row) < whole {
+            rest * (surface(row) / whole)
+        } else {
+            rest
+        };
+        whole -= surface(row);
+        films[row] = share;
+        rest -= share;
+    }
+    if let Some(&first) = rows.first() {
+        films[first] += rest;
     }
 }

@@ -249,7 +249,9 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let has_liquid = laws.has_liquid()
         || sprays.is_some()
         || !start.films.is_empty()
-        || !start.films_of_bodies.is_empty();
+        || !start.films_of_bodies.is_empty()
+        || (insertions.iter().flat_map(|insertion| &insertion.mixture))
+            .any(|part| part.film_volume > 0.0);
     let liquid = has_liquid.then(|| LiquidPlan {
         films: std::mem::take(&mut start.films),
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),

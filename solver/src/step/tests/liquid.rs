@@ -217,7 +217,7 @@ fn leavers_leave_the_liquid_of_their_bridges() {
     assert!(bridges(&engine).is_empty());
     close(&films(&engine), &[1.0]);
     let row = engine.liquid().unwrap();
-    close(&[row.balance.left / UNIT], &[1.0]);
+    close(&[row.balance.left.value() / UNIT], &[1.0]);
     assert!(row.error.abs() <= 2e-14 * 2.0 * UNIT);
 }
 
