@@ -15,7 +15,7 @@ pub use sum::Sum;
 use crate::forces::ContactForces;
 use crate::state::{FILM_VOLUME, Particle, Particles};
 
-pub use mercury_common::scene::LiquidNeighbours;
+pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 
 /// What a plan says of liquid beside the laws of contacts.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,12 +26,17 @@ pub struct LiquidPlan {
     pub films_of_bodies: Vec<(usize, f64)>,
     /// Which bridges take the liquid of one that breaks.
     pub neighbours: LiquidNeighbours,
+    /// Where bridges form.
+    pub bridges_form: BridgesForm,
 }
 
 /// The step part that moves liquid.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Liquids {
     neighbours: LiquidNeighbours,
+    bridges_form: BridgesForm,
+    /// Thickness of each row's film, m, where bridges form as films meet.
+    thickness: Vec<f64>,
     /// What came and went since the start.
     pub balance: LiquidBalance,
 }
@@ -68,11 +73,30 @@ impl Liquids {
         }
     }
 
+    /// Finds how thick the films are, where bridges form as films meet.
+    pub fn measure_films(&mut self, particles: &Particles) {
+        if self.bridges_form == BridgesForm::Contact {
+            return;
+        }
+        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        self.thickness.clear();
+        let rows = particles.records.iter().zip(films);
+        (self.thickness).extend(rows.map(|(record, film)| film_thickness(*film, record.radius)));
+    }
+
+    /// Thickness of each row's film when it was last measured, m; `None` where bridges form at the touch.
+    #[must_use]
+    pub fn film_thicknesses(&self) -> Option<&[f64]> {
+        (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
+    }
+
     /// Without liquid yet.
     #[must_use]
     pub fn new(plan: &LiquidPlan) -> Self {
         Self {
             neighbours: plan.neighbours,
+            bridges_form: plan.bridges_form,
+            thickness: Vec::new(),
             balance: LiquidBalance::default(),
         }
     }
@@ -94,6 +118,14 @@ impl Liquids {
             sprayed,
         )
     }
+}
+
+/// Thickness h of a film (volume V, m^3) on a sphere (radius R, m), m: (R + h)^3 - R^3 = 3 V/(4 pi), without loss of digits.
+#[must_use]
+pub fn film_thickness(volume: f64, radius: f64) -> f64 {
+    let more = 0.75 / std::f64::consts::PI * volume;
+    let outer = libm::cbrt(radius * radius * radius + more);
+    more / (outer * outer + outer * radius + radius * radius)
 }
 
 /// Gives a grain that has just been added, whose rows are those from `first` on, a film (m^3): of a body that of all its pebbles.

@@ -258,6 +258,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         films: std::mem::take(&mut start.films),
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),
         neighbours: scene.liquid.neighbours,
+        bridges_form: scene.liquid.bridges_form,
     });
     let mut plan = Plan {
         physics: Physics {
