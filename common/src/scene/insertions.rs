@@ -56,6 +56,9 @@ pub struct Component {
     pub share: f64,
     /// Its share as it is written.
     pub stated_share: f64,
+    /// Volume of the liquid film on each grain, m^3; that of a clump is spread over its pebbles. Default 0, in a mixture that of the
+    /// insertion.
+    pub film_volume: Located<f64>,
 }
 
 /// What an inserted body is.
@@ -205,7 +208,7 @@ fn read_spread(item: &Item<'_>) -> Option<Located<DVec3>> {
 
 fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     if !fields.exactly_one(&["material", "clump", "mixture"], true) {
-        for key in ["material", "clump", "mixture", "psd"] {
+        for key in ["material", "clump", "mixture", "psd", "film_volume"] {
             fields.get(key);
         }
         return None;
@@ -213,6 +216,7 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     for key in ["material", "clump"] {
         fields.get(key);
     }
+    let film_volume = read_film(fields, || fields.default("film_volume", 0.0));
     let Some(item) = fields.get("mixture") else {
         let body = read_body(fields);
         let psd = read_sizes(fields);
@@ -223,14 +227,18 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
             psd: psd?,
             share: 1.0,
             stated_share: 1.0,
+            film_volume: film_volume?,
         }]);
     };
+    let film_volume = film_volume?;
     let items = item.list()?;
     if items.is_empty() {
         item.report("must list at least one component");
         return None;
     }
-    let read: Vec<Option<Component>> = items.iter().map(read_component).collect();
+    let read: Vec<Option<Component>> = (items.iter())
+        .map(|item| read_component(item, &film_volume))
+        .collect();
     let mut components: Vec<Component> = read.into_iter().collect::<Option<_>>()?;
     let sum: f64 = components.iter().map(|component| component.share).sum();
     if sum <= 0.0 || !sum.is_finite() {
@@ -243,7 +251,7 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
     Some(components)
 }
 
-fn read_component(item: &Item<'_>) -> Option<Component> {
+fn read_component(item: &Item<'_>, film_volume: &Located<f64>) -> Option<Component> {
     let fields = item.table()?;
     let has_body = fields.exactly_one(&["material", "clump"], true);
     for key in ["material", "clump"] {
@@ -252,6 +260,7 @@ fn read_component(item: &Item<'_>) -> Option<Component> {
     let body = if has_body { read_body(&fields) } else { None };
     let psd = read_sizes(&fields);
     let share = fields.need("share").and_then(|item| item.non_negative());
+    let film_volume = read_film(&fields, || film_volume.clone());
     fields.finish();
     let share = share?.value;
     Some(Component {
@@ -260,7 +269,15 @@ fn read_component(item: &Item<'_>) -> Option<Component> {
         psd: psd?,
         share,
         stated_share: share,
+        film_volume: film_volume?,
     })
+}
+
+fn read_film(fields: &Fields<'_>, default: impl FnOnce() -> Located<f64>) -> Option<Located<f64>> {
+    match fields.get("film_volume") {
+        Some(item) => item.non_negative(),
+        None => Some(default()),
+    }
 }
 
 fn read_body(fields: &Fields<'_>) -> Option<Body> {

@@ -13,6 +13,18 @@ pub struct LiquidSettings {
     pub evaporation: Located<f64>,
     /// Which bridges take the liquid of one that breaks; default all of that end.
     pub neighbours: LiquidNeighbours,
+    /// Where bridges form; default at the touch.
+    pub bridges_form: BridgesForm,
+}
+
+/// Where bridges form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum BridgesForm {
+    /// Where two surfaces touch (MercuryDPM).
+    #[default]
+    Contact,
+    /// Where their films meet.
+    Films,
 }
 
 /// Which bridges take the liquid of one that breaks.
@@ -59,10 +71,20 @@ pub(super) fn read(fields: &Fields<'_>) -> Option<LiquidSettings> {
             ],
         )
     });
+    let bridges_form = fields.get("bridges_form").and_then(|item| {
+        item.word(
+            "place where bridges form",
+            &[
+                ("contact", BridgesForm::Contact),
+                ("films", BridgesForm::Films),
+            ],
+        )
+    });
     let settings = LiquidSettings {
         lubrication_in_contact: flag(fields, "lubrication_in_contact", false),
         evaporation: evaporation?,
         neighbours: neighbours.unwrap_or_default(),
+        bridges_form: bridges_form.unwrap_or_default(),
     };
     fields.finish();
     Some(settings)

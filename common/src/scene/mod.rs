@@ -60,7 +60,7 @@ pub use guard::{Guard, GuardPolicy};
 pub use insertions::{Body, Component, Insertion, Method, Quantity, Rate, Total};
 pub use json::is_json;
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
-pub use liquid::{LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
+pub use liquid::{BridgesForm, LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
 pub use materials::Material;
 pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
 pub use motion::{Load, Motion, MotionKind, ServoTarget};

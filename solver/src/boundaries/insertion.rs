@@ -11,6 +11,7 @@ use super::quota::Quota;
 use super::wait::Wait;
 use super::{InsertionPlan, Setting, Tally, Total};
 use crate::bodies::{Clump, NewBody};
+use crate::liquid::wet_new;
 use crate::neighbours::Images;
 use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
@@ -337,6 +338,7 @@ impl Insertion {
         let known = self.state.brought.len().max(index + 1);
         self.state.brought.resize(known, Tally::default());
         let of_ingredient = &mut self.state.brought[index];
+        let first = particles.len();
         match new {
             New::Particle(new) => {
                 let new = NewParticle { velocity, ..new };
@@ -353,6 +355,7 @@ impl Insertion {
                 of_ingredient.count_body(&body);
             }
         }
+        wet_new(insertion.mixture[index].film_volume, first, particles);
         true
     }
 

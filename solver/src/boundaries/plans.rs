@@ -48,6 +48,8 @@ pub struct Ingredient {
     pub sizes: SizeDistribution,
     /// Its share by number: of the particles drawn. Shares need not sum to 1.
     pub share: f64,
+    /// Liquid on each of its grains, m^3; that of a body is spread over its pebbles.
+    pub film_volume: f64,
 }
 
 /// How fast particles come: the upper limit of what has been inserted at a time.

@@ -47,6 +47,8 @@ pub struct StepContext<'a> {
     pub images: &'a Images,
     /// Walls as they are now.
     pub walls: &'a [WallNow],
+    /// Thickness of the liquid film on each row, m, where bridges form as films meet.
+    pub films: Option<&'a [f64]>,
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.

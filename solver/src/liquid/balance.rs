@@ -1,16 +1,18 @@
 //! Where the liquid is, and where it went.
 
+use super::Sum;
+
 /// What came and went since the start; volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LiquidBalance {
     /// In films at the start, and in bridges that went on from another run.
     pub initial: f64,
     /// On particles that were inserted.
-    pub inserted: f64,
+    pub inserted: Sum,
     /// On particles that left through a face of the domain.
-    pub left: f64,
+    pub left: Sum,
     /// On particles that were deleted in a region.
-    pub deleted: f64,
+    pub deleted: Sum,
     /// Bridges that formed.
     pub formed: u64,
     /// Bridges that broke.
@@ -57,9 +59,9 @@ impl LiquidRow {
         bridges: impl ExactSizeIterator<Item = f64> + Clone,
         sprayed: [f64; 5],
     ) -> Self {
-        let lost = [balance.left, balance.deleted];
+        let lost = [balance.left.value(), balance.deleted.value()];
         let [in_flight, emitted, _, lost_at_walls, left] = sprayed;
-        let came = [-balance.initial, -balance.inserted, -emitted];
+        let came = [-balance.initial, -balance.inserted.value(), -emitted];
         let of_droplets = [in_flight, lost_at_walls, left];
         let all = films.iter().copied().chain(bridges.clone());
         let all = all.chain(of_droplets);
@@ -76,15 +78,9 @@ impl LiquidRow {
 
 /// The sum of some numbers with the rounding errors of the additions summed up beside it (Neumaier 1974).
 pub(super) fn sum(numbers: impl Iterator<Item = f64>) -> f64 {
-    let (mut total, mut lost) = (0.0f64, 0.0);
+    let mut sum = Sum::default();
     for number in numbers {
-        let next = total + number;
-        lost += if total.abs() >= number.abs() {
-            (total - next) + number
-        } else {
-            (number - next) + total
-        };
-        total = next;
+        sum.add(number);
     }
-    total + lost
+    sum.value()
 }

@@ -5,6 +5,7 @@
 //!
 //! - *A touch.* The films of both sides hold T together. If T > 0 and T >= the least volume, a bridge of min(T, largest volume) forms;
 //!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.
+//!   With [`BridgesForm::Films`] it forms as soon as the films meet, where it reaches across the gap.
 //! - *A break.* Each end takes half (a particle at a wall all), and hands the share `distribution` of it on to its other bridges in
 //!   equal parts, each up to its own largest volume. What is left goes to the film of that end.
 //!
@@ -13,7 +14,7 @@
 
 use std::collections::HashMap;
 
-use super::{LiquidNeighbours, Liquids};
+use super::{BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, Event, Liquid};
 use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
@@ -102,9 +103,9 @@ impl Liquids {
         for &(row, by_face) in leavers {
             let film = std::mem::take(&mut films[row as usize]);
             if by_face {
-                self.balance.left += film;
+                self.balance.left.add(film);
             } else {
-                self.balance.deleted += film;
+                self.balance.deleted.add(film);
             }
         }
     }
@@ -130,7 +131,16 @@ impl Liquids {
         let film = |row: Option<u32>| row.map_or(0.0, |row| films[row as usize]);
         let (of_a, of_b) = (film(a), film(b));
         let there = of_a + of_b;
-        if there > 0.0 && there >= liquid.min_volume {
+        let gap = bond.bridge.gap;
+        // Films that meet form a bridge that reaches across the gap, or none yet; a touch is remembered even if it stays dry.
+        let is_apart = !bond.touches;
+        if is_apart {
+            bridge = Bridge::default();
+        }
+        let reaches = !is_apart
+            || (self.bridges_form == BridgesForm::Films
+                && gap < liquid.end(there.min(liquid.max_volume), radii));
+        if there > 0.0 && there >= liquid.min_volume && reaches {
             let volume = there.min(liquid.max_volume);
             let [from_a, from_b] = if there <= liquid.max_volume {
                 [of_a, of_b]
@@ -146,7 +156,7 @@ impl Liquids {
             if let Some(row) = b {
                 films[row as usize] = of_b - from_b;
             }
-            bridge = liquid.fill(&bridge, volume, radii);
+            bridge = liquid.fill(&Bridge { gap, ..bridge }, volume, radii);
             self.balance.formed += 1;
             self.balance.next_set_free -= liquid.energy_of(&bridge);
         }

@@ -6,14 +6,16 @@
 
 mod balance;
 mod migration;
+mod sum;
 
 pub use balance::{LiquidBalance, LiquidRow};
 pub use migration::Surroundings;
+pub use sum::Sum;
 
 use crate::forces::ContactForces;
-use crate::state::{FILM_VOLUME, Particles};
+use crate::state::{FILM_VOLUME, Particle, Particles};
 
-pub use mercury_common::scene::LiquidNeighbours;
+pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 
 /// What a plan says of liquid beside the laws of contacts.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,12 +26,17 @@ pub struct LiquidPlan {
     pub films_of_bodies: Vec<(usize, f64)>,
     /// Which bridges take the liquid of one that breaks.
     pub neighbours: LiquidNeighbours,
+    /// Where bridges form.
+    pub bridges_form: BridgesForm,
 }
 
 /// The step part that moves liquid.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Liquids {
     neighbours: LiquidNeighbours,
+    bridges_form: BridgesForm,
+    /// Thickness of each row's film, m, where bridges form as films meet.
+    thickness: Vec<f64>,
     /// What came and went since the start.
     pub balance: LiquidBalance,
 }
@@ -50,28 +57,37 @@ impl Liquids {
         if let Some(bodies) = &particles.bodies {
             for &(body, volume) in &plan.films_of_bodies {
                 let pebbles = &bodies.pebbles[bodies.all[body].pebbles()];
-                let surface = |row: usize| {
-                    let radius = particles.records[row].radius;
-                    radius * radius
-                };
                 let rows: Vec<usize> = pebbles.iter().map(|pebble| pebble.row.index()).collect();
-                let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
-                let mut rest = volume;
-                for row in rows {
-                    let share = if surface(row) < whole {
-                        rest * (surface(row) / whole)
-                    } else {
-                        rest
-                    };
-                    whole -= surface(row);
-                    films[row] = share;
-                    rest -= share;
-                }
-                films[bodies.pebbles[bodies.all[body].pebbles()][0].row.index()] += rest;
+                spread(volume, &rows, &particles.records, films);
             }
         }
         liquids.balance.initial = balance::sum(films.iter().copied());
         liquids
+    }
+
+    /// Counts the films of particles that were inserted: those of the rows from `first` on.
+    pub fn note_inserted(&mut self, first: usize, particles: &Particles) {
+        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        for &film in &films[first.min(films.len())..] {
+            self.balance.inserted.add(film);
+        }
+    }
+
+    /// Finds how thick the films are, where bridges form as films meet.
+    pub fn measure_films(&mut self, particles: &Particles) {
+        if self.bridges_form == BridgesForm::Contact {
+            return;
+        }
+        let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
+        self.thickness.clear();
+        let rows = particles.records.iter().zip(films);
+        (self.thickness).extend(rows.map(|(record, film)| film_thickness(*film, record.radius)));
+    }
+
+    /// Thickness of each row's film when it was last measured, m; `None` where bridges form at the touch.
+    #[must_use]
+    pub fn film_thicknesses(&self) -> Option<&[f64]> {
+        (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
     }
 
     /// Without liquid yet.
@@ -79,6 +95,8 @@ impl Liquids {
     pub fn new(plan: &LiquidPlan) -> Self {
         Self {
             neighbours: plan.neighbours,
+            bridges_form: plan.bridges_form,
+            thickness: Vec::new(),
             balance: LiquidBalance::default(),
         }
     }
@@ -99,5 +117,43 @@ impl Liquids {
             bonds.iter().map(|bond| bond.bridge.volume),
             sprayed,
         )
+    }
+}
+
+/// Thickness h of a film (volume V, m^3) on a sphere (radius R, m), m: (R + h)^3 - R^3 = 3 V/(4 pi), without loss of digits.
+#[must_use]
+pub fn film_thickness(volume: f64, radius: f64) -> f64 {
+    let more = 0.75 / std::f64::consts::PI * volume;
+    let outer = libm::cbrt(radius * radius * radius + more);
+    more / (outer * outer + outer * radius + radius * radius)
+}
+
+/// Gives a grain that has just been added, whose rows are those from `first` on, a film (m^3): of a body that of all its pebbles.
+pub fn wet_new(volume: f64, first: usize, particles: &mut Particles) {
+    let rows: Vec<usize> = (first..particles.len()).collect();
+    if volume > 0.0
+        && let Some(films) = particles.columns.get_mut(FILM_VOLUME)
+    {
+        spread(volume, &rows, &particles.records, films);
+    }
+}
+
+/// Spreads a film (m^3) over spheres by their surfaces.
+fn spread(volume: f64, rows: &[usize], records: &[Particle], films: &mut [f64]) {
+    let surface = |row: usize| records[row].radius * records[row].radius;
+    let mut whole: f64 = rows.iter().map(|&row| surface(row)).sum();
+    let mut rest = volume;
+    for &row in rows {
+        let share = if surface(row) < whole {
+            rest * (surface(row) / whole)
+        } else {
+            rest
+        };
+        whole -= surface(row);
+        films[row] = share;
+        rest -= share;
+    }
+    if let Some(&first) = rows.first() {
+        films[first] += rest;
     }
 }

@@ -42,10 +42,10 @@ impl Stream for LiquidFile {
             emitted,
             absorbed,
             lost,
-            balance.left + left,
+            balance.left.value() + left,
             evaporated,
-            balance.inserted,
-            balance.deleted,
+            balance.inserted.value(),
+            balance.deleted.value(),
             row.error,
         ] {
             out.push(b',');

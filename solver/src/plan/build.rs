@@ -7,6 +7,7 @@ use mercury_common::scene::{
     ClumpMass, ClumpsAs, Dimensions, Scene, SceneError, SceneErrors, TimeStep, stem,
 };
 
+use super::bridges;
 use super::checks;
 use super::closing;
 use super::earlier::{Earlier, Here, carried};
@@ -124,6 +125,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
 
     let found = errors.len();
     magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
+    bridges::larger_than_grains(scene, &start, &clumps, &insertions, &mut errors);
     checks::inside_the_domain(scene, &start, &mut errors);
     checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {
@@ -249,11 +251,14 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let has_liquid = laws.has_liquid()
         || sprays.is_some()
         || !start.films.is_empty()
-        || !start.films_of_bodies.is_empty();
+        || !start.films_of_bodies.is_empty()
+        || (insertions.iter().flat_map(|insertion| &insertion.mixture))
+            .any(|part| part.film_volume > 0.0);
     let liquid = has_liquid.then(|| LiquidPlan {
         films: std::mem::take(&mut start.films),
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),
         neighbours: scene.liquid.neighbours,
+        bridges_form: scene.liquid.bridges_form,
     });
     let mut plan = Plan {
         physics: Physics {

@@ -197,7 +197,10 @@ impl Draft {
             &self.insertions,
             self.dimensions,
         );
-        let has_liquid = self.laws.has_liquid() || self.sprays.is_some();
+        let mut parts = self.insertions.iter().flat_map(|feed| &feed.mixture);
+        let has_liquid = self.laws.has_liquid()
+            || self.sprays.is_some()
+            || parts.any(|part| part.film_volume > 0.0);
         let liquid = has_liquid.then(LiquidPlan::default);
         let liquid = self.liquid.or(liquid);
         Ok(Plan {

@@ -104,6 +104,7 @@ fn plan_one(
             clump,
             sizes,
             share: component.share / per_particle,
+            film_volume: *component.film_volume,
         });
     }
     let sum: f64 = mixture.iter().map(|ingredient| ingredient.share).sum();

@@ -1,5 +1,6 @@
 //! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
+mod bridges;
 mod build;
 mod checks;
 mod closing;

@@ -15,11 +15,10 @@ mod flight;
 mod grains;
 mod hits;
 mod nozzle;
-mod sum;
 
+pub use crate::liquid::Sum;
 pub use flight::Drag;
 pub use nozzle::{Flow, NozzlePlan, NozzleState, Pattern, Point, SourcePlan};
-pub use sum::Sum;
 
 pub use mercury_common::scene::AtWalls;
 

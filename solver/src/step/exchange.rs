@@ -26,7 +26,9 @@ impl Engine {
             }
         };
         let output = self.plan.outputs().files();
+        let mut first_new = None;
         let mut brought = |insertion, first, before, particles: &mut Particles| {
+            first_new.get_or_insert(first);
             if let Some(track) = output.track_of(insertion) {
                 mark_inserted(particles, first, before, track, output.track_every);
             }
@@ -41,6 +43,9 @@ impl Engine {
             &mut leaving,
             &mut brought,
         );
+        if let (Some(first), Some(liquid)) = (first_new, &mut self.liquid) {
+            liquid.note_inserted(first, &self.particles);
+        }
         self.lists.rows_changed |= changed;
         if changed && self.plan.physics().energy_budget() {
             self.note_leavers();

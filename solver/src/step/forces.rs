@@ -8,6 +8,7 @@ use super::Engine;
 use super::crossings::SEEN;
 use super::motion::turn_orientations;
 use crate::forces::{Finish, MotionBound, StepContext, Watch, block_size};
+use crate::liquid::Liquids;
 use crate::state::{Load, Particle, Particles};
 
 impl Engine {
@@ -112,12 +113,16 @@ impl Engine {
         finish: &Finish<'_>,
     ) -> MotionBound {
         let overlap_limit = self.overlap_limit();
+        if let Some(liquid) = &mut self.liquid {
+            liquid.measure_films(&self.particles);
+        }
         let context = StepContext {
             spring_time,
             velocity_lag: 0.5 * self.since_last(),
             sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
+            films: self.liquid.as_ref().and_then(Liquids::film_thicknesses),
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: self.plan.outputs().files().triangle_loads,
@@ -144,6 +149,7 @@ impl Engine {
             sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
+            films: None,
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: false,

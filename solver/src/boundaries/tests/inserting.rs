@@ -274,6 +274,7 @@ fn mixtures_follow_their_shares_by_number() {
         clump: None,
         sizes: monodisperse(0.02),
         share: 3.0,
+        film_volume: 0.0,
     });
     plan.insertions = vec![feed];
     let mut still = Still::new(plan);
@@ -543,6 +544,7 @@ fn by_quota(total: Total) -> Draft {
         clump: None,
         sizes: uniform(0.01, 0.03),
         share: 2.0,
+        film_volume: 0.0,
     });
     plan.insertions = vec![feed];
     plan
@@ -596,6 +598,7 @@ fn a_quota_knows_the_ingredients_of_its_places() {
         clump: None,
         sizes,
         share: 0.0,
+        film_volume: 0.0,
     };
     let mixture = &mut draft.insertions[0].mixture;
     mixture.insert(1, nothing(uniform(0.3, 0.4)));

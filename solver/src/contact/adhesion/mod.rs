@@ -59,17 +59,17 @@ impl<L: Real> AdhesionForce<L> {
 /// What happened to a contact whose law [asks for events](AdhesionLaw::HAS_EVENTS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// Its two sides touch, and nothing is remembered yet.
+    /// Its two sides touch, or their films meet, and nothing is remembered yet.
     Touch,
     /// What it remembered ends: the gap is too wide.
     End,
 }
 
 impl Event {
-    /// That of a contact with this overlap (m).
+    /// That of a contact with this bridge.
     #[must_use]
-    pub fn at(overlap: f64) -> Self {
-        if overlap > 0.0 {
+    pub fn of(bridge: &Bridge) -> Self {
+        if bridge.wet == 0.0 {
             Self::Touch
         } else {
             Self::End

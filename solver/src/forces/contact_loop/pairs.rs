@@ -222,7 +222,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if A::ACTIVE {
             for (k, slot) in group[..L::LANES].iter().enumerate() {
                 let (squared, reach) = (squared.lane(k), reach.lane(k));
-                acts |= u32::from(self.acts_apart(a[k], b[k], slot, squared, reach)) << k;
+                let at = (first_row, reach);
+                acts |= u32::from(self.acts_apart(a[k], b[k], slot, squared, at)) << k;
             }
         }
         let places = packed_places(acts).wrapping_add(base as u64 * 0x0101_0101_0101_0101);
@@ -312,7 +313,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     if law.event(&contact, &slots[at[k]].history.3) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
-                            event: Event::at(contact.overlap),
+                            event: Event::of(&slots[at[k]].history.bridge()),
                         });
                     }
                 }
@@ -382,10 +383,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         b: &Particle,
         slot: &Slot<H>,
         squared: f64,
-        reach: f64,
+        (first_row, reach): (usize, f64),
     ) -> bool {
-        if !A::ACTIVE || (A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0) {
+        if !A::ACTIVE {
             return false;
+        }
+        if A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
+            let Some(films) = self.context.films.filter(|_| A::HAS_EVENTS) else {
+                return false;
+            };
+            let [own, other] = [first_row + slot.owner(), slot.partner as usize];
+            let range = reach + films[own] + films[other];
+            return squared <= range * range;
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
             // However far apart, so that the end of the bond is seen.

@@ -228,7 +228,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let overlap = a.radius - touch.distance;
         let touches = !A::ACTIVE || overlap > 0.0;
         if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
-            return;
+            let films = context.films.filter(|_| A::HAS_EVENTS);
+            if films.is_none_or(|films| films[side.near.row as usize] < -overlap) {
+                return;
+            }
         }
         let normal = state.out_of_wall(touch.normal);
         // First, while there is little that the call could push out of registers.
@@ -313,7 +316,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             events.push(SlotEvent::Wall {
                 near: at,
                 feature: touch.feature,
-                event: Event::at(overlap),
+                event: Event::of(&slot.history.bridge()),
             });
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));

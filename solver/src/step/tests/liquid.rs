@@ -9,7 +9,7 @@ use crate::contact::adhesion::liquid::{Fit, Rupture};
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid};
 use crate::forces::Partner;
-use crate::liquid::LiquidPlan;
+use crate::liquid::{BridgesForm, LiquidPlan};
 use crate::plan::{Draft, NewParticle, Plan};
 use crate::state::{FILM_VOLUME, MaterialIndex};
 use crate::step::{Engine, Snapshot, StartOptions};
@@ -217,12 +217,12 @@ fn leavers_leave_the_liquid_of_their_bridges() {
     assert!(bridges(&engine).is_empty());
     close(&films(&engine), &[1.0]);
     let row = engine.liquid().unwrap();
-    close(&[row.balance.left / UNIT], &[1.0]);
+    close(&[row.balance.left.value() / UNIT], &[1.0]);
     assert!(row.error.abs() <= 2e-14 * 2.0 * UNIT);
 }
 
 /// Many wet grains with random speeds and films.
-fn cloud(seed: u64, share: f64, periodic: bool) -> Plan {
+fn cloud(seed: u64, share: f64, periodic: bool, bridges_form: BridgesForm) -> Plan {
     let radius = 0.5e-3;
     let volume = 2e-12;
     let law = AnyPairLaw {
@@ -269,6 +269,7 @@ fn cloud(seed: u64, share: f64, periodic: bool) -> Plan {
     }
     draft.liquid = Some(LiquidPlan {
         films,
+        bridges_form,
         ..LiquidPlan::default()
     });
     draft.plan().unwrap()
@@ -296,8 +297,10 @@ proptest! {
         share in 0.0..=1.0_f64,
         periodic: bool,
         interrupted in 1..1500_u64,
+        films: bool,
     ) {
-        let plan = Arc::new(cloud(seed, share, periodic));
+        let form = if films { BridgesForm::Films } else { BridgesForm::Contact };
+        let plan = Arc::new(cloud(seed, share, periodic, form));
         let begin = |threads: usize| {
             Engine::start(Arc::clone(&plan), StartOptions::threads(threads)).unwrap()
         };

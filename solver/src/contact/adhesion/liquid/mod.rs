@@ -317,7 +317,9 @@ impl AdhesionLaw for Liquid {
         bridge: &mut Bridge<L>,
     ) -> AdhesionForce<L> {
         let gap = -contact.overlap;
-        bridge.gap = gap;
+        if self.max_volume > 0.0 {
+            bridge.gap = gap;
+        }
         let open = gap.max(L::ZERO);
         let holds = L::ZERO.below(bridge.volume) & open.below(bridge.end);
         if !holds.any() {
@@ -358,8 +360,8 @@ impl AdhesionLaw for Liquid {
         if self.max_volume <= 0.0 {
             return touches & !touches;
         }
-        // A pair that touched without liquid has the end 0.
-        (touches & dry) | (!touches & !dry & bridge.end.at_most(-contact.overlap))
+        // A dry pair is looked at when it touches or its films meet; one that touched without liquid has the end 0.
+        dry | (!touches & !dry & bridge.end.at_most(-contact.overlap))
     }
 
     /// The work that the capillary force has done since the last evaluation, as the integrator counts it, less what the energy of the
