@@ -180,7 +180,7 @@ impl Worn {
         };
         self.placed += done * volume;
         for &triangle in &triangles {
-            self.removed[triangle as usize] = -self.skin.swept(triangle, &self.displacement);
+            self.removed[triangle as usize] = self.lost(triangle);
         }
         moved.extend(triangles);
         let mut left = BTreeMap::new();

@@ -158,7 +158,7 @@ impl Worn {
         self.is_worn = saved.is_worn;
         for &node in &saved.nodes {
             for &triangle in self.skin.around(node) {
-                self.removed[triangle as usize] = -self.skin.swept(triangle, &self.displacement);
+                self.removed[triangle as usize] = self.lost(triangle);
             }
         }
         (0..self.skin.nodes() as u32).for_each(|node| self.measure(node));

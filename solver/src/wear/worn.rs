@@ -313,6 +313,11 @@ impl Worn {
             })
     }
 
+    /// What a triangle has lost, m^3. Never -0: an interrupted run is to write the same bytes.
+    pub(super) fn lost(&self, triangle: u32) -> f64 {
+        0.0 - self.skin.swept(triangle, &self.displacement)
+    }
+
     /// The triangles that owed or lost something: place in the file, what contacts on them owed, and what they have lost, m^3, on the side that owes
     /// more.
     pub fn triangles(&self) -> impl Iterator<Item = (u32, f64, f64)> + '_ {
