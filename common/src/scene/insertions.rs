@@ -230,16 +230,19 @@ fn read_mixture(fields: &Fields<'_>) -> Option<Vec<Component>> {
             film_volume: film_volume?,
         }]);
     };
-    let film_volume = film_volume?;
+    let of_all = film_volume.clone();
+    // Where it is wrong, entries are read all the same, so that all mistakes are named at once.
+    let of_all = of_all.unwrap_or_else(|| fields.default("film_volume", 0.0));
     let items = item.list()?;
     if items.is_empty() {
         item.report("must list at least one component");
         return None;
     }
     let read: Vec<Option<Component>> = (items.iter())
-        .map(|item| read_component(item, &film_volume))
+        .map(|item| read_component(item, &of_all))
         .collect();
     let mut components: Vec<Component> = read.into_iter().collect::<Option<_>>()?;
+    film_volume?;
     let sum: f64 = components.iter().map(|component| component.share).sum();
     if sum <= 0.0 || !sum.is_finite() {
         item.report(format!("the shares must have a sum > 0, it is {sum}"));
