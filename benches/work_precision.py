@@ -480,6 +480,7 @@ def draw(rows, codes):
     matplotlib.use("svg")
     matplotlib.rcParams["svg.hashsalt"] = "work-precision"
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import NullFormatter
     names = list(dict.fromkeys(row[0] for row in rows))
     figure, panels = plt.subplots(2, 3, figsize=(12, 7.5), constrained_layout=True)
     for panel, name in zip(panels.flat, names):
@@ -490,6 +491,7 @@ def draw(rows, codes):
         panel.set_xlabel("processor time (s)")
         panel.set_ylabel("relative error of places")
         panel.grid(alpha=0.3)
+        panel.xaxis.set_minor_formatter(NullFormatter())
     panels.flat[0].legend()
     figure.savefig(PICTURE, metadata={"Date": None})
 
