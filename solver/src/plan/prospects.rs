@@ -97,10 +97,10 @@ fn of_wear(plan: &Plan, wear: &WearPlan) -> Vec<String> {
     let wall = &physics.walls()[wear.wall];
     let name = &wall.name;
     let end = physics.steps() as f64 * physics.time_step();
-    let nobody = physics.particles().is_empty()
+    let is_empty = physics.particles().is_empty()
         && physics.bodies().is_empty()
         && physics.insertions().is_empty();
-    let reason = if nobody {
+    let reason = if is_empty {
         Some("the scene has no particles")
     } else if wall.from >= end || wall.until <= 0.0 {
         Some("it is not there while the run lasts")
