@@ -12,6 +12,7 @@ mod memory;
 mod pairs;
 mod pass;
 mod sharing;
+mod sheets;
 mod sides;
 mod sleepers;
 mod slots;
