@@ -57,10 +57,15 @@ pub struct Snapshot {
     pub wear: Option<SavedWear>,
     /// Sheets, in scenes that have any.
     pub surfaces: Vec<SavedSurface>,
+    /// Contacts of their vertices with walls, sheet by sheet.
+    pub vertices_at_walls: Vec<SavedSlots>,
 }
 
 /// Section of [`Snapshot::surfaces`].
 const SURFACES: &str = "surfaces";
+
+/// Section of [`Snapshot::vertices_at_walls`].
+const VERTICES: &str = "vertices at walls";
 
 /// Section of [`Snapshot::sprays`].
 const SPRAYS: &str = "sprays";
@@ -118,6 +123,7 @@ impl Snapshot {
         }
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.surfaces);
+            encoder.section(VERTICES, &self.vertices_at_walls);
         }
     }
 
@@ -157,6 +163,7 @@ impl Snapshot {
             sprays: decoder.optional_section(SPRAYS)?,
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
+            vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -247,6 +254,7 @@ impl Engine {
         }
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.saved_surfaces());
+            encoder.section(VERTICES, &self.forces.contacts.save_vertices());
         }
     }
 
@@ -290,6 +298,7 @@ impl Engine {
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
+            vertices_at_walls: self.forces.contacts.save_vertices(),
         }
     }
 
@@ -383,6 +392,21 @@ impl Engine {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
+        let planned = plan.physics().walls().len();
+        let at_walls = snapshot.vertices_at_walls.iter().zip(&self.surfaces);
+        let mut slots = at_walls.flat_map(|(slots, surface)| {
+            let vertices = surface.positions.len();
+            slots.iter().map(move |slot| {
+                (slot.row as usize) < vertices && (slot.partner as usize) < planned
+            })
+        });
+        let fitting = slots.all(|fits| fits)
+            && snapshot.vertices_at_walls.len() <= self.surfaces.len()
+            && (snapshot.vertices_at_walls.iter()).all(|slots| slots.numbers() == numbers);
+        if !fitting {
+            let reason = "it has contacts of vertices or walls that are not there".to_owned();
+            return Err(RunError::OtherPlan(reason));
+        }
         let (rows, walls) = (snapshot.particles.len(), self.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !snapshot.audited.iter().all(leads_somewhere) {
@@ -437,6 +461,10 @@ impl Engine {
                 })?;
         }
         engine.restore_surfaces(&snapshot.surfaces)?;
+        engine
+            .forces
+            .contacts
+            .restore_vertices(&snapshot.vertices_at_walls);
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }

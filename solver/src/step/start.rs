@@ -214,6 +214,7 @@ impl Engine {
             images,
             walls,
             surfaces,
+            vertex_loads: Vec::new(),
             surface_motion: SurfaceMotion::default(),
             lists: Lists::new(skin),
             guard: Guard::default(),
