@@ -97,11 +97,11 @@ struct Arguments {
     #[arg(long, value_name = "TIME", num_args = 0..=1, default_missing_value = command::trial::LASTS, requires = "check", value_parser = command::trial::lasts)]
     trial: Option<Duration>,
 
-    /// Threads at most: as many as the scene can use, and one alone while that is faster; the results are the same with any number [default: what the machine has]
+    /// Threads at most: fewer where the scene is too small for them; the results are the same with any number [default: what the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 
-    /// All of the --threads make every step, however slow that is: to measure what threads are worth
+    /// All of the --threads make every step, however slow that is: to measure the gain of threads
     #[arg(long, requires = "threads")]
     fixed_threads: bool,
 

@@ -45,7 +45,7 @@ pub(super) fn place(mut ahead: usize, block_size: usize) -> (usize, usize) {
 /// The partner's share of contacts that reach into later blocks, parked by the block that computed them.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
-    /// One list for each later block.
+    /// One list for each later block, up to the last one that a contact has reached: mostly the next few.
     lists: Vec<Vec<Parked>>,
 }
 
@@ -61,18 +61,6 @@ struct Parked {
 }
 
 impl Outbox {
-    /// An empty box of a block that `later` blocks follow.
-    pub(super) fn new(later: usize) -> Self {
-        Self {
-            lists: (0..later).map(|_| Vec::new()).collect(),
-        }
-    }
-
-    /// Blocks that follow.
-    pub(super) fn later(&self) -> usize {
-        self.lists.len()
-    }
-
     /// Forgets the last step's shares; their memory is used again.
     pub(super) fn clear(&mut self) {
         for list in &mut self.lists {
@@ -84,6 +72,9 @@ impl Outbox {
     #[inline(always)]
     pub(super) fn park(&mut self, ahead: usize, block_size: usize, force: DVec3, torque: DVec3) {
         let (block, row) = place(ahead, block_size);
+        if block >= self.lists.len() {
+            self.lists.resize_with(block + 1, Vec::new);
+        }
         self.lists[block].push(Parked {
             row: row as u32,
             force,
@@ -131,6 +122,25 @@ mod tests {
             assert!((1..=4096).contains(&size));
             assert!(count <= 1024 || count.div_ceil(size) % 2 == 0, "{count}");
         }
+    }
+
+    /// What a block parks is delivered to the row that it is for; the number of lists follows from the blocks that are reached.
+    #[test]
+    fn lists_reach_as_far_as_contacts() {
+        let mut outbox = Outbox::default();
+        let force = DVec3::new(1.0, 2.0, 3.0);
+        outbox.park(2300, 1000, force, DVec3::ZERO);
+        outbox.park(5, 1000, -force, DVec3::ZERO);
+        assert_eq!(outbox.lists.len(), 3);
+        for (ahead, row, expected) in [(0, 5, -force), (2, 300, force)] {
+            let mut loads = vec![Load::new(DVec3::ZERO, DVec3::ZERO); 1000];
+            outbox.deliver(ahead, &mut loads);
+            let found: Vec<usize> = (0..1000)
+                .filter(|&k| loads[k].force != DVec3::ZERO)
+                .collect();
+            assert_eq!((found, loads[row].force), (vec![row], expected));
+        }
+        assert_eq!(outbox.parked(1).count() + outbox.parked(7).count(), 0);
     }
 
     #[test]

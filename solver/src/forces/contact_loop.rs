@@ -158,7 +158,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             .map(|index| {
                 let first = index * self.block_size;
                 let rows = first..rows.min(first + self.block_size);
-                Block::empty(rows, count - 1 - index)
+                Block::empty(rows)
             })
             .collect();
     }

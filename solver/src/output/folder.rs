@@ -199,9 +199,9 @@ fn by(owner: &Owner) -> String {
 }
 
 fn if_dead(owner: &Owner) -> &'static str {
-    match owner.host.as_str() {
-        "" => "",
-        _ => "; a run that was killed on another machine blocks it for 5 minutes",
+    match owner.is_running() {
+        None if !owner.host.is_empty() => "; if that run has ended, remove the file .lock there",
+        _ => "",
     }
 }
 

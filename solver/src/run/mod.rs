@@ -6,7 +6,6 @@ mod exits;
 mod insertions;
 mod long_steps;
 mod memory;
-mod pace;
 mod pictures;
 mod remaining;
 mod report;
@@ -34,7 +33,6 @@ pub use trial::{Trial, trial};
 
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
-use pace::{Pace, Way};
 use pictures::draw_pictures;
 use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
@@ -52,6 +50,10 @@ use crate::stage::{Event, OutputFile, Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
+/// Fewer particles and pebbles than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
+/// (`benches/busy.py`).
+const ALONE_BELOW: usize = 1_500;
+
 /// From so many on a checkpoint takes tens of megabytes.
 const MANY_ROWS: usize = 100_000;
 
@@ -62,7 +64,7 @@ pub struct RunOptions {
     pub folder: PathBuf,
     /// Threads that step, at most; the results do not depend on them.
     pub threads: usize,
-    /// Steps are made by one of them while that is faster.
+    /// Steps of few particles are made by one of them.
     pub fewer_where_faster: bool,
     /// Contacts that are evaluated side by side; the results do not depend on it. `None`: what is fastest.
     pub width: Option<Width>,
@@ -119,6 +121,11 @@ impl RunFailure {
 }
 
 impl RunOptions {
+    /// Whether one thread makes the steps of so many particles and pebbles, as they are too few for others to gain anything.
+    fn steps_alone(&self, rows: usize) -> bool {
+        self.fewer_where_faster && self.threads > 1 && rows < ALONE_BELOW
+    }
+
     fn start(&self, schedule: &Schedule) -> StartOptions {
         StartOptions::threads(self.threads)
             .records(schedule.everything().needs_records())
@@ -263,8 +270,8 @@ pub struct Run {
     schedule: Schedule,
     rest: Option<Rest>,
     long_steps: Vec<LongStep>,
-    /// With how many threads steps are made, where that is free.
-    pace: Option<Pace>,
+    /// Particle-steps made by one thread although there are more.
+    alone: u64,
     /// What had come and gone before the first step.
     at_start: Exchanged,
     /// Grains of the start.
@@ -426,7 +433,7 @@ impl Run {
             schedule,
             rest: known.rest,
             long_steps,
-            pace: (options.fewer_where_faster && options.threads > 1).then(Pace::new),
+            alone: 0,
             at_start: known.at_start,
             starting,
             begun,
@@ -542,12 +549,7 @@ impl Run {
         let engine = &mut self.engine;
         let step = engine.steps();
         // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
-        let at_once = self
-            .pace
-            .as_ref()
-            .map_or(u64::MAX, Pace::at_once)
-            .min(STEPS_AT_ONCE);
-        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let mut target = (step + most)
             .min(self.schedule.next_step())
             .clamp(step + 1, until);
@@ -570,10 +572,8 @@ impl Run {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });
-        if let Some(pace) = &self.pace {
-            engine.step_alone(pace.way() == Way::Alone);
-        }
-        let stepping = Instant::now();
+        let is_alone = self.options.steps_alone(engine.particles.len());
+        engine.step_alone(is_alone);
         // A worn wall ends the run with the next step, wherever this piece would have ended.
         let was_worn = engine.is_worn();
         if !was_worn && let Err(error) = engine.steps_at_once(count, watch) {
@@ -597,8 +597,8 @@ impl Run {
         let count = step - before;
         let particle_steps = count * engine.particles.grains() as u64;
         self.particle_steps += particle_steps;
-        if let Some(pace) = &mut self.pace {
-            pace.note(stepping.elapsed(), particle_steps);
+        if is_alone {
+            self.alone += particle_steps;
         }
         let at_rest =
             is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
@@ -725,7 +725,7 @@ impl Run {
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
-            alone: self.pace.as_ref().map_or(0, Pace::alone),
+            alone: self.alone,
             ending: self.ended.unwrap_or(Ending::Planned),
             resumed_at: self.resumed_at,
         };

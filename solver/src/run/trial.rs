@@ -9,7 +9,6 @@ use mercury_common::readable::{count, counted, duration, rounded};
 use serde::Serialize;
 
 use super::long_steps::{LongStep, long_steps, next_long_step};
-use super::pace::{Pace, Way};
 use super::remaining::Cost;
 use super::{RunOptions, ahead_of};
 use crate::forces::Watch;
@@ -92,17 +91,13 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     };
     stage.begin(Task::Stepping);
     let starting = begun.elapsed();
-    let mut pace = (options.fewer_where_faster && options.threads > 1).then(Pace::new);
     let (mut stepping, mut inserting) = (Duration::ZERO, Duration::ZERO);
     let (mut particle_steps, mut cost) = (0, Cost::default());
     let is_stopped = || options.stop.load(Ordering::Relaxed);
     // What takes long to insert is no part of the cost, but of the time.
     while stepping < limit && engine.steps() < physics.steps() && !is_stopped() {
         let step = engine.steps();
-        let at_once = pace
-            .as_ref()
-            .map_or(AT_ONCE, |pace| pace.at_once().min(AT_ONCE));
-        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let most = (AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let long = next_long_step(&long_steps, step);
         let is_long = long.is_some_and(|long| long.step == step + 1);
         let before_long = long.map_or(u64::MAX, |long| long.step - 1);
@@ -123,9 +118,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
             stage.expect(expected_at(&long_steps, target));
             stage.begin(Task::Inserting);
         }
-        if let Some(pace) = &pace {
-            engine.step_alone(pace.way() == Way::Alone);
-        }
+        engine.step_alone(options.steps_alone(engine.particles.len()));
         let since = Instant::now();
         match engine.steps_at_once(target - step, watch) {
             Err(RunError::GivenUp) if particle_steps > 0 => break,
@@ -147,9 +140,6 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         let made = (target - step) * engine.particles.grains() as u64;
         particle_steps += made;
         cost.note(stepping.as_secs_f64(), particle_steps as f64);
-        if let Some(pace) = &mut pace {
-            pace.note(took, made);
-        }
     }
     if engine.steps() == 0 {
         return Ok(None);

@@ -44,8 +44,8 @@ pub(super) struct Block<H> {
 }
 
 impl<H> Block<H> {
-    /// Of these rows, without slots, in front of `later` blocks.
-    pub(super) fn empty(rows: Range<usize>, later: usize) -> Self {
+    /// Of these rows, without slots.
+    pub(super) fn empty(rows: Range<usize>) -> Self {
         Self {
             rows,
             slots: Vec::new(),
@@ -55,7 +55,7 @@ impl<H> Block<H> {
             near_walls: Vec::new(),
             wall_slots: Vec::new(),
             near_meshes: NearMeshes::default(),
-            outbox: Outbox::new(later),
+            outbox: Outbox::default(),
             targets: Vec::new(),
             work: 0,
             observation: Observation::default(),
@@ -72,7 +72,7 @@ impl<H: History> Block<H> {
     pub(super) fn note_targets(&mut self, block_size: usize) {
         self.stretches = std::iter::once(0..self.slots.len()).collect();
         let own = self.rows.start / block_size;
-        let mut reached = vec![false; self.outbox.later()];
+        let mut reached: Vec<bool> = Vec::new();
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
         for slot in &self.slots {
             if slot.state & WITH_HISTORY != 0 {
@@ -80,7 +80,11 @@ impl<H: History> Block<H> {
             }
             let index = slot.partner as usize / block_size;
             if index > own {
-                reached[index - own - 1] = true;
+                let ahead = index - own - 1;
+                if ahead >= reached.len() {
+                    reached.resize(ahead + 1, false);
+                }
+                reached[ahead] = true;
             }
         }
         let later = reached.iter().enumerate().filter(|(_, reached)| **reached);

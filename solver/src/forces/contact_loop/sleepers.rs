@@ -139,7 +139,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         is_meant: impl Fn(&Particle, &Particle) -> bool,
     ) -> Block<Histories<N, T, R, A>> {
         let first = block.rows.start;
-        let mut copy = Block::empty(block.rows.clone(), block.outbox.later());
+        let mut copy = Block::empty(block.rows.clone());
         let meant = block.slots.iter().filter(|slot| {
             let (a, b) = rows.pair(slot.owner(), slot.partner as usize - first);
             is_meant(a, b)
