@@ -23,7 +23,7 @@ const COMPILED: [Make; 5] = [
     loop_of::<Hertz, Mindlin, Luding>,
 ];
 
-/// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/compiled_laws.rs` compares
+/// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/sources/compiled_laws.rs` compares
 /// all of them with the dispatching loop.
 #[cfg(test)]
 const COMPILED: [Make; 1] = [loop_of::<Hertz, Mindlin, NoRolling>];

@@ -1,9 +1,7 @@
 //! The frame of a clump: the same for a body in every pose, deterministic where the inertia leaves it open, and free of the
 //! mistakes of the existing tool.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::{DMat3, DVec3};
 use mclump::alignment::{Alignment, Equal, align, eigen};
 use mclump::inertia::{pebbles, surface};

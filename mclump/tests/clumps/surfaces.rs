@@ -1,8 +1,6 @@
 //! Broken surfaces end in a clear message or in a stated repair, never in a number that is silently wrong.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use glam::DVec3;
 use mclump::inertia::surface::integrate;
 use mclump::surface::{SurfaceError, inspect, prepare};

@@ -1,10 +1,8 @@
 //! Volume integrals of surfaces: exact for polyhedra, second order for smooth bodies, the same in every pose.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::*;
+use crate::common::*;
 use glam::{DMat3, DVec3};
 use mclump::inertia::{MassProperties, surface};
 use mclump::surface::prepare;

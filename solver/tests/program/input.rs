@@ -1,13 +1,11 @@
 //! Scenes from standard input and in JSON, the copy that a run keeps of its scene, and what is said of names that are no files.
 
-mod common;
-
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use common::{code, command, errors, folder_with, results, said, solve};
+use crate::common::{code, command, errors, folder_with, results, said, solve};
 
 const SCENE: &str = r#"
 title = "Two balls"

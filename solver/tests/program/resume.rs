@@ -2,8 +2,6 @@
 //! that was not.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write as _;
@@ -11,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{errors as told, facts, results, signal};
+use crate::common::{errors as told, facts, results, signal};
 
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::checkpoint;

@@ -1,13 +1,11 @@
 //! `--check --trial` as a user meets it: a time, and nothing written.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::fs;
 use std::process::Stdio;
 use std::time::Duration;
 
-use common::{code, command, errors, folder_with, said, signal, solve};
+use crate::common::{code, command, errors, folder_with, said, signal, solve};
 
 const SCENE: &str = r#"
 title = "Grains that never meet"

@@ -1,11 +1,9 @@
 //! Tables of `[[particles]]`: spheres and clumps, and columns that nobody needs.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{code, errors, folder_with, said, solve};
+use crate::common::{code, errors, folder_with, said, solve};
 
 const SCENE: &str = r#"
 title = "Grains"

@@ -1,17 +1,14 @@
 //! Contacts, walls and loads that are missing, were cut, or are not among what was selected.
 
-#[expect(dead_code, reason = "the other tests read .data files too")]
-mod run_folder;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::run_folder::folder_with_run;
 use glam::DVec3;
 use mercury_common::frames::{
     ContactColumns, ContactWriter, FramesHeader, TriangleLoadFrame, TriangleLoadWriter,
 };
-use run_folder::folder_with_run;
 
 /// Exit code and standard error.
 fn export(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {

@@ -1,12 +1,10 @@
 //! The command line as a user meets it: exit codes, messages, files.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{cuboid, shared, turned_round};
+use crate::common::{cuboid, shared, turned_round};
 use glam::DVec3;
 use mercury_common::formats::clump::{Remark, read_clump};
 use mercury_common::formats::mesh::{TriangleMesh, push_binary_stl, push_obj, read_mesh};

@@ -1,12 +1,10 @@
 //! Tracks: of single particles and clumps, of grains that insertions bring, at an interval of their own and through periodic faces.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use common::{code, command, errors, folder_with, results, solve};
+use crate::common::{code, command, errors, folder_with, results, solve};
 
 const SCENE: &str = r#"
 [time]
@@ -57,7 +55,7 @@ track_every = 3
 pictures = false
 "#;
 
-const ROD: &str = include_str!("../../tests/scenes/good/rod.clump.toml");
+const ROD: &str = include_str!("../../../tests/scenes/good/rod.clump.toml");
 
 fn folder(scene: &str) -> tempfile::TempDir {
     let folder = folder_with("fly.toml", scene);

@@ -1,11 +1,9 @@
 //! `--progress FILE`: what a run tells of while it goes on, and that a service can rely on it.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{code, command, errors, results, said, signal, solve};
+use crate::common::{code, command, errors, results, said, signal, solve};
 use mercury_common::frames::{FrameReader, ParticleReader};
 use serde_json::Value;
 

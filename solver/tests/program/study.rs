@@ -1,11 +1,10 @@
 //! Studies from the command line: a run for each value, a table, a plot; stopped and gone on with.
 
-mod common;
-
+use crate::common;
 use std::fs;
 use std::path::Path;
 
-use common::{code, command, errors, folder_with, said, signal};
+use crate::common::{code, command, errors, folder_with, said, signal};
 
 const SCENE: &str = r#"
 title = "A ball falls on a plate"

@@ -1,14 +1,12 @@
 //! The command line as a user meets it: files, messages, exit codes.
 
-mod run_folder;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::run_folder::{DATA, folder_with_data, folder_with_run};
 use glam::DVec3;
 use mercury_common::frames::{FramesHeader, TriangleLoadFrame, TriangleLoadWriter};
-use run_folder::{DATA, folder_with_data, folder_with_run};
 
 fn export(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_mercury-export"))

@@ -1,12 +1,10 @@
 //! The command line as a user meets it: exit codes, messages, files.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{code, errors, folder_with, said, solve};
+use crate::common::{code, errors, folder_with, said, solve};
 
 const SCENE: &str = r#"
 title = "Two spheres"

@@ -1,11 +1,9 @@
 //! What the program says to other programs: `docs/formats/machine.md`.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{code, errors, folder_with, said, solve};
+use crate::common::{code, errors, folder_with, said, solve};
 use serde_json::{Value, json};
 
 const SCENE: &str = r#"title = "Two spheres"

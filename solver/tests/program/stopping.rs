@@ -1,8 +1,6 @@
 //! Who asks for a stop is answered at once, also while a run makes no steps, and what is left is whole.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Stdio;
@@ -10,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use common::{code, command, errors, facts, folder_with, results, signal, solve};
+use crate::common::{code, command, errors, facts, folder_with, results, signal, solve};
 use mercury_common::scene::Files;
 use mercury_solver::output::folder::{Earlier, prepare};
 use mercury_solver::plan::{Plan, parse_scene, plan};

@@ -1,10 +1,8 @@
 //! Mass properties of pebbles: closed form, union, voxels, against exact values and the reference lists.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{assert_close, assert_vectors, ball_volume, odd_pebbles, pebble, shared, turn};
+use crate::common::{assert_close, assert_vectors, ball_volume, odd_pebbles, pebble, shared, turn};
 use glam::{DMat3, DVec3};
 use mclump::inertia::{MassProperties, pebbles, union, voxels};
 use mercury_common::formats::clump::Pebble;

@@ -1,12 +1,10 @@
 //! Parquet and CSV of a table hold the same numbers, bit for bit.
 
-mod run_folder;
-
 use std::path::Path;
 use std::process::Command;
 
+use crate::run_folder::{DATA, folder_with_data, folder_with_run};
 use mercury_tables::Table;
-use run_folder::{DATA, folder_with_data, folder_with_run};
 
 fn export(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_mercury-export"))
