@@ -31,6 +31,11 @@ impl Wait {
         self.left == 0
     }
 
+    /// Whether rounds have failed until the waits between them grew no longer: the region is full.
+    pub(super) fn is_longest(&self) -> bool {
+        self.next == LONGEST && self.left == 0
+    }
+
     /// A place was found.
     pub(super) fn succeeded(&mut self) {
         *self = Self::default();

@@ -3,7 +3,7 @@
 use super::Images;
 
 /// Time of building a list, per particle, over the time of testing one listed pair that does not touch
-/// (measured; see `docs/performance.md`), where contacts remember something, which lies beside each listed pair and is carried over to the next list, and where they
+/// (measured; see `docs/lab/performance.md`), where contacts remember something, which lies beside each listed pair and is carried over to the next list, and where they
 /// do not. It matters to speed, and to when rows are sorted, which is the order of sums; not to which contacts are found.
 const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 
