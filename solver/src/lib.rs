@@ -1,7 +1,7 @@
 //! Discrete particle simulation: contact laws, neighbour lists, walls and the time step.
 //!
 //! The rooms, each of which may use those below it: [`run`], [`results`], [`output`], [`step`], [`plan`], [`boundaries`],
-//! [`bodies`], [`spray`], [`liquid`], [`forces`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
+//! [`bodies`], [`spray`], [`liquid`], [`forces`], [`surface`], [`walls`], [`neighbours`], [`contact`], [`lanes`], [`state`], [`stage`]. Beside them [`study`]: many runs of one scene; [`starters`]: scenes to start from.
 
 #![warn(clippy::disallowed_methods)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
@@ -25,5 +25,6 @@ pub mod starters;
 pub mod state;
 pub mod step;
 pub mod study;
+pub mod surface;
 pub mod walls;
 pub mod wear;

@@ -22,6 +22,7 @@ const ROOMS: [&str; 23] = [
     "wear",
     "membrane",
     "forces",
+    "surface",
     "walls",
     "neighbours",
     "contact",

@@ -32,6 +32,7 @@ use crate::contact::{
 };
 use crate::neighbours::CandidateList;
 use crate::state::{Load, Particles, Pieces, Row, WallIndex};
+use crate::surface::SurfaceLoad;
 use block::Block;
 use found::Numbers;
 use memory::Memory;
@@ -407,6 +408,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         for block in &mut self.blocks {
             all.append(&mut block.rubs);
         }
+    }
+
+    fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad)) {
+        let loads = self.blocks.iter().flat_map(|block| &block.surface_loads);
+        loads.for_each(visit);
     }
 
     fn listed(&self) -> usize {

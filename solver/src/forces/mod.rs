@@ -33,6 +33,7 @@ use crate::contact::{Bridge, HistoryNumber, SlidingNormal};
 use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
+use crate::surface::{Surface, SurfaceLoad};
 use crate::walls::WallNow;
 
 /// What the force evaluation of one step is told.
@@ -47,6 +48,8 @@ pub struct StepContext<'a> {
     pub images: &'a Images,
     /// Walls as they are now.
     pub walls: &'a [WallNow],
+    /// Sheets as they are now.
+    pub surfaces: &'a [Surface],
     /// Thickness of the liquid film on each row, m, where bridges form as films meet.
     pub films: Option<&'a [f64]>,
     /// Whether R* includes the curvature of walls.
@@ -217,6 +220,9 @@ pub trait ContactForces: Send {
 
     /// Appends the contacts with walls that wear of the last evaluation, block by block; taken out of here.
     fn take_rubs(&mut self, all: &mut Vec<Rub>);
+
+    /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
+    fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad));
 
     /// Listed pairs.
     fn listed(&self) -> usize;

@@ -294,6 +294,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             sprays,
             walls,
             wear,
+            surfaces: Vec::new(),
             particles: start.particles,
             clumps,
             bodies: start.bodies,

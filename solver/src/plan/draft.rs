@@ -14,6 +14,7 @@ use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
+use crate::surface::SurfacePlan;
 use crate::walls::{Shape, Wall};
 use crate::wear::WearPlan;
 
@@ -96,6 +97,8 @@ pub struct Draft {
     pub walls: Vec<Wall>,
     /// How walls wear: at most one entry for each, of meshes alone, in their order.
     pub wear: Vec<WearPlan>,
+    /// Sheets.
+    pub surfaces: Vec<SurfacePlan>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
@@ -155,6 +158,7 @@ impl Draft {
             sprays: None,
             walls: Vec::new(),
             wear: Vec::new(),
+            surfaces: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
@@ -226,6 +230,7 @@ impl Draft {
                 sprays: self.sprays,
                 walls: self.walls,
                 wear: self.wear,
+                surfaces: self.surfaces,
                 particles: self.particles,
                 clumps: self.clumps,
                 bodies: self.bodies,
@@ -362,6 +367,7 @@ impl Plan {
             sprays: physics.sprays,
             walls: physics.walls,
             wear: physics.wear,
+            surfaces: physics.surfaces,
             particles: physics.particles,
             clumps: physics.clumps,
             bodies: physics.bodies,

@@ -16,6 +16,7 @@ use crate::liquid::LiquidPlan;
 use crate::neighbours::Images;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
+use crate::surface::SurfacePlan;
 use crate::walls::Wall;
 use crate::wear::WearPlan;
 
@@ -43,6 +44,7 @@ pub struct Physics {
     pub(super) sprays: Option<SprayPlan>,
     pub(super) walls: Vec<Wall>,
     pub(super) wear: Vec<WearPlan>,
+    pub(super) surfaces: Vec<SurfacePlan>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
     pub(super) bodies: Vec<NewBody>,
@@ -100,6 +102,8 @@ impl Physics {
         borrow walls: [Wall];
         /// How walls wear: at most one entry for each, of meshes alone, in their order.
         borrow wear: [WearPlan];
+        /// Sheets.
+        borrow surfaces: [SurfacePlan];
         /// Particles of the start, in the order of their ids.
         borrow particles: [NewParticle];
         /// Templates of rigid bodies, in the order of the file.

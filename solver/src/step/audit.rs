@@ -224,7 +224,9 @@ impl Engine {
 
     /// The velocities of a wall half a step before and after the present forces; before the first step those of the start.
     fn wall_fields(&self, wall: usize, dt: f64) -> [RigidVelocity; 2] {
-        let planned = &self.plan.physics().walls()[wall];
+        let Some(planned) = self.plan.physics().walls().get(wall) else {
+            return [RigidVelocity::REST; 2];
+        };
         let WallNow { state, servos, .. } = &self.walls[wall];
         if !state.moves || dt == 0.0 {
             return [state.velocity; 2];

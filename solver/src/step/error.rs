@@ -70,6 +70,22 @@ pub enum RunError {
          help: go on with the scene that the state was saved from"
     )]
     OtherPlan(String),
+    /// A sheet cannot be where it should be.
+    #[error(
+        "membranes.{surface}, step {step} (t = {} s): {error}\n\
+         help: the time step is too large for the sheet and its contacts, or the loads are too large for its stiffness",
+        rounded(*.time, 12)
+    )]
+    Surface {
+        /// Its name.
+        surface: String,
+        /// Step.
+        step: u64,
+        /// Time, s.
+        time: f64,
+        /// Why.
+        error: WallError,
+    },
     /// A wall cannot take another surface.
     #[error("walls.{wall}: {error}")]
     Wall {

@@ -42,6 +42,7 @@ impl Engine {
             self.forces_alone(spring_time, (watch, sees_sleepers));
             self.kick_due = true;
         }
+        self.load_surfaces();
         self.load_series.note_evaluation();
         self.tell_audit_and_servos();
         self.move_liquid();
@@ -122,6 +123,7 @@ impl Engine {
             sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
+            surfaces: &self.surfaces,
             films: self.liquid.as_ref().and_then(Liquids::film_thicknesses),
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
@@ -149,6 +151,7 @@ impl Engine {
             sliding_normal: self.plan.physics().sliding_normal(),
             images: &self.images,
             walls: &self.walls,
+            surfaces: &self.surfaces,
             films: None,
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),

@@ -27,8 +27,11 @@ impl Engine {
     /// # Errors
     /// If a particle's motion is no longer a number.
     pub fn complete_step(&mut self) -> Result<(), RunError> {
-        if std::mem::take(&mut self.kick_due) && !self.advance(1, 0.0).sum_of_squares.is_finite() {
-            return Err(self.not_finite());
+        if std::mem::take(&mut self.kick_due) {
+            if !self.advance(1, 0.0).sum_of_squares.is_finite() {
+                return Err(self.not_finite());
+            }
+            self.kick_surfaces(1, 0.0);
         }
         Ok(())
     }

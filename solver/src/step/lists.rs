@@ -5,6 +5,7 @@ use crate::forces::{MotionBound, NewList, find_near_walls};
 use crate::memory::{MANY, give_back};
 use crate::neighbours::{Built, Cells, ExtraSkins, HalfSkins, Levels, Skin, Validity, build, each};
 use crate::state::{Particle, Particles, Row};
+use crate::surface::Surface;
 use crate::walls::WallNow;
 
 /// What is known of the present lists.
@@ -165,6 +166,7 @@ impl Engine {
         self.lists.validity = Validity::default();
         self.lists.extra_skin = extra.rows;
         self.walls.iter_mut().for_each(WallNow::note_listed);
+        self.surfaces.iter_mut().for_each(Surface::note_listed);
         self.lists.rows_changed = false;
         self.lists.rebuilds += 1;
         if self.particles.len() > MANY {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
+//! | vertices of sheets move, and their meshes follow; loads on them | `surfaces` |
 //! | who is out of balance is roused, who is calm put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
@@ -27,6 +28,7 @@ mod sleep;
 mod snapshot;
 mod spray;
 mod start;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 mod tracks;
@@ -59,6 +61,7 @@ use crate::plan::Plan;
 use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::Particles;
+use crate::surface::{Surface, SurfaceMotion};
 use crate::walls::WallNow;
 use crate::wear::Wear;
 
@@ -70,8 +73,12 @@ pub struct Engine {
     /// All forces with what they remember of contacts.
     forces: Forces,
     boundaries: Boundaries,
-    /// One for each wall of the plan.
+    /// One for each wall of the plan, then one for each sheet, whose shape it borrows.
     walls: Vec<WallNow>,
+    /// One for each sheet of the plan.
+    surfaces: Vec<Surface>,
+    /// How the sheets moved in this step.
+    surface_motion: SurfaceMotion,
     lists: Lists,
     guard: Guard,
     step: u64,
@@ -162,6 +169,8 @@ impl Engine {
     /// The time step: velocity Verlet. `fuse`: what follows the forces, which is the second half kick of this step and the first
     /// half kick and drift of the next, is made together with them where nothing forbids it.
     fn one_step(&mut self, watch: Option<Watch>, fuse: bool) -> Result<(), RunError> {
+        // The sheets' part of the kicks is never made ahead.
+        let kicks = 1 + u32::from(self.kick_due || self.drifted.is_some());
         let fastest = match self.drifted.take() {
             Some(fastest) => fastest,
             None => self.kick_and_drift(),
@@ -174,6 +183,7 @@ impl Engine {
         self.guard_ways(speed);
         self.move_walls();
         self.reshape_walls()?;
+        self.advance_surfaces(kicks)?;
         self.guard_crossings(speed);
         let fastest = self.rouse_and_put_to_rest(fastest);
         self.exchange_particles()?;
@@ -220,7 +230,7 @@ impl Engine {
     /// The walls as they are now, in the order of the plan.
     #[must_use]
     pub fn walls(&self) -> &[WallNow] {
-        &self.walls
+        &self.walls[..self.plan.physics().walls().len()]
     }
 
     /// What was seen of the contacts in the last watched step.

@@ -11,6 +11,7 @@ use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::{Droplet, SprayState, Sprays};
 use crate::state::{DecodeError, Decoder, Encoder, Particles};
+use crate::surface::SavedSurface;
 use crate::walls::{SavedWall, WallNow};
 use crate::wear::{SavedWear, Wear};
 
@@ -54,7 +55,12 @@ pub struct Snapshot {
     pub sprays: Option<SprayState>,
     /// Walls that wear, in scenes that have any.
     pub wear: Option<SavedWear>,
+    /// Sheets, in scenes that have any.
+    pub surfaces: Vec<SavedSurface>,
 }
+
+/// Section of [`Snapshot::surfaces`].
+const SURFACES: &str = "surfaces";
 
 /// Section of [`Snapshot::sprays`].
 const SPRAYS: &str = "sprays";
@@ -110,6 +116,9 @@ impl Snapshot {
         if let Some(wear) = &self.wear {
             encoder.section(WEAR, wear);
         }
+        if !self.surfaces.is_empty() {
+            encoder.section(SURFACES, &self.surfaces);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -147,6 +156,7 @@ impl Snapshot {
             liquid: decoder.optional_section(LIQUID)?,
             sprays: decoder.optional_section(SPRAYS)?,
             wear: decoder.optional_section(WEAR)?,
+            surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -235,6 +245,9 @@ impl Engine {
         if let Some(wear) = &self.wear {
             encoder.section(WEAR, &wear.save());
         }
+        if !self.surfaces.is_empty() {
+            encoder.section(SURFACES, &self.saved_surfaces());
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -244,7 +257,7 @@ impl Engine {
     }
 
     fn saved_walls(&self) -> Vec<SavedWall> {
-        self.walls.iter().map(WallNow::save).collect()
+        self.walls().iter().map(WallNow::save).collect()
     }
 
     fn saved_feature_loads(&self) -> (Vec<SavedLoads>, LoadSeries) {
@@ -276,6 +289,7 @@ impl Engine {
             liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
+            surfaces: self.saved_surfaces(),
         }
     }
 
@@ -364,12 +378,12 @@ impl Engine {
             );
             return Err(RunError::OtherPlan(reason));
         }
-        let is_wall = |slot: SavedSlot<'_>| (slot.partner as usize) < plan.physics().walls().len();
+        let is_wall = |slot: SavedSlot<'_>| (slot.partner as usize) < self.walls.len();
         if !snapshot.near_walls.iter().all(is_wall) {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
-        let (rows, walls) = (snapshot.particles.len(), plan.physics().walls().len());
+        let (rows, walls) = (snapshot.particles.len(), self.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !snapshot.audited.iter().all(leads_somewhere) {
             let reason = "it has audited contacts of particles or walls that are not there";
@@ -422,6 +436,7 @@ impl Engine {
                     error,
                 })?;
         }
+        engine.restore_surfaces(&snapshot.surfaces)?;
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }

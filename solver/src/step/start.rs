@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::guard::Guard;
 use super::sleep::Sleep;
-use super::tracks;
 use super::{Audit, Engine, Lists, LoadSeries, RunError};
+use super::{surfaces, tracks};
 use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
 use crate::lanes::Width;
@@ -15,6 +15,7 @@ use crate::plan::Plan;
 use crate::spray::Sprays;
 use crate::stage::Stage;
 use crate::state::{Particles, inverse_inertia_factor};
+use crate::surface::SurfaceMotion;
 use crate::walls::WallNow;
 use crate::wear::Wear;
 
@@ -172,6 +173,12 @@ impl Engine {
         };
         let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
         let wear = Wear::new(plan.physics().wear(), &walls);
+        let (surfaces, borrowing) = surfaces::start(
+            plan.physics().surfaces(),
+            plan.physics().time_step(),
+            &images,
+        )?;
+        walls.extend(borrowing);
         for wall in wear.iter().flat_map(|wear| &wear.walls) {
             walls[wall.plan().wall].set_wearing();
         }
@@ -206,6 +213,8 @@ impl Engine {
             law_names,
             images,
             walls,
+            surfaces,
+            surface_motion: SurfaceMotion::default(),
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,

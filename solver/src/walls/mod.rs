@@ -70,7 +70,7 @@ pub use course::{Area, Course, Target};
 pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
-pub use mesh::{Base, Facing, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Scratch};
+pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Scratch};
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use now::{SavedWall, WallNow};

@@ -35,6 +35,8 @@ pub struct WallNow {
     reshaped_by: f64,
     /// Whether contacts with it are told, as it wears.
     wears: bool,
+    /// Number of the sheet whose shape it borrows, if it is no wall of the plan.
+    surface: Option<u16>,
 }
 
 /// What must be kept of a [`WallNow`] to go on later, beside the time.
@@ -72,6 +74,7 @@ impl WallNow {
             is_reshaped: false,
             reshaped_by: 0.0,
             wears: false,
+            surface: None,
         };
         now.set_back(images);
         now.note_images(images);
@@ -97,6 +100,51 @@ impl WallNow {
     #[must_use]
     pub fn wears(&self) -> bool {
         self.wears
+    }
+
+    /// It borrows the shape of a sheet from now on.
+    pub fn set_surface(&mut self, number: u16) {
+        self.surface = Some(number);
+    }
+
+    /// Number of the sheet whose shape it borrows, if it does.
+    #[inline]
+    #[must_use]
+    pub fn surface(&self) -> Option<u16> {
+        self.surface
+    }
+
+    /// Puts the corners of its mesh to where those of its sheet are, m. `since_listed`: how far points of the sheet are from where they
+    /// were when the candidate list was built, at most, m.
+    ///
+    /// # Errors
+    /// As [`WallNow::reshape`].
+    pub fn follow(
+        &mut self,
+        corners: &[DVec3],
+        since_listed: f64,
+        images: &Images,
+    ) -> Result<(), WallError> {
+        self.reshape(corners, images)?;
+        self.reshaped_by = since_listed;
+        Ok(())
+    }
+
+    /// The same in one go from any earlier shape.
+    ///
+    /// # Errors
+    /// If the mesh cannot take these places.
+    pub fn follow_anew(
+        &mut self,
+        corners: &[DVec3],
+        since_listed: f64,
+        images: &Images,
+    ) -> Result<(), WallError> {
+        let numbers: Vec<f64> = corners.iter().flat_map(|x| x.to_array()).collect();
+        self.shape = self.shape.with_numbers(&numbers)?;
+        self.note_reshaped(0.0, images);
+        self.reshaped_by = since_listed;
+        Ok(())
     }
 
     /// The surface in the wall's own frame.

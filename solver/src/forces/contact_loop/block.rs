@@ -8,6 +8,7 @@ use crate::contact::History;
 use crate::forces::blocks::Outbox;
 use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub};
 use crate::state::Load;
+use crate::surface::SurfaceLoad;
 use crate::walls::NearMeshes;
 
 /// A block of consecutive rows with the slots that they own.
@@ -39,6 +40,8 @@ pub(super) struct Block<H> {
     pub(super) feature_loads: FeatureLoads,
     /// Contacts with walls that wear, of the last evaluation.
     pub(super) rubs: Vec<Rub>,
+    /// What contacts do to sheets, of the last evaluation.
+    pub(super) surface_loads: Vec<SurfaceLoad>,
     /// Contacts with an event since they were taken; none where no law asks for them.
     pub(super) events: Vec<SlotEvent>,
 }
@@ -62,6 +65,7 @@ impl<H> Block<H> {
             alarms: Alarms::default(),
             feature_loads: FeatureLoads::default(),
             rubs: Vec::new(),
+            surface_loads: Vec::new(),
             events: Vec::new(),
         }
     }

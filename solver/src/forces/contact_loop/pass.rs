@@ -107,6 +107,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             loads.copy_from_slice(&block.held);
         }
         block.outbox.clear();
+        block.surface_loads.clear();
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }

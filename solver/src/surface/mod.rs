@@ -1,0 +1,176 @@
+//! Sheets: surfaces of triangles whose vertices have mass and move as forces say.
+//!
+//! A [`Surface`] owns the state of its vertices. The engine lets a mesh wall borrow its shape, so that lists, candidates, patches,
+//! histories and periodic images are those of mesh walls. What the contacts do to a triangle arrives at its vertices.
+//!
+//! In a step the contacts are evaluated first; [`Surface::loads`] and [`Surface::forces`] are then what they do to each vertex. Further forces
+//! are added to [`Surface::forces`]. The next step begins with [`Surface::advance`], after which the mesh follows.
+
+mod place;
+mod plan;
+mod saved;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_common::formats::mesh::TriangleMesh;
+
+pub use place::{Place, SurfaceLoad};
+pub use plan::{Faces, SurfacePlan};
+pub use saved::SavedSurface;
+
+use crate::walls::{Mesh, Motion, Shape, Wall, WallError};
+
+/// A sheet as it is now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Positions of the vertices, m, in the order of the file.
+    pub positions: Vec<DVec3>,
+    /// Their velocities, m/s, as those of particles: while forces are evaluated those of half a step before the positions, after
+    /// `Engine::complete_step` those of the same time.
+    pub velocities: Vec<DVec3>,
+    /// Over their masses, 1/kg; 0 of those that are held, which move with their velocity whatever acts on them.
+    pub inverse_masses: Vec<f64>,
+    /// Forces of particles and walls on them in the present step, N.
+    pub loads: Vec<DVec3>,
+    /// Forces of particles on each triangle in the present step, N. What touches an edge or corner counts for the triangle of the lowest
+    /// number there.
+    pub triangle_loads: Vec<DVec3>,
+    /// All forces on the vertices but gravity in the present step, N.
+    pub forces: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// Positions when the candidate list was built, m.
+    listed: Vec<DVec3>,
+    /// The vertex at each corner of the mesh.
+    vertex_of: Vec<u32>,
+    /// The triangle that takes what acts on each feature of the mesh.
+    taker_of: Vec<u32>,
+}
+
+/// How a sheet moved in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceMotion {
+    /// Largest v^2 of a vertex, m^2/s^2.
+    pub squared_speed: f64,
+    /// Sum of v^2 of all, which is not finite if one of them is not, m^2/s^2.
+    pub sum_of_squares: f64,
+}
+
+impl Surface {
+    /// At rest as planned, and the wall that borrows its shape.
+    ///
+    /// # Errors
+    /// If a triangle has no area, or names a vertex that is not there.
+    pub fn new(plan: &SurfacePlan) -> Result<(Self, Wall), WallError> {
+        let count = plan.vertices.len();
+        let is_vertex = |&k: &u32| (k as usize) < count;
+        if !plan.triangles.iter().flatten().all(is_vertex) || plan.masses.len() != count {
+            return Err(WallError::OtherShape);
+        }
+        let triangles = TriangleMesh {
+            vertices: plan.vertices.clone(),
+            triangles: plan.triangles.clone(),
+            welded: 0,
+        };
+        let mesh = Mesh::new(&triangles, |x| x, plan.faces == Faces::Front)?;
+        if mesh.dropped() > 0 {
+            return Err(WallError::NoTriangle {
+                count: mesh.dropped(),
+            });
+        }
+        let zeros = vec![DVec3::ZERO; count];
+        let surface = Self {
+            positions: plan.vertices.clone(),
+            velocities: zeros.clone(),
+            inverse_masses: plan.masses.iter().map(|mass| mass.recip()).collect(),
+            loads: zeros.clone(),
+            triangle_loads: vec![DVec3::ZERO; plan.triangles.len()],
+            forces: zeros,
+            triangles: plan.triangles.clone(),
+            listed: plan.vertices.clone(),
+            vertex_of: mesh.vertex_numbers(&plan.vertices, &plan.triangles),
+            taker_of: mesh.lowest_triangles(),
+        };
+        let wall = Wall {
+            name: plan.name.clone(),
+            material: plan.material,
+            shape: Shape::Mesh(Arc::new(mesh)),
+            motion: Motion::default(),
+            from: f64::NEG_INFINITY,
+            until: f64::INFINITY,
+            reference: DVec3::ZERO,
+        };
+        Ok((surface, wall))
+    }
+
+    /// Vertices of each triangle, in the order of the file.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Half kicks of `half` (s) each, as many as `kicks`, then a drift of `drift` (s); `gravity` in m/s^2. Vertices that are held only drift.
+    pub fn advance(
+        &mut self,
+        kicks: u32,
+        (half, drift): (f64, f64),
+        gravity: DVec3,
+    ) -> SurfaceMotion {
+        let mut motion = SurfaceMotion::default();
+        for (k, position) in self.positions.iter_mut().enumerate() {
+            let (velocity, inverse_mass) = (&mut self.velocities[k], self.inverse_masses[k]);
+            if inverse_mass > 0.0 {
+                let kick = (self.forces[k] * inverse_mass + gravity) * half;
+                for _ in 0..kicks {
+                    *velocity += kick;
+                }
+            }
+            *position += *velocity * drift;
+            let squared = velocity.length_squared();
+            motion.squared_speed = motion.squared_speed.max(squared);
+            motion.sum_of_squares += squared;
+        }
+        motion
+    }
+
+    /// Positions of the corners of the mesh, m.
+    #[must_use]
+    pub fn corners(&self) -> Vec<DVec3> {
+        let vertices = self.vertex_of.iter();
+        vertices.map(|&k| self.positions[k as usize]).collect()
+    }
+
+    /// How far a point of it is at most from where it was when the candidate list was built, m.
+    #[must_use]
+    pub fn way_since_listed(&self) -> f64 {
+        let ways = self.positions.iter().zip(&self.listed);
+        let most = ways.fold(0.0f64, |most, (now, then)| {
+            most.max(now.distance_squared(*then))
+        });
+        most.sqrt()
+    }
+
+    /// The candidate list is built with the sheet as it is now.
+    pub fn note_listed(&mut self) {
+        self.listed.clone_from(&self.positions);
+    }
+
+    /// Forgets what acted in the step before.
+    pub fn clear_loads(&mut self) {
+        self.loads.fill(DVec3::ZERO);
+        self.triangle_loads.fill(DVec3::ZERO);
+    }
+
+    /// Adds what a contact does.
+    pub fn add_load(&mut self, load: &SurfaceLoad) {
+        for (&corner, share) in self.triangles[load.triangle as usize]
+            .iter()
+            .zip(load.shares)
+        {
+            self.loads[corner as usize] += share;
+            self.triangle_loads[load.triangle as usize] += share;
+        }
+    }
+}
