@@ -1,5 +1,7 @@
 //! Forces of a sheet on its vertices, in one pass over its elements and one over its vertices.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -19,13 +21,41 @@ pub struct Workspace {
     sums: Vec<Powers>,
 }
 
-/// Power of dashpots and other losses: what the sheet loses, W.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// What an evaluation tells beside the forces: what dashpots lose, and how far edges are stretched.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Powers {
-    /// Of dashpots along edges.
+    /// Of dashpots along edges, W.
     pub edges: f64,
-    /// Of hinges.
+    /// Of dashpots of hinges, W.
     pub hinges: f64,
+    /// Least and largest length of an edge over its length without force; not numbers where a vertex has no place.
+    pub stretches: [f64; 2],
+    /// The first triangle whose normal turned by more than a right angle since the evaluation before.
+    pub turned_over: Option<u32>,
+}
+
+impl Default for Powers {
+    fn default() -> Self {
+        Self {
+            edges: 0.0,
+            hinges: 0.0,
+            stretches: [f64::INFINITY, f64::NEG_INFINITY],
+            turned_over: None,
+        }
+    }
+}
+
+impl Powers {
+    fn stretch(&mut self, [least, largest]: [f64; 2]) {
+        // Comparisons are false for what is no number, which then stays.
+        let [own_least, own_largest] = &mut self.stretches;
+        if !(*own_least <= least) {
+            *own_least = least;
+        }
+        if !(*own_largest >= largest) {
+            *own_largest = largest;
+        }
+    }
 }
 
 /// Positions and velocities of the vertices, and what acts on them.
@@ -51,7 +81,7 @@ impl Sheet {
         work: &mut Workspace,
         forces: &mut [DVec3],
     ) -> Powers {
-        self.areas(at, &mut work.areas);
+        let turned_over = self.areas(at, &mut work.areas);
         let edges = self.topology.edges();
         let first_of_triangles = self.stride * edges.len();
         let chunks = edges.len().div_ceil(CHUNK);
@@ -99,28 +129,49 @@ impl Sheet {
         } else {
             forces.chunks_mut(CHUNK).enumerate().for_each(gather);
         }
-        let mut powers = Powers::default();
+        let mut powers = Powers {
+            turned_over,
+            ..Powers::default()
+        };
         for sum in &work.sums {
             powers.edges += sum.edges;
             powers.hinges += sum.hinges;
+            powers.stretch(sum.stretches);
         }
         powers
     }
 
-    /// Normal times area of each triangle.
-    fn areas(&self, at: &Evaluation<'_>, areas: &mut Vec<DVec3>) {
+    /// Normal times area of each triangle, m^2.
+    pub fn area_vectors(&self, positions: &[DVec3], areas: &mut Vec<DVec3>) {
+        let triangles = self.topology.triangles().iter();
+        areas.clear();
+        areas.extend(triangles.map(|corners| {
+            let [a, b, c] = corners.map(|k| positions[k as usize]);
+            0.5 * (b - a).cross(c - a)
+        }));
+    }
+
+    /// Normal times area of each triangle, and the first of them that turned over since the evaluation before.
+    fn areas(&self, at: &Evaluation<'_>, areas: &mut Vec<DVec3>) -> Option<u32> {
         let triangles = self.topology.triangles();
         areas.resize(triangles.len(), DVec3::ZERO);
-        let one = |(area, corners): (&mut DVec3, &[u32; 3])| {
+        // The least number is the same whatever thread finds it first.
+        let turned = AtomicU32::new(NONE);
+        let one = |(index, (area, corners)): (usize, (&mut DVec3, &[u32; 3]))| {
             let [a, b, c] = corners.map(|k| at.positions[k as usize]);
-            *area = 0.5 * (b - a).cross(c - a);
+            let now = 0.5 * (b - a).cross(c - a);
+            if now.dot(*area) < 0.0 {
+                turned.fetch_min(index as u32, Ordering::Relaxed);
+            }
+            *area = now;
         };
         if at.is_parallel {
-            let all = areas.par_iter_mut().zip(triangles);
+            let all = areas.par_iter_mut().zip(triangles).enumerate();
             all.with_min_len(CHUNK).for_each(one);
         } else {
-            areas.iter_mut().zip(triangles).for_each(one);
+            areas.iter_mut().zip(triangles).enumerate().for_each(one);
         }
+        Some(turned.into_inner()).filter(|&triangle| triangle != NONE)
     }
 
     fn edge_forces(
@@ -137,24 +188,23 @@ impl Sheet {
             let index = first + offset;
             let edge = &self.topology.edges()[index];
             let [a, b] = edge.ends.map(|k| at.positions[k as usize]);
-            let mut force = DVec3::ZERO;
-            if has_springs || has_dashpots {
-                let rest = &self.edges[index];
-                let branch = b - a;
-                let length = branch.length();
-                let mut tension = 0.0;
-                if has_springs {
-                    tension = rest.stiffness * (length - rest.length);
-                }
-                if has_dashpots {
-                    let [va, vb] = edge.ends.map(|k| at.velocities[k as usize]);
-                    let rate = (vb - va).dot(branch) / length;
-                    let dashpot = at.dashpots[index] * rate;
-                    tension += dashpot;
-                    lost.edges += dashpot * rate;
-                }
-                force = branch * (tension / length);
+            let rest = &self.edges[index];
+            let branch = b - a;
+            let length = branch.length();
+            let stretch = length / rest.length;
+            lost.stretch([stretch, stretch]);
+            let mut tension = 0.0;
+            if has_springs {
+                tension = rest.stiffness * (length - rest.length);
             }
+            if has_dashpots {
+                let [va, vb] = edge.ends.map(|k| at.velocities[k as usize]);
+                let rate = (vb - va).dot(branch) / length;
+                let dashpot = at.dashpots[index] * rate;
+                tension += dashpot;
+                lost.edges += dashpot * rate;
+            }
+            let force = branch * (tension / length);
             slots[0] = force;
             slots[1] = -force;
             if edge.triangles[1] != NONE && self.stride == 4 {

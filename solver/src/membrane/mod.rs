@@ -6,6 +6,7 @@
 mod critical;
 mod elements;
 mod forces;
+mod now;
 mod pressure;
 mod seen;
 mod shapes;
@@ -17,6 +18,10 @@ mod topology;
 pub use critical::Rates;
 pub use elements::{Fold, Strained, Tension, hinge_energy};
 pub use forces::{Evaluation, Powers, Workspace};
+pub use now::{
+    Fault, HoldCourse, HoldLoad, HoldPlan, MembraneNow, MembranePlan, Moment, STRETCHES,
+    SavedMembrane, Works,
+};
 pub use pressure::{Enclosed, Load};
 pub use seen::{Scatter, Seen, TriangleTension};
 pub use shapes::{about_triangles, cylinder, disc, rectangle, sphere};
