@@ -201,7 +201,7 @@ fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
     read_load(&force).map(ServoTarget::Force)
 }
 
-fn read_load(item: &Item<'_>) -> Option<Load> {
+pub(super) fn read_load(item: &Item<'_>) -> Option<Load> {
     if item.is_table() {
         let fields = item.table()?;
         let file = fields.need("table").and_then(|item| item.file());

@@ -15,6 +15,7 @@ use super::fields::fields;
 use super::fluxes::fluxes;
 use super::insertions::{check_among_walls, deletions, insertions};
 use super::magnitudes::magnitudes;
+use super::membranes::{self, membranes};
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
@@ -25,7 +26,8 @@ use super::sizes::Sizes;
 use super::sleeping::sleeping;
 use super::sprays::sprays;
 use super::time_step::{
-    Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, bearable_step, limits, steps,
+    Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
+    limits, steps,
 };
 use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
@@ -106,7 +108,11 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         &mut warnings,
         &mut errors,
     );
-    let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
+    let sheets = membranes(scene, &walls, &mut warnings, &mut notes, &mut errors);
+    let mut uses = material_uses(scene, &start, &clumps, &insertions, &walls);
+    for (material, used) in uses.iter_mut().enumerate() {
+        used.lightest_vertex = sheets.lightest_vertex(material);
+    }
     let sizes = Sizes::of(
         &densities(scene),
         (&start.particles, &start.bodies),
@@ -179,6 +185,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             &clumps,
             &insertions,
             &walls,
+            sheets.critical(),
             dimensions,
             &mut errors,
             &mut warnings,
@@ -294,7 +301,8 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             sprays,
             walls,
             wear,
-            surfaces: Vec::new(),
+            surfaces: sheets.surfaces,
+            membranes: sheets.membranes,
             particles: start.particles,
             clumps,
             bodies: start.bodies,
@@ -504,6 +512,7 @@ fn plan_step(
     clumps: &[Clump],
     insertions: &[InsertionPlan],
     walls: &[Wall],
+    sheet: Option<Limit>,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
@@ -520,11 +529,35 @@ fn plan_step(
         TimeStep::Seconds(_) => contact.as_ref().zip(critical.as_ref()),
     };
     let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
+    // What the sheets allow, in the form of a contact that allows the same.
+    let by_sheet = sheet
+        .as_ref()
+        .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);
+    let would_be = match (scene.time.step.value, by_sheet) {
+        (TimeStep::Seconds(_), Some(time)) => Some(would_be.map_or(time, |other| other.min(time))),
+        _ => would_be,
+    };
     let (step, reason) = match (
         scene.time.step.value,
         contact.as_ref().zip(critical.as_ref()),
     ) {
         (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
+        (TimeStep::Auto, contacts)
+            if by_sheet.is_some_and(|time| {
+                contacts.is_none_or(|(contact, critical)| time < bearable_step(contact, critical))
+            }) =>
+        {
+            let limit = sheet.clone().unwrap_or_default();
+            let interval = *scene.output.interval;
+            let (step, reason, warning) = automatic_part(
+                &limit,
+                membranes::STEPS_PER_CRITICAL,
+                "critical step",
+                interval,
+            );
+            warnings.extend(warning);
+            (step, reason)
+        }
         (TimeStep::Auto, Some((contact, critical))) => {
             let (step, reason, warning) = automatic(contact, critical, *scene.output.interval);
             warnings.extend(warning);
@@ -558,6 +591,20 @@ fn plan_step(
         );
         errors.push(place.error(message).with_help(
             "the integration would be unstable: shorten the step (or use \"auto\"), or soften the contact",
+        ));
+        return None;
+    }
+    if let Some(limit) = &sheet
+        && step > REFUSED_PART * limit.time
+    {
+        let message = format!(
+            "{} s is above 0.9 of the critical step of {}, {} s",
+            short(step),
+            limit.of,
+            short(limit.time)
+        );
+        errors.push(place.error(message).with_help(
+            "the integration would be unstable: shorten the step (or use \"auto\"), soften the sheet, or coarsen its mesh",
         ));
         return None;
     }

@@ -12,6 +12,7 @@ use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
+use crate::membrane::MembranePlan;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -99,6 +100,8 @@ pub struct Draft {
     pub wear: Vec<WearPlan>,
     /// Sheets.
     pub surfaces: Vec<SurfacePlan>,
+    /// Their mechanics, one for each, or none at all.
+    pub membranes: Vec<MembranePlan>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
@@ -159,6 +162,7 @@ impl Draft {
             walls: Vec::new(),
             wear: Vec::new(),
             surfaces: Vec::new(),
+            membranes: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
@@ -231,6 +235,7 @@ impl Draft {
                 walls: self.walls,
                 wear: self.wear,
                 surfaces: self.surfaces,
+                membranes: self.membranes,
                 particles: self.particles,
                 clumps: self.clumps,
                 bodies: self.bodies,
@@ -368,6 +373,7 @@ impl Plan {
             walls: physics.walls,
             wear: physics.wear,
             surfaces: physics.surfaces,
+            membranes: physics.membranes,
             particles: physics.particles,
             clumps: physics.clumps,
             bodies: physics.bodies,

@@ -41,12 +41,12 @@ pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     })
 }
 
-fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
+pub(super) fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
     read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
 }
 
 /// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
-fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
+pub(super) fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
     let turn = source
         .rotate
         .as_ref()

@@ -19,6 +19,7 @@ mod head;
 mod insertions;
 mod largest;
 mod magnitudes;
+mod membranes;
 mod memory;
 mod meshes;
 mod motions;

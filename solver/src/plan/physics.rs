@@ -13,6 +13,7 @@ use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::LawTable;
 use crate::liquid::LiquidPlan;
+use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
@@ -45,6 +46,7 @@ pub struct Physics {
     pub(super) walls: Vec<Wall>,
     pub(super) wear: Vec<WearPlan>,
     pub(super) surfaces: Vec<SurfacePlan>,
+    pub(super) membranes: Vec<MembranePlan>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
     pub(super) bodies: Vec<NewBody>,
@@ -104,6 +106,8 @@ impl Physics {
         borrow wear: [WearPlan];
         /// Sheets.
         borrow surfaces: [SurfacePlan];
+        /// Their mechanics, in the same order; none of sheets without inner forces.
+        borrow membranes: [MembranePlan];
         /// Particles of the start, in the order of their ids.
         borrow particles: [NewParticle];
         /// Templates of rigid bodies, in the order of the file.

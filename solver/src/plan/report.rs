@@ -416,6 +416,22 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
             line(text, "", &wear_line(wear))?;
         }
     }
+    membranes(text, plan)
+}
+
+/// Sheets, where there are any.
+fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    let sheets = (plan.physics().surfaces().iter()).zip(plan.physics().membranes());
+    for (number, (surface, membrane)) in sheets.enumerate() {
+        if number == 0 {
+            heading(text, "Membranes")?;
+        }
+        let material = &plan.physics().materials()[surface.material.index()].name;
+        line(text, &surface.name, material)?;
+        for words in super::membranes::describe(surface, membrane) {
+            line(text, "", &words)?;
+        }
+    }
     Ok(())
 }
 

@@ -13,9 +13,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
             EVAPORATION,
         );
     }
-    for membrane in &scene.membranes {
-        found.add(&membrane.name.place, "membranes are", MEMBRANE);
-    }
     for spray in &scene.sprays {
         if *spray.mass {
             found.add(&spray.mass.place, "liquid with mass is", MASS);
@@ -29,7 +26,6 @@ pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
 
 const EVAPORATION: &str =
     "leave `evaporation` out, or make it 0: films and bridges keep their liquid then";
-const MEMBRANE: &str = "instead: a [[walls]] entry with a servo, which holds a pressure on a plane, box or disc (motion = [{ kind = \"servo\", pressure = 10e3, ... }]), or with shape = \"mesh\", which is rigid";
 const MASS: &str = "leave `mass` out: particles keep their mass, and `momentum = true` gives them that of the droplets";
 const WALL_FILM: &str = "leave `at_walls` out, or make it \"lost\" or \"bounce\"; what walls take is counted in .liquid.csv";
 

@@ -230,8 +230,31 @@ fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
     }
 }
 
-/// The engine's form of a motion.
+/// The engine's form of a motion of a wall.
 fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneError> {
+    if let MotionKind::Servo {
+        axis,
+        target: aim,
+        max_speed,
+    } = &motion.kind
+    {
+        return Ok(Component::Servo(Servo {
+            axis: **axis,
+            target: target(wall, **axis, aim)?,
+            max_speed: **max_speed,
+            from: *motion.from,
+            until: motion.until.as_deref().copied().unwrap_or(f64::INFINITY),
+        }));
+    }
+    component_about(own_origin(wall), motion)
+}
+
+/// The engine's form of a motion that is no servo; `origin`: the point about which a table turns, m.
+pub(super) fn component_about(
+    origin: DVec3,
+    motion: &SceneMotion,
+) -> Result<Component, SceneError> {
+    let own_origin = origin;
     let from = *motion.from;
     let until = motion.until.as_deref().copied().unwrap_or(f64::INFINITY);
     Ok(match &motion.kind {
@@ -264,19 +287,11 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
         },
         MotionKind::Table { file } => Component::Table {
             table: MotionTable::read(file).map_err(|error| file.error(error.to_string()))?,
-            origin: own_origin(wall),
+            origin: own_origin,
         },
-        MotionKind::Servo {
-            axis,
-            target: aim,
-            max_speed,
-        } => Component::Servo(Servo {
-            axis: **axis,
-            target: target(wall, **axis, aim)?,
-            max_speed: **max_speed,
-            from,
-            until,
-        }),
+        MotionKind::Servo { .. } => {
+            return Err(motion.place.error("only a wall has a servo"));
+        }
     })
 }
 
@@ -347,7 +362,7 @@ fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
 }
 
 /// A load in time; `column` names it in a table.
-fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
+pub(super) fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
     match load {
         Load::Constant(value) => {
             Course::constant(**value).map_err(|error| value.error(error.to_string()))

@@ -54,7 +54,8 @@ impl Engine {
         if !is_audited && !self.has_servos {
             return;
         }
-        let sums = self.forces.sums(self.plan.physics().walls().len());
+        let mut sums = self.forces.sums(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut sums);
         if self.has_servos {
             self.answer_loads(&sums);
         }

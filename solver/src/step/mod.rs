@@ -56,6 +56,7 @@ use crate::contact::HistoryNumber;
 use crate::forces::{Forces, MotionBound, Observation, Watch};
 use crate::lanes::Width;
 use crate::liquid::Liquids;
+use crate::membrane::MembraneNow;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::Sprays;
@@ -77,6 +78,8 @@ pub struct Engine {
     walls: Vec<WallNow>,
     /// One for each sheet of the plan.
     surfaces: Vec<Surface>,
+    /// Their mechanics, one for each, or none at all.
+    membranes: Vec<MembraneNow>,
     /// How the sheets moved in this step.
     surface_motion: SurfaceMotion,
     lists: Lists,
@@ -192,6 +195,7 @@ impl Engine {
         self.settle();
         self.spray(speed)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
+        self.guard_membranes()?;
         self.wear_walls()?;
         self.guard_contacts();
         self.guarded()
@@ -236,13 +240,18 @@ impl Engine {
     /// What was seen of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        self.forces.observation(self.plan.physics().walls().len())
+        let mut observation = self.forces.observation(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut observation);
+        observation
     }
 
     /// The same, without leaving the records of contacts behind.
     pub(crate) fn take_observation(&mut self) -> Observation {
-        self.forces
-            .take_observation(self.plan.physics().walls().len())
+        let mut observation = self
+            .forces
+            .take_observation(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut observation);
+        observation
     }
 
     /// What became of the energy, if the plan asks for it.

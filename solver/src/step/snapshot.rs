@@ -7,6 +7,7 @@ use super::{Audit, AuditedContact, Engine, Lists, LoadSeries, RunError, SavedSle
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
 use crate::liquid::LiquidBalance;
+use crate::membrane::SavedMembrane;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::{Droplet, SprayState, Sprays};
@@ -57,10 +58,14 @@ pub struct Snapshot {
     pub wear: Option<SavedWear>,
     /// Sheets, in scenes that have any.
     pub surfaces: Vec<SavedSurface>,
+    /// Their mechanics.
+    pub membranes: Vec<SavedMembrane>,
 }
 
 /// Section of [`Snapshot::surfaces`].
 const SURFACES: &str = "surfaces";
+/// Section of [`Snapshot::membranes`].
+const MEMBRANES: &str = "membranes";
 
 /// Section of [`Snapshot::sprays`].
 const SPRAYS: &str = "sprays";
@@ -119,6 +124,9 @@ impl Snapshot {
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.surfaces);
         }
+        if !self.membranes.is_empty() {
+            encoder.section(MEMBRANES, &self.membranes);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -157,6 +165,7 @@ impl Snapshot {
             sprays: decoder.optional_section(SPRAYS)?,
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
+            membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -248,6 +257,9 @@ impl Engine {
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.saved_surfaces());
         }
+        if !self.membranes.is_empty() {
+            encoder.section(MEMBRANES, &self.saved_membranes());
+        }
     }
 
     fn saved_others(&self) -> Vec<(String, Vec<u8>)> {
@@ -290,6 +302,7 @@ impl Engine {
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
+            membranes: self.saved_membranes(),
         }
     }
 
@@ -437,6 +450,7 @@ impl Engine {
                 })?;
         }
         engine.restore_surfaces(&snapshot.surfaces)?;
+        engine.restore_membranes(&snapshot.membranes)?;
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }

@@ -10,6 +10,7 @@ use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::liquid::Liquids;
+use crate::membrane::Moment;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
 use crate::spray::Sprays;
@@ -173,12 +174,23 @@ impl Engine {
         };
         let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
         let wear = Wear::new(plan.physics().wear(), &walls);
-        let (surfaces, borrowing) = surfaces::start(
+        let (mut surfaces, borrowing) = surfaces::start(
             plan.physics().surfaces(),
             plan.physics().time_step(),
             &images,
         )?;
         walls.extend(borrowing);
+        let membranes = surfaces::start_membranes(
+            (plan.physics().membranes(), &mut surfaces),
+            &Moment {
+                time: 0.0,
+                dt: plan.physics().time_step(),
+                gravity: plan.physics().gravity(),
+                walls: &walls,
+                images: &images,
+                has_pool: false,
+            },
+        );
         for wall in wear.iter().flat_map(|wear| &wear.walls) {
             walls[wall.plan().wall].set_wearing();
         }
@@ -215,6 +227,7 @@ impl Engine {
             walls,
             surfaces,
             surface_motion: SurfaceMotion::default(),
+            membranes,
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,

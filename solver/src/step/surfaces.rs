@@ -1,7 +1,11 @@
 //! Sheets: what contacts do to their vertices, how these move, and the meshes that follow.
 
 use super::{Engine, RunError};
+use crate::contact::parameter::short;
+use crate::forces::Observation;
+use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::neighbours::Images;
+use crate::plan::GuardPolicy;
 use crate::surface::{SavedSurface, Surface, SurfaceMotion, SurfacePlan};
 use crate::walls::{Wall, WallNow};
 
@@ -27,6 +31,30 @@ pub(super) fn start(
         walls.push(now);
     }
     Ok((surfaces, walls))
+}
+
+/// The mechanics of the sheets, and what holds them at the start.
+pub(super) fn start_membranes(
+    (plans, surfaces): (&[MembranePlan], &mut [Surface]),
+    at: &Moment<'_>,
+) -> Vec<MembraneNow> {
+    (plans.iter().zip(surfaces))
+        .map(|(plan, surface)| MembraneNow::new(plan, surface, at))
+        .collect()
+}
+
+/// Of the parts of an engine, as these are borrowed one by one.
+macro_rules! moment {
+    ($engine:ident) => {
+        Moment {
+            time: $engine.step as f64 * $engine.plan.physics().time_step(),
+            dt: $engine.plan.physics().time_step(),
+            gravity: $engine.plan.physics().gravity(),
+            walls: &$engine.walls,
+            images: &$engine.images,
+            has_pool: $engine.pool.is_some(),
+        }
+    };
 }
 
 impl Engine {
@@ -58,10 +86,14 @@ impl Engine {
             self.plan.physics().gravity(),
         );
         let mut all = SurfaceMotion::default();
-        for surface in &mut self.surfaces {
-            let motion = surface.advance(kicks, (half, drift), gravity);
-            all.squared_speed = all.squared_speed.max(motion.squared_speed);
-            all.sum_of_squares += motion.sum_of_squares;
+        let at = moment!(self);
+        let plans = self.plan.physics().membranes();
+        for (number, surface) in self.surfaces.iter_mut().enumerate() {
+            let motion = match self.membranes.get_mut(number) {
+                Some(membrane) => membrane.advance(&plans[number], surface, (kicks, drift), &at),
+                None => surface.advance(kicks, (half, drift), gravity),
+            };
+            all = all.merge(motion);
         }
         all
     }
@@ -83,7 +115,127 @@ impl Engine {
 
     /// Forces inside the sheets, pressure and drag go here: they are added to [`Surface::forces`], for the positions of the present step and
     /// the velocities of half a step before.
-    fn add_inner_forces(&mut self) {}
+    fn add_inner_forces(&mut self) {
+        let since = self.since_last();
+        let at = moment!(self);
+        let plans = self.plan.physics().membranes().iter();
+        for ((plan, surface), membrane) in (plans.zip(&mut self.surfaces)).zip(&mut self.membranes)
+        {
+            membrane.add_forces(plan, surface, since, &at);
+            membrane.update_holds(plan, surface, &at);
+        }
+    }
+
+    /// What sheets do to walls that hold their vertices is part of the loads of these walls.
+    pub(super) fn add_holds_to_walls(&self, observation: &mut Observation) {
+        let plans = self.plan.physics().membranes().iter();
+        for (plan, membrane) in plans.zip(&self.membranes) {
+            for (wall, (load, power)) in observation.walls.iter_mut().enumerate() {
+                let state = &self.walls[wall].state;
+                let Some((force, torque)) = membrane.load_on_wall(plan, wall, state.reference)
+                else {
+                    continue;
+                };
+                load.add(force, torque);
+                let at_reference = state.velocity.at(state.reference);
+                *power -= force.dot(at_reference) + torque.dot(state.velocity.angular_velocity);
+            }
+        }
+    }
+
+    /// Sheets that are stretched or turned beyond the limits stop the run, or are counted.
+    pub(super) fn guard_membranes(&mut self) -> Result<(), RunError> {
+        let policy = self.plan.physics().guard().policy;
+        for (number, plan) in self.plan.physics().membranes().iter().enumerate() {
+            let surface = &self.surfaces[number];
+            let Some(fault) = self.membranes[number].fault(plan, surface) else {
+                continue;
+            };
+            let is_lost = matches!(fault, Fault::NotFinite { .. });
+            if policy == GuardPolicy::Strict || is_lost {
+                return Err(RunError::Guarded {
+                    step: self.step,
+                    time: self.time(),
+                    what: self.words_of(number, &fault),
+                    help: "the time step is too large for the sheet, or its loads are too large for its stiffness, or a hold is too fast; or go on with guard.policy = \"warn\"".to_owned(),
+                });
+            }
+            if policy == GuardPolicy::Warn {
+                self.membranes[number].faults += 1;
+            }
+        }
+        Ok(())
+    }
+
+    fn words_of(&self, number: usize, fault: &Fault) -> String {
+        let name = &self.plan.physics().surfaces()[number].name;
+        let surface = &self.surfaces[number];
+        let at = |vertex: u32| {
+            let [x, y, z] = surface.positions[vertex as usize].to_array().map(short);
+            format!("[{x}, {y}, {z}] m")
+        };
+        match *fault {
+            Fault::Stretch { ends, stretch } => format!(
+                "membranes.{name}: the edge between the vertices {} and {}, at {}, has {} of its length at rest; {} to {} are allowed",
+                ends[0],
+                ends[1],
+                at(ends[0]),
+                short(stretch),
+                STRETCHES[0],
+                STRETCHES[1]
+            ),
+            Fault::TurnedOver { triangle } => format!(
+                "membranes.{name}: triangle {triangle}, at {}, turned over within a step",
+                at(surface.triangles()[triangle as usize][0])
+            ),
+            Fault::NotFinite { vertex } => {
+                format!("membranes.{name}: vertex {vertex} has left the numbers")
+            }
+        }
+    }
+
+    /// What a user should know of sheets, a line each.
+    #[must_use]
+    pub fn membrane_warnings(&self) -> Vec<String> {
+        let names = self.plan.physics().surfaces().iter();
+        (names.zip(&self.membranes))
+            .filter(|(_, membrane)| membrane.faults > 0)
+            .map(|(surface, membrane)| {
+                format!(
+                    "membranes.{}: in {} steps an edge was shorter than {} or longer than {} of its length at rest, or a triangle turned over",
+                    surface.name, membrane.faults, STRETCHES[0], STRETCHES[1]
+                )
+            })
+            .collect()
+    }
+
+    /// The mechanics of the sheets, in the order of the plan; none where sheets have no inner forces.
+    #[must_use]
+    pub fn membranes(&self) -> &[MembraneNow] {
+        &self.membranes
+    }
+
+    pub(super) fn saved_membranes(&self) -> Vec<SavedMembrane> {
+        self.membranes.iter().map(MembraneNow::save).collect()
+    }
+
+    pub(super) fn restore_membranes(&mut self, saved: &[SavedMembrane]) -> Result<(), RunError> {
+        if saved.len() != self.membranes.len() {
+            return Err(RunError::OtherPlan(format!(
+                "it has the mechanics of {} membranes, the plan of {}",
+                saved.len(),
+                self.membranes.len()
+            )));
+        }
+        let plans = self.plan.physics().membranes().iter();
+        for (((plan, surface), membrane), saved) in (plans.zip(&self.surfaces))
+            .zip(&mut self.membranes)
+            .zip(saved)
+        {
+            (membrane.restore(plan, surface, saved)).map_err(RunError::OtherPlan)?;
+        }
+        Ok(())
+    }
 
     /// The sheets as they are now, in the order of the plan.
     #[must_use]
