@@ -1,4 +1,4 @@
-//! Who writes into the folder of a run: a file there names the machine and the process, and its time is a sign of life.
+//! The owner of a run folder: a file in it names the machine and the process, and its modification time is a sign of life.
 //!
 //! The solver takes and keeps it; others only look.
 
@@ -19,7 +19,7 @@ pub const DEAD_AFTER: Duration = Duration::from_secs(300);
 /// What the file says is shorter than this, in bytes: a name of 255 characters, a blank and a number.
 const LONGEST: u64 = 1100;
 
-/// Who has the folder.
+/// The owner of the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Owner {
     /// The machine; empty if not known.
@@ -69,7 +69,7 @@ impl Owner {
     }
 }
 
-/// Whether a run writes into a folder, as far as its last sign of life tells.
+/// Whether a run writes into a folder, judged by its last sign of life.
 #[must_use]
 pub fn is_written(folder: &Path) -> bool {
     let path = folder.join(LOCK);

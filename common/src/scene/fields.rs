@@ -10,7 +10,7 @@ use super::item::Item;
 use super::settings::flag;
 use super::source::{Located, Place};
 
-/// An entry of `[[fields]]`. Words that coarse-graining understands are checked by whoever plans them.
+/// An entry of `[[fields]]`. Words that coarse-graining defines are checked where the fields are planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldTable {
     /// Where the entry stands.
@@ -164,7 +164,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
         item.report("stands beside average = true; one of them");
     }
     table.finish();
-    // Of what is there and wrong the mistake is told already.
+    // If it is there but wrong, the mistake has already been reported.
     Some(FieldTable {
         place: item.place.clone(),
         name: name?,

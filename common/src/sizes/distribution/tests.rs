@@ -1,4 +1,4 @@
-//! All weightings of all forms against quadrature and each other; what a scene asks for.
+//! All weightings of all forms against quadrature and each other; the distributions that a scene describes.
 
 use super::*;
 use crate::scene::{Files, parse_psd, parse_scene};
