@@ -32,7 +32,7 @@ pub struct Input {
     pub pebbles: Vec<Pebble>,
 }
 
-/// What is asked for.
+/// The requested quantities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Density in kg/m3; default 1.

@@ -20,7 +20,7 @@ pub enum Quantiles {
     Mercury,
 }
 
-/// What is asked of a distribution or a sample alike.
+/// Queries that a distribution and a sample both answer.
 pub trait Spectrum {
     /// The diameter below which a share `u` of a quantity lies, m.
     fn quantile(&self, weighting: Weighting, u: f64) -> f64;

@@ -340,7 +340,7 @@ pub(crate) struct CheckArguments {
     #[arg(value_name = "RUN|SIZES")]
     pub(crate) subject: PathBuf,
 
-    /// The distribution that it should be of [default for a run: what its scene asked for]
+    /// The distribution that it should be of [default for a run: that of its scene]
     #[arg(long, value_name = "FILE")]
     pub(crate) target: Option<String>,
 
