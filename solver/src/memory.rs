@@ -3,14 +3,14 @@
 //! Two are for what looks things up all over a large array, and would wait for memory above all. Measured on a mesh of a million triangles
 //! (decision 0016): 5 to 10 % of the time of a whole run each. The third gives back what a new list has left free.
 
-/// Room of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
+/// Capacity of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
 pub(crate) const GROWTH: f64 = std::f64::consts::LOG2_E;
 
 /// Size of a large page, bytes, on x86-64 and most of ARM.
 #[cfg(all(target_os = "linux", not(miri)))]
 const PAGE: usize = 2 << 20;
 
-/// Asks for the cache lines of a value that is needed soon. Changes nothing; on processors other than x86-64 it does nothing.
+/// Prefetches the cache lines of a value that is needed soon. Changes nothing; on processors other than x86-64 it does nothing.
 #[inline(always)]
 pub(crate) fn prefetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -24,7 +24,7 @@ pub(crate) fn prefetch<T>(value: &T) {
     let _ = value;
 }
 
-/// Room for values that are looked up all over, in large pages where the system has them (on Linux, where
+/// Memory for values that are read in random order, in large pages where the system has them (on Linux, where
 /// `/sys/kernel/mm/transparent_hugepage/enabled` says `madvise` or `always`): otherwise finding the addresses of small pages
 /// takes about as long as reading the values.
 pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
@@ -66,8 +66,8 @@ pub(crate) fn give_back() {
 mod tests {
     use super::*;
 
-    /// The hints change nothing: values are read back as they were written, in arrays that end before, at and after a large page, and
-    /// the last value may be asked for like the first.
+    /// The hints change nothing: values are read back as they were written, in arrays that end before, at and after a large page,
+    /// and the last value may be prefetched like the first.
     #[test]
     fn hints_change_nothing() {
         let fits = (2 << 20) / size_of::<[u64; 5]>();

@@ -1,4 +1,4 @@
-//! One insertion at work.
+//! The state of one insertion during a run.
 
 use glam::DVec3;
 use mercury_common::random::Stream;
@@ -287,7 +287,7 @@ impl Insertion {
         self.state.sizes[index].count(2.0 * placed.radius, asked_for, insertion.by_quota);
     }
 
-    /// Whether there is room at all between the bounds of the region: of a body, for its largest pebble.
+    /// Whether the region has space for a particle at all; for a body, space for its largest pebble.
     fn may_fit(&self, pending: Pending, setting: &Setting<'_>) -> bool {
         let radius = match pending.clump {
             None => pending.radius,
@@ -402,7 +402,7 @@ impl Insertion {
         }
         let centre = (self.room).draw(spheres, extent, &mut self.places, images)?;
         let at = |offset: DVec3| images.wrap(centre + offset);
-        // Particles before walls, which take longer to test and are seldom in the way of what particles leave room for.
+        // Particles before walls: walls take longer to test and seldom block a position that is free of particles.
         let is_free = spheres.iter().all(|&(offset, radius)| {
             !occupied.overlaps(particles, images, (at(offset), radius), around.margin)
         }) && spheres.iter().all(|&(offset, radius)| {

@@ -1,10 +1,10 @@
 //! Boundaries: what counts particles, what adds them and what takes them out.
 //!
-//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] counts who crossed a flux plane, removes the
-//! particles and bodies whose centre is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
-//! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
-//! ([`Boundaries::listed`]): that misses nobody as long as no particle comes to move, in a single step, more than half a skin
-//! and more than twice as far as any particle did when the list was built.
+//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] counts the crossings of flux planes,
+//! removes the particles and bodies whose centre is in a deletion region or beyond a face of the domain, and inserts what is due.
+//! The time of an event is the end of the drift. Both are exact in every step, yet a step checks only particles that the last
+//! list build found near an exit ([`Boundaries::listed`]): no particle is missed as long as none moves, in a single step, more
+//! than half a skin and more than twice as far as any particle did when the list was built.
 //!
 //! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
 //! waits if `attempts` consecutive places fail: for the next step at first, for up to 64 steps while no place is found (`wait`). It is
@@ -71,7 +71,7 @@ pub struct BoundaryState {
     pub faces: [Tally; 6],
     /// How far a particle may be from where it was listed, m.
     pub margin: f64,
-    /// What crossed the flux planes since that was last asked for: plane by plane, each material by material.
+    /// What crossed the flux planes since the last call: plane by plane, each material by material.
     pub crossed: Vec<Crossed>,
 }
 
@@ -105,7 +105,7 @@ pub struct Boundaries {
     margin: f64,
     time_step: f64,
     images: Images,
-    /// Whom long insertions tell of themselves, and ask whether they are to go on.
+    /// The stage to which long insertions report, and which says whether they should go on.
     stage: Arc<Stage>,
 }
 
@@ -139,7 +139,7 @@ impl Boundaries {
         }
     }
 
-    /// Tells this stage what is placed; an insertion that it [gives up](Stage::is_given_up) ends anywhere.
+    /// Sets the stage to which insertions report; an insertion that the stage [gives up](Stage::is_given_up) ends at once.
     pub fn tell(&mut self, stage: Arc<Stage>) {
         self.stage = stage;
     }
@@ -354,7 +354,7 @@ impl Boundaries {
         &self.deleted
     }
 
-    /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.
+    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.fluxes.take()
     }

@@ -1,4 +1,4 @@
-//! The sizes that an insertion brought, kept to be compared with those that were asked for.
+//! The sizes that an insertion placed, kept for the comparison with the given distribution.
 
 use mercury_common::sizes::SizeDistribution;
 

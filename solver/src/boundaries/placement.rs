@@ -126,7 +126,7 @@ impl Room {
             let (step, half) = (0.5 * half * axis, half * (1.0 - 0.5 * axis));
             boxes.extend([(centre - step, half), (centre + step, half)]);
         }
-        // Across the joints of a union there may be room that its distance does not show.
+        // Across the joints of a union there may be more space than its distance shows.
         radius > 0.0 && self.region.has_union() && self.may_hold(0.0)
     }
 

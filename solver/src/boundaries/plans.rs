@@ -99,7 +99,7 @@ pub struct FluxPlan {
     pub name: String,
     /// A point on the plane, m.
     pub point: DVec3,
-    /// Length 1; who crosses along it counts positive.
+    /// Length 1; crossings along it count as positive.
     pub normal: DVec3,
     /// Only within this distance of the point, m; `None`: everywhere.
     pub radius: Option<f64>,

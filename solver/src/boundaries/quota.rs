@@ -1,12 +1,12 @@
 //! Sizes by quota: how many of each are fixed before the first comes.
 //!
-//! Of N particles of an ingredient, one has its size in each N-th part of its distribution by number, at the same place `v` of each
-//! part: sizes q((i + v) / N), i = 0 ... N - 1, q the quantile (systematic sampling; Cochran 1977, Sampling Techniques, chapter 8).
-//! So the share of the particles below any size misses the distribution by at most 1/N. The sum of volumes grows with `v` from S_N(0)
-//! to S_N(1), and as q(i/N) >= q(i/(N+1)), S_(N+1)(0) <= S_N(1) + the smallest volume: what is asked for is either met by some N and
-//! v, or lies in a gap between two N that is not wider than the smallest particle, whose nearer end is taken. Where sizes jump (single
-//! sizes, empty classes) so does S_N(v), by less than the largest volume less the smallest; then half of the largest particle bounds what is
-//! missed: with beads of two sizes nobody can promise more.
+//! Of N particles of an ingredient, one has its size in each N-th part of its distribution by number, at the same place `v` of
+//! each part: sizes q((i + v) / N), i = 0 ... N - 1, q the quantile (systematic sampling; Cochran 1977, Sampling Techniques,
+//! chapter 8). So the share of the particles below any size misses the distribution by at most 1/N. The sum of volumes grows with
+//! `v` from S_N(0) to S_N(1), and as q(i/N) >= q(i/(N+1)), S_(N+1)(0) <= S_N(1) + the smallest volume: the target volume is
+//! either met by some N and v, or lies in a gap between two N that is not wider than the smallest particle, whose nearer end is
+//! taken. Where sizes jump (single sizes, empty classes) so does S_N(v), by less than the largest volume less the smallest; then
+//! half of the largest particle bounds the error: beads of two sizes allow no better bound.
 
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
@@ -17,7 +17,7 @@ use crate::state::{MaterialIndex, volume};
 /// Most particles of a quota: their order is listed, at 4 bytes each, and of those that came the sizes, at 8.
 pub(crate) const MOST: f64 = 1e8;
 
-/// The volume that is asked for is met to this share of it, or after so many steps, of which the first are secants.
+/// The target volume is met to this share of it, or after this many steps, of which the first are secants.
 const CLOSE: f64 = 1e-13;
 const STEPS: usize = 60;
 const SECANTS: usize = 15;

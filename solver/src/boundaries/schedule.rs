@@ -56,7 +56,7 @@ fn amount(tally: &Tally, quantity: Quantity) -> f64 {
 }
 
 impl InsertionPlan {
-    /// Whether all that was asked for has come; never for `full`.
+    /// Whether the target is reached; never for `full`.
     #[must_use]
     pub fn total_reached(&self, inserted: &Tally) -> bool {
         match self.total {

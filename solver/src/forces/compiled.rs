@@ -12,8 +12,8 @@ use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
 /// Makes a loop for a table of laws, if it knows all of them.
 type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
 
-/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
-/// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
+/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each adds seconds to the compile
+/// time of every build; all others run through the loop that chooses the law at each contact, to the same bytes.
 #[cfg(not(test))]
 const COMPILED: [Make; 5] = [
     loop_of::<Linear, NoFriction, NoRolling>,

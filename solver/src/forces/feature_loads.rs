@@ -1,7 +1,7 @@
 //! Loads on the faces, edges and corners of mesh walls, summed up from step to step.
 //!
-//! Each block of rows sums up its own contacts in their order; when the rows are cut anew, and when somebody asks, the sums of
-//! the blocks are added in the order of the blocks. So the number of threads changes nothing.
+//! Each block of rows sums up its own contacts in their order; when the rows are cut anew, and on each reading, the sums of the
+//! blocks are added in the order of the blocks. So the number of threads changes nothing.
 
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{BuildHasherDefault, Hasher};
@@ -74,7 +74,7 @@ impl FeatureLoads {
     }
 }
 
-/// Mixes the two indices of a key; the keys are ours, so nobody chooses them to collide.
+/// Mixes the two indices of a key; the keys are ours, so collisions cannot be provoked.
 #[derive(Debug, Clone, Default)]
 struct KeyHasher(u64);
 

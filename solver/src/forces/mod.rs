@@ -35,7 +35,7 @@ use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::walls::WallNow;
 
-/// What the force evaluation of one step is told.
+/// The inputs of the force evaluation of one step.
 pub struct StepContext<'a> {
     /// By how much springs are stretched: the time step, or 0 in the evaluation before the first step, s.
     pub spring_time: f64,
@@ -57,7 +57,7 @@ pub struct StepContext<'a> {
     pub feature_loads: bool,
     /// Overlap over the smaller radius beyond which contacts are named; infinite where none is.
     pub overlap_limit: f64,
-    /// Overlap with a wall over the radius beyond which it may be that the centre goes through; infinite if nobody wants to know.
+    /// Overlap with a wall over the radius beyond which the centre may go through the wall; infinite if this is not checked.
     pub deep: f64,
     /// What to see of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
@@ -163,8 +163,9 @@ pub trait ContactForces: Send {
         finish: &Finish<'_>,
     ) -> MotionBound;
 
-    /// Takes note of who sleeps: what contacts among sleepers do is held from now on. `roused`: the rows that were roused since it was last told
-    /// ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where somebody fell asleep or the list is a new one. `context` must not watch.
+    /// Registers which particles sleep: the loads among sleepers are held from now on. `roused`: the rows that were woken since
+    /// the last call ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where a particle fell asleep or the
+    /// list is a new one. `context` must not request an observation.
     fn settle(
         &mut self,
         particles: &Particles,
@@ -173,10 +174,12 @@ pub trait ContactForces: Send {
         roused: Option<&[u32]>,
     );
 
-    /// Shows the rows of those who are asleep and listed with somebody who is not, block by block: loads of others do not change.
+    /// Passes to its argument the rows of sleepers that are listed with an awake particle, block by block: loads of others do not
+    /// change.
     fn visit_borders(&self, visit: &mut dyn FnMut(usize));
 
-    /// Marks, by row, who is listed near one of these walls (yes or no for each), or with a particle whose motion is prescribed.
+    /// Marks, by row, the particles listed near one of these walls (yes or no for each), or with a particle whose motion is
+    /// prescribed.
     fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);
 
     /// What is held of each row.
@@ -185,7 +188,7 @@ pub trait ContactForces: Send {
     /// Takes back what [`ContactForces::save_held`] gave; after [`ContactForces::restore`].
     fn restore_held(&mut self, particles: &Particles, held: &[Load]);
 
-    /// The events of contacts since they were taken, block by block; taken out of here. None where no law asks for them.
+    /// The events of contacts since the last call, block by block; they are removed from here. None where no law requests them.
     fn take_events(&mut self) -> Vec<ContactEvent>;
 
     /// The bridges that hold liquid at rows that `wanted` names, at either end, in the order of their slots.
@@ -200,7 +203,7 @@ pub trait ContactForces: Send {
     /// What the last watched evaluation saw.
     fn observation(&self, walls: usize) -> Observation;
 
-    /// The same without the records of contacts, for what asks in every step.
+    /// The same without the records of contacts, for callers in every step.
     fn sums(&self, walls: usize) -> Observation;
 
     /// The same, with the records of contacts taken out of here: there are more of them than particles.

@@ -165,12 +165,12 @@ pub struct Observation {
     pub largest_overlap: f64,
     /// Audited steps: what each contact does.
     pub exchanges: Vec<Exchange>,
-    /// Records, if asked for.
+    /// Records, if requested.
     pub records: Vec<ContactRecord>,
 }
 
 impl Observation {
-    /// Of nothing, with room for the loads of `walls` walls.
+    /// An empty observation, with space for the loads of `walls` walls.
     #[must_use]
     pub fn empty(walls: usize) -> Self {
         Self {

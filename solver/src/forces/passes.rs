@@ -18,7 +18,7 @@ pub struct Needs {
     pub orientations: bool,
     /// It adds loads once those of the contacts are known, so the kick has to wait for it.
     pub after_contacts: bool,
-    /// It may change the surfaces of walls, so it is asked before the lists are judged, and what it changes is refitted.
+    /// It may change the surfaces of walls, so it runs before the lists are checked, and what it changes is refitted.
     pub reshapes_walls: bool,
 }
 
@@ -35,7 +35,7 @@ impl Needs {
     }
 }
 
-/// A new candidate list, as a pass is told of it.
+/// A new candidate list, as a pass receives it.
 pub struct NewList<'a> {
     /// Particles in their new order.
     pub particles: &'a Particles,
@@ -51,7 +51,8 @@ pub struct NewList<'a> {
 
 /// A force beside the contacts: gravity between grains, drag, bonds, bridges.
 ///
-/// It is asked in the order of the list, always with the same numbers whatever the number of threads, and must answer likewise.
+/// Passes run in the order of the list and get the same numbers whatever the number of threads; their results must not depend on
+/// it either.
 pub trait ForcePass: Send {
     /// A word for it, unique in the run.
     fn name(&self) -> &str;

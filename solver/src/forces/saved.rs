@@ -22,7 +22,7 @@ pub struct SavedSlot<'a> {
     pub history: &'a [f64],
 }
 
-/// Slots in order. Most remember nothing, and take no room for it: there are millions.
+/// Slots in order. Most have no history and take no memory for one: there are millions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedSlots {
     heads: Vec<Head>,
@@ -113,7 +113,7 @@ impl Head {
             if first & flag != 0 {
                 return u32::take(bytes);
             }
-            otherwise.ok_or_else(|| "the first pair tells of no row".to_owned())
+            otherwise.ok_or_else(|| "the first pair names no row".to_owned())
         };
         Ok(Self {
             row: number(OTHER_ROW, before)?,
@@ -154,14 +154,14 @@ impl Stretch {
         }
     }
 
-    /// Room for slots of so many bytes, of which so many have a history of `numbers` numbers.
+    /// Reserves memory for slots of this many bytes in all, `remembering` of which have a history of `numbers` numbers.
     pub(super) fn reserve(&mut self, bytes: usize, remembering: usize, numbers: usize) {
         self.heads.reserve(bytes);
         let histories = remembering * numbers * size_of::<f64>();
         self.histories.reserve(histories);
     }
 
-    /// Whether there is no room for histories at all.
+    /// Whether no memory for histories was reserved.
     pub(super) fn is_new(&self) -> bool {
         self.histories.capacity() == 0
     }
@@ -229,7 +229,7 @@ impl SavedSlots {
         Self::new(self.nothing.clone())
     }
 
-    /// Room for so many more.
+    /// Reserves memory for this many more slots.
     pub fn reserve(&mut self, slots: usize) {
         self.heads.reserve(slots);
     }
@@ -493,7 +493,7 @@ mod tests {
         assert!(
             of(&[0, 1, 0, 0, 0])
                 .unwrap_err()
-                .contains("tells of no row")
+                .contains("names no row")
         );
         assert!(
             of(&[UNUSED | OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0])

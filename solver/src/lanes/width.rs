@@ -6,7 +6,7 @@ use super::registers::Two;
 #[cfg(target_arch = "x86_64")]
 use super::registers::{Eight, Four};
 
-/// Two numbers, where registers hold them without being asked for it.
+/// Two numbers, where registers hold them without a feature check.
 #[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
 type Two = super::Lanes<2>;
 
@@ -95,7 +95,7 @@ impl Width {
             Kind::One => task.run::<f64>(),
             Kind::Two => task.run::<Two>(),
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: nobody has a `Width` of this kind but from `of`, which has asked the processor for the features.
+            // SAFETY: only `of` makes a `Width` of this kind, and it has checked that the processor has the features.
             Kind::Four => unsafe { with_avx2(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.

@@ -7,7 +7,7 @@ use crate::state::Particles;
 
 /// One particle of so many of a level gets a skin of its own.
 const FEW: usize = 200;
-/// How much farther than the rest somebody must have gone: pairs of particles with extra skin are harder to find.
+/// How much farther than the rest a particle must have gone: pairs of particles with extra skin are harder to find.
 const WORTH_IT: f64 = 2.0;
 /// How much farther a particle may go, over what it went while the last list lasted: what is fast now may have been speeding up.
 const MORE: f64 = 1.5;
@@ -125,7 +125,7 @@ impl ExtraSkins {
 struct Way {
     /// The farthest, but for one of each 200, m.
     rest: f64,
-    /// Whether one of these went so much farther that it is worth a skin of its own.
+    /// Whether one of these went so much farther that a skin of its own pays.
     few_stand_out: bool,
 }
 
@@ -183,8 +183,8 @@ mod tests {
         largest: 1.0,
     };
 
-    /// A hundred balls among a thousand grains: whoever goes farther sets the thickness, the others get one and a half of what they used, a
-    /// level that rests an eighth of it; the few of a level that stand out get theirs.
+    /// A hundred balls among a thousand grains: the farthest sets the thickness, the others get one and a half of what they used,
+    /// a level that rests an eighth of it; the few of a level that are much farther get their own.
     #[test]
     fn each_level_gets_skin_by_how_far_it_went() {
         let levels = Levels {
@@ -271,7 +271,7 @@ mod tests {
                 "{k}: {extra_skin}, not {expected}"
             );
         }
-        // Nobody stands out much, nobody moves, there is no room, there are few.
+        // No particle stands out, no particle moves, there is no space, there are few particles.
         let alike = |k: usize| if k < 2 { 0.19 } else { 0.1 };
         assert!(few(moved_by((0..1000).map(alike)), skin).is_empty());
         assert!(few(moved_by((0..1000).map(|_| 0.0)), skin).is_empty());

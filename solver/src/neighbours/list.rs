@@ -294,7 +294,7 @@ struct Growing {
 }
 
 impl Growing {
-    /// Room for `more` entries at once.
+    /// Reserves memory for `more` entries at once.
     #[inline]
     fn reserve(&mut self, more: usize) -> &mut [Candidate] {
         let needed = self.count + more;
@@ -459,13 +459,13 @@ mod tests {
             };
             let with_extra_skin = if extra_skin_every > 0 { count } else { 0 };
             let given: Vec<f64> = (0..with_extra_skin).map(ahead).collect();
-            // Those that are chosen, one for all, and some that nobody would choose.
+            // The levels that are chosen, one level for all, and some that are never chosen.
             let levels = match seed % 3 {
                 0 => Levels { largest: vec![largest] },
                 1 => Levels { largest: vec![0.3 * largest, 0.5 * largest, largest] },
                 _ => Levels::choose(&particles.records, skin),
             };
-            // Levels may have less than all they hold, who then stand out.
+            // Levels may have less skin than all their particles, which then get extra skin.
             let less = |level: usize| if seed % 7 == 0 { -0.1 * skin * (level % 3) as f64 } else { 0.0 };
             let mut extra = ExtraSkins {
                 levels: (0..levels.largest.len()).map(less).collect(),

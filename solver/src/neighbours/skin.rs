@@ -45,8 +45,8 @@ impl Skin {
         }
     }
 
-    /// The skin of a run's first list, no thicker than periodic axes leave room for. Radii (m): the smallest and the largest that
-    /// can occur, and the mean one; `range`: how far beyond contact forces reach, m.
+    /// The skin of a run's first list, limited by the periodic axes. Radii (m): the smallest and the largest that can occur, and
+    /// the mean one; `range`: how far beyond contact forces reach, m.
     #[must_use]
     pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
         let mut skin = Self::new([smallest, mean, largest]);
@@ -82,7 +82,7 @@ impl Skin {
         self.thickness >= 0.0 && self.least <= self.largest && self.thickness.is_finite()
     }
 
-    /// Keeps the skin below the room that a periodic domain leaves (m).
+    /// Keeps the skin below what a periodic domain permits (m).
     fn limit(&mut self, largest: f64) {
         self.largest = self.largest.min(largest);
         self.least = self.least.min(self.largest);

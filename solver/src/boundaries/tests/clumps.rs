@@ -81,7 +81,7 @@ fn orientations_are_uniform_and_sizes_those_asked_for() {
     let still = filled(Total::Number(600));
     let bodies = still.particles.bodies();
     // The mean of u u^T over a uniform axis u is 1/3 with a standard deviation of 0.298/sqrt(n) per diagonal entry and
-    // 0.26/sqrt(n) beside it; four of them. At a sixth of the volume the crowd turns nobody.
+    // 0.26/sqrt(n) beside it; four of them. At a sixth of the volume the positions taken do not bias the directions.
     let n = bodies.len() as f64;
     let axes = bodies.iter().map(|body| body.orientation * DVec3::X);
     let (mut squares, mut products) = (DVec3::ZERO, DVec3::ZERO);

@@ -10,8 +10,7 @@ use crate::state::Particle;
 use crate::walls::Touch;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Names what overlaps too much among the contacts found in a chunk of slots, which may be nobody. `contacts`: slot and overlap
-    /// (m) of each.
+    /// Names the contacts of a chunk of slots that overlap too much, if any. `contacts`: slot and overlap (m) of each.
     #[cold]
     #[inline(never)]
     pub(super) fn alarm_pairs(
@@ -75,7 +74,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         } else {
             return;
         };
-        // Told from the side that it came from.
+        // The normal points to the side from which the particle came.
         let front = if has_crossed { -1.0 } else { 1.0 };
         let alarm = Alarm {
             id: self.ids[side.near.row as usize],

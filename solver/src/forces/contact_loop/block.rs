@@ -16,9 +16,9 @@ pub(super) struct Block<H> {
     pub(super) rows: Range<usize>,
     /// In the order of their owners.
     pub(super) slots: Vec<Slot<H>>,
-    /// Those of `slots` that are evaluated in every step: all of them where nobody sleeps.
+    /// Those of `slots` that are evaluated in every step: all of them where no particle sleeps.
     pub(super) stretches: Vec<Range<usize>>,
-    /// What contacts among sleepers do to each row, which no step evaluates; empty where nobody sleeps.
+    /// The loads of contacts among sleepers on each row, which no step evaluates; empty where no particle sleeps.
     pub(super) held: Vec<Load>,
     /// Sleepers, by row, in slots that are evaluated.
     pub(super) borders: Vec<u32>,
@@ -39,7 +39,7 @@ pub(super) struct Block<H> {
     pub(super) feature_loads: FeatureLoads,
     /// Contacts with walls that wear, of the last evaluation.
     pub(super) rubs: Vec<Rub>,
-    /// Contacts with an event since they were taken; none where no law asks for them.
+    /// Contacts with an event since they were taken; none where no law requests them.
     pub(super) events: Vec<SlotEvent>,
 }
 
@@ -68,7 +68,7 @@ impl<H> Block<H> {
 }
 
 impl<H: History> Block<H> {
-    /// Notes which later blocks its slots reach into, and how much work they are, nobody asleep.
+    /// Notes which later blocks its slots reach into, and the cost of the slots when no particle sleeps.
     pub(super) fn note_targets(&mut self, block_size: usize) {
         self.stretches = std::iter::once(0..self.slots.len()).collect();
         let own = self.rows.start / block_size;

@@ -7,13 +7,13 @@ use crate::state::Particle;
 /// Slots that are searched for contacts before the contacts found are evaluated.
 pub(super) const CHUNK: usize = 128;
 
-/// Room for what is known of a chunk: more than it needs, so that a `u8` is always an index into it.
+/// Space for what is known of a chunk: more than it needs, so that a `u8` is always a valid index.
 pub(super) const ROOM: usize = 256;
 
 const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
 
-/// Pairs of materials that are told apart when contacts of one law are put side by side: those of eight materials. Where there are more, groups with
-/// several laws are evaluated one by one.
+/// The number of pairs of materials that are distinguished when contacts of one law are put side by side: those of eight
+/// materials. Where there are more, groups with several laws are evaluated one by one.
 const PAIRS: usize = 64;
 
 /// Each number at its own place.
@@ -126,7 +126,7 @@ impl Numbers {
 }
 
 impl<'a> Found<'a> {
-    /// Nothing yet; `nobody` stands for all.
+    /// Nothing yet; `nobody` fills all entries.
     pub(super) fn new(nobody: &'a Particle, numbers: &'a mut Numbers) -> Self {
         Self {
             a: [nobody; ROOM],

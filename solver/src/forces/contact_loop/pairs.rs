@@ -35,7 +35,7 @@ pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCH
     pub(super) block: &'p mut Block<H>,
     pub(super) rows: &'p Rows<'p>,
     pub(super) loads: &'p mut [Load],
-    /// Room for what is found.
+    /// Buffers for the contacts that are found.
     pub(super) numbers: &'p mut Numbers,
 }
 
@@ -235,7 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         found.numbers.reach.put(*count, reach.packed(acts));
         *count += acts.count_ones() as usize;
         if A::ACTIVE {
-            // Who begins to touch is seen when the law has been asked.
+            // Whether a contact has just begun is known after its law has been evaluated.
             Change {
                 begin: 0,
                 end: held & !acts,
@@ -248,8 +248,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The laws of some contacts: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
-    /// the same numbers.
+    /// The laws of some contacts: their forces and torques, and their histories one step on. A repeated contact is evaluated
+    /// twice and gives identical results.
     #[inline(always)]
     fn act<L: Real, const WATCHED: bool>(
         &self,
@@ -279,7 +279,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 let action = if touches {
                     law.act(&contact, dt, &mut history)
                 } else {
-                    debug_assert_eq!(L::LANES, 1, "adhesion is asked one by one");
+                    debug_assert_eq!(L::LANES, 1, "adhesion is evaluated one by one");
                     law.act_apart(&contact, dt, &mut history)
                 };
                 for (k, &at) in at[..L::LANES].iter().enumerate() {
@@ -287,7 +287,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
                 action
             } else {
-                // Each law to its lane; who is there twice must find its history as it was.
+                // Each law to its lane; a repeated contact must find its history as it was.
                 let mut own = [Default::default(); MOST_LANES];
                 for (own, &at) in own[..L::LANES].iter_mut().zip(&at) {
                     *own = slots[at].history;

@@ -17,7 +17,7 @@ pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) materials: usize,
     pub(super) memory: &'a Memory,
     pub(super) block_size: usize,
-    /// Whether the memory of contacts is asked for before they come.
+    /// Whether the memory of contacts is prefetched.
     pub(super) asks_ahead: bool,
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
@@ -110,7 +110,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }
-        // Adhesion is asked pair by pair, as it may act between some of a group and not between others.
+        // Adhesion is evaluated pair by pair, as it may act between some of a group and not between others.
         let width = if A::ACTIVE {
             Width::ONE
         } else {
@@ -119,8 +119,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         match (self.context.watch, self.context.images.any()) {
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
-            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
-            // of the contacts is told one by one.
+            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
+            // Observed contacts are recorded one by one.
             (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
         }
         self.walls(block, rows, loads);

@@ -20,9 +20,10 @@ use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLa
 use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};
 
-/// How long a thread that has no more blocks looks whether one of its own can be finished, before it leaves that to the thread that called; and how
-/// long the one that called looks whether the others are done, before it gives its core to whoever wants it: as long again as it has computed, which is
-/// about what the others need, within these limits. The lower one is what waking a thread takes, the upper one more than a block takes.
+/// How long an idle thread checks whether one of its own blocks can be finished, before it leaves that to the calling thread; and
+/// how long the calling thread checks whether the others are done, before it yields its core: as long again as it has computed,
+/// which is about what the others need, within these limits. The lower limit is the time to wake a thread, the upper one more
+/// than the time of a block.
 const PATIENCE: [Duration; 2] = [Duration::from_micros(20), Duration::from_micros(500)];
 /// Pauses between two looks.
 const PAUSES: u32 = 4;
@@ -78,7 +79,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let work = |thread: usize| {
             shares.begin(thread);
             let begun = Instant::now();
-            // What this thread has computed and still has to finish: nobody else has it in the cache.
+            // What this thread has computed and still has to finish: no other thread has it in its cache.
             let mut mine = Vec::new();
             let mut numbers = Numbers::new();
             let finish_ready = |mine: &mut Vec<usize>| {
@@ -100,7 +101,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let this_thread = || rayon::current_thread_index().unwrap_or_default();
         pool.scope(|scope| {
             for _ in 1..pool.current_num_threads() {
-                // Whatever nobody has taken when this thread is done, it takes back, and finds nothing left to do in it.
+                // When this thread is done, it takes back the blocks that no other thread has taken, and finds nothing left to do
+                // in them.
                 scope.spawn(|_| {
                     others.fetch_add(1, Ordering::Relaxed);
                     work(this_thread());
@@ -147,14 +149,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 numbers,
             );
         }
-        // Whoever finds no readers left sees all that was written before they counted themselves out.
+        // A thread that reads a count of zero sees everything that the readers wrote before they decremented it.
         for &read in std::iter::once(&index).chain(&block.targets) {
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
     }
 }
 
-/// Adds what was parked for one block, and finishes it, if nobody needs its records any more.
+/// Adds what was parked for one block, and finishes the block if its records are no longer needed.
 fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish<'_>) -> bool {
     let station = &stations[index];
     if station.readers.load(Ordering::Acquire) > 0 {
@@ -273,8 +275,8 @@ impl Shares {
 mod tests {
     use super::*;
 
-    /// Three threads, of which the last one does not come: its blocks are done by the others, and of those who are there each does the last one of its
-    /// own.
+    /// Three threads, of which the last one does not come: its blocks are done by the others, and each thread that is there does
+    /// its own last block.
     #[test]
     fn blocks_of_an_absent_thread_are_done_by_the_others() {
         let shares = Shares::of(vec![1; 12], 3);
@@ -284,12 +286,12 @@ mod tests {
         assert_eq!(taken, [3, 0, 1, 2, 7, 4, 5, 11, 8, 9, 10]);
         assert_eq!(shares.take(1), Some(6));
         assert_eq!(shares.take(1), None);
-        // Whoever comes now is too late.
+        // A thread that comes now is too late.
         shares.begin(2);
         assert_eq!(shares.take(2), None);
     }
 
-    /// Whoever looks for something that never comes gives up in time; what is there already is seen at once.
+    /// Waiting for something that never comes ends in time; what is there already is seen at once.
     #[test]
     fn patience_ends() {
         let mut looks = 0;

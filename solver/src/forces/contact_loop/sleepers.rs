@@ -1,10 +1,11 @@
 //! Contacts among sleepers.
 //!
-//! Who sleeps does not move, so what sleepers do to one another, and fixed particles and walls at rest to them, stays as it is: it is summed up
-//! once, *held*, and every step begins its sums with it. Evaluated are the contacts with those who are awake, so the loads on sleepers
-//! are complete in each step, and who is out of balance can be roused.
+//! Sleepers do not move, so the loads that sleepers, fixed particles and walls at rest exert on one another stay the same: they
+//! are summed up once, *held*, and every step begins its sums with them. Only contacts with awake particles are evaluated, so the
+//! loads on sleepers are complete in each step, and a sleeper out of balance can be woken.
 //!
-//! What is held is evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often somebody looks.
+//! Held loads are evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often the loads
+//! are evaluated.
 
 use std::ops::Range;
 
@@ -42,7 +43,7 @@ fn has_sleeper(records: &[Particle]) -> bool {
 }
 
 impl<H> Block<H> {
-    /// Notes which slots are evaluated, and who sleeps among their particles.
+    /// Notes which slots are evaluated, and which of their particles sleep.
     fn mark(&mut self, rows: &Rows<'_>) {
         let first = self.rows.start;
         let (mut begin, mut active, mut touching) = (0, 0, 0);
@@ -81,7 +82,7 @@ impl<H> Block<H> {
         }
     }
 
-    /// Marks, by row, who is listed near one of these walls, or with a particle whose motion is prescribed.
+    /// Marks, by row, the particles listed near one of these walls, or with a particle whose motion is prescribed.
     pub(super) fn mark_disturbed(
         &self,
         particles: &Particles,
@@ -106,7 +107,7 @@ impl<H> Block<H> {
     pub(super) fn restore_held(&mut self, records: &[Particle], held: &[Load]) {
         let own = self.rows.clone();
         self.mark(&Rows::together(&records[own.start..]));
-        // Round-off of what was taken off may be left of who woke.
+        // Woken rows may keep the round-off of the subtraction.
         let held = &held[own.clone()];
         let is_felt = held
             .iter()
@@ -244,7 +245,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Takes the contacts of those who were roused off what is held.
+    /// Subtracts the contacts of the woken rows from the held loads.
     pub(super) fn release(
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],

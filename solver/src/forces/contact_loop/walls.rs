@@ -211,7 +211,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall; what is to be `told` of it is added there.
+    /// The contact of a particle with one feature of a wall; its load and sliding are added to `told`.
     #[inline(always)]
     fn touch_wall(
         &self,
@@ -405,7 +405,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// What is to be told of the contacts with a mesh.
+/// The loads and the sliding that contacts with a mesh report.
 struct Told<'a> {
     /// Loads on its features, if they are summed up.
     loads: Option<&'a mut FeatureLoads>,

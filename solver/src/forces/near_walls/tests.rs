@@ -15,7 +15,7 @@ use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
 };
 
-/// Asks for every particle and every wall, by all its images.
+/// Queries every particle and every wall, with all its images.
 fn by_asking_all(
     particles: &Particles,
     extra_skin: &[f64],
