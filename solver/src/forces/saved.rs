@@ -490,11 +490,7 @@ mod tests {
             SavedSlots::take(&mut &bytes[..]).map(|slots| slots.len())
         };
         assert_eq!(of(&[OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0]), Ok(1));
-        assert!(
-            of(&[0, 1, 0, 0, 0])
-                .unwrap_err()
-                .contains("names no row")
-        );
+        assert!(of(&[0, 1, 0, 0, 0]).unwrap_err().contains("names no row"));
         assert!(
             of(&[UNUSED | OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0])
                 .unwrap_err()
