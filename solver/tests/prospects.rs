@@ -93,7 +93,7 @@ fn a_servo_that_drives_its_wall_away_is_told() {
         format!("{{ kind = \"servo\", axis = {axis}, {load}, max_speed = 0.01{window} }}")
     };
     let up = "[0, 0, 1]";
-    let told = "walls.lid: its servo asks it to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
+    let told = "walls.lid: its servo has to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
     for wrong in [
         servo(up, "force = 20", ""),
         servo("[0, 0, -2]", "force = -20", ""),

@@ -21,10 +21,10 @@ pub(crate) fn are_asked_for() -> bool {
         .any(|argument| argument == OsStr::new("--json"))
 }
 
-/// Says what went wrong, if the command line asks for it so and nothing was said before.
+/// Prints the error in the requested form, if nothing was printed before.
 pub(crate) fn tell(failure: &Failure) {
     if let Some(problems) = failure.problems().filter(|_| are_asked_for()) {
-        // Whoever closed standard output does not want to know; the exit code tells.
+        // A closed standard output is not an error here: the exit code carries the result.
         let _ = say_object(&of(&problems));
     }
 }

@@ -1,7 +1,7 @@
 //! `--progress FILE`: what a run does, line by line, for programs that watch it.
 //!
-//! A thread of its own writes a line for each event that the run tells of, and one each second: where the run is while it makes steps, what
-//! it is busy with while it makes none. Nothing of it changes a result.
+//! A separate thread writes a line for each event that the run reports, and one each second: the time of the run while it makes
+//! steps, its task while it makes none. None of this changes a result.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -30,7 +30,7 @@ const FRESH: Duration = Duration::from_millis(500);
 #[derive(Debug)]
 pub(crate) struct ProgressFile {
     shared: Arc<Shared>,
-    /// The way by which the run tells of what happens.
+    /// The sender through which the run reports its events.
     events: Sender<Event>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -71,7 +71,7 @@ impl Shared {
 }
 
 impl ProgressFile {
-    /// Begins it anew if one is asked for, and says where the run's events come to.
+    /// Creates the file if one is requested, and returns the receiver of the run's events.
     ///
     /// # Errors
     /// If the file cannot be made.
@@ -181,7 +181,7 @@ impl ProgressFile {
         self.shared.line("run", members);
     }
 
-    /// The last line; what was still to be told stands before it.
+    /// The last line; pending events are written before it.
     pub(crate) fn end(&self, outcome: Result<Option<&Report>, &Failure>) {
         if let Some(thread) = locked(&self.thread).take() {
             let _ = self.events.send(Event::Over);

@@ -41,7 +41,7 @@ impl Requests {
         Arc::new(Stage::new(Arc::clone(&self.stop)))
     }
 
-    /// The same, of a run that tells what happens.
+    /// The same, of a run that reports its events.
     pub(crate) fn telling_stage(&self, events: Sender<Event>) -> Arc<Stage> {
         Arc::new(Stage::telling(Arc::clone(&self.stop), events))
     }
@@ -111,7 +111,7 @@ pub(crate) struct Stated<'a> {
     pub(crate) statement: &'a Statement,
 }
 
-/// What became of a run.
+/// The outcome of a run.
 #[derive(Debug)]
 pub(crate) enum Ran {
     /// It was made, at least to where it was stopped.
@@ -192,7 +192,7 @@ pub(crate) fn run_plan(
         let warnings = plan.notes().warnings().iter();
         let warnings = warnings.map(|warning| format!("warning: {warning}"));
         for line in notes.iter().cloned().chain(remarks).chain(warnings) {
-            // Whoever closed standard error does not want to know.
+            // A closed standard error is not an error here.
             let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
@@ -241,7 +241,7 @@ fn end_of(plan: &Plan) -> f64 {
     plan.physics().steps() as f64 * plan.physics().time_step()
 }
 
-/// A warning where the disk that holds a folder, or will hold it, has less room than these bytes of output.
+/// A warning where the disk that holds a folder, or will hold it, has less free space than these bytes of output.
 pub(crate) fn disk_warning(folder: &Path, output: f64) -> Option<String> {
     let free = machine::free_disk(folder)?;
     (output > free).then(|| {
@@ -259,7 +259,7 @@ fn failed(failure: &RunFailure) -> Failure {
     let error = Failure::run(format!("the run failed: {failure}"));
     if machine::is_full_disk(failure) {
         error.with_help(
-            "the disk is full: make room on it and go on from the last checkpoint with --resume",
+            "the disk is full: free some space on it and go on from the last checkpoint with --resume",
         )
     } else {
         error
@@ -282,7 +282,7 @@ pub(crate) fn keeps_within(within: Option<&Arc<Within>>, folder: &Path) -> Resul
     Ok(())
 }
 
-/// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
+/// A folder in use is an error of the command line; one that the system does not give is a failure of the run.
 pub(crate) fn unusable(error: FolderError) -> Failure {
     match error {
         FolderError::System { .. } => Failure::run(error),

@@ -39,7 +39,7 @@ pub(crate) struct Asked {
     within: Option<Arc<Within>>,
 }
 
-/// The study that the command line asks for, if it asks for one.
+/// The study that the command line names, if it names one.
 pub(crate) fn asked_for(
     input: &Input,
     arguments: &Arguments,
@@ -156,7 +156,7 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
 
 /// Runs what is not finished yet, and writes table and plots.
 ///
-/// `waiting`: who tells of the plans on this `stage`, and ends the program while nothing is begun.
+/// `waiting`: shows the tasks of this `stage`, and ends the program as long as no run has begun.
 pub(crate) fn execute(
     asked: &Asked,
     arguments: &Arguments,
@@ -194,7 +194,7 @@ pub(crate) fn execute(
     // Two tables in one file would be neither's.
     let lock_file = cli::Temporary::new(&study.folder.join(folder::LOCK));
     let lock = folder::take(&study.folder).map_err(Failure::input)?;
-    // Again, now that nobody else can write it.
+    // Again, now that no other process can write it.
     let earlier = if arguments.force {
         earlier::remove(&study.folder).map_err(Failure::run)?;
         earlier::Rows::new()
@@ -399,7 +399,7 @@ impl Work<'_> {
             board.shares[number] = 1.0;
             board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
-            // So that there is something to look at while the others run; a table that cannot be written is told at the end.
+            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end.
             if !was_there {
                 let _ = write_table(self.study, &board.states, self.prefix, self.earlier);
             }

@@ -25,8 +25,7 @@ pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
 
 /// Makes it. Nothing is written, and no folder is looked at.
 ///
-/// # Errors
-/// If its steps fail, or it is told to end before there is anything to tell.
+/// # Errors If its steps fail, or it is stopped before it has a result.
 pub(crate) fn execute(
     plan: Plan,
     how: &How,
@@ -35,7 +34,7 @@ pub(crate) fn execute(
 ) -> Result<Trial, Failure> {
     let requests = Requests::listen()?;
     let stage = requests.stage();
-    // It has nothing to keep: whoever wants it to end waits for nobody.
+    // It has nothing to keep, so the program ends at once when it is stopped.
     let waiting = Waiting::begin(&stage, None, quiet)?;
     let threads = how.threads_for(&plan);
     let options = RunOptions {
@@ -52,7 +51,7 @@ pub(crate) fn execute(
     made.ok_or_else(|| ended("before its first step"))
 }
 
-/// The end of a trial that was told to end; nothing is left of it.
+/// The end of a trial that was stopped; nothing is left of it.
 pub(crate) fn ended(when: &str) -> Failure {
     Failure::new(
         cli::Exit::AtOnce,

@@ -25,8 +25,8 @@ pub(crate) fn stopped_early() -> Failure {
 /// What is done with the failure as which a run counts that is stopped before its first step.
 pub(crate) type BeforeEnd = Box<dyn Fn(&Failure) + Send>;
 
-/// A thread that tells what a run is busy with between its steps. Until the first of them it ends the program when it is told to stop: there
-/// is nothing yet that could be kept. Until this is dropped.
+/// A thread that shows the task of a run between its steps. Until the first step it ends the program on a request to stop, as
+/// there is nothing to keep yet. It ends when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Waiting {
     end: Option<Sender<()>>,
@@ -34,7 +34,7 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// From now on. `stop`: what tells the run to stop, and what is done before the program ends for it.
+    /// Starts the thread. `stop`: the flag that stops the run, and the function to call before the program ends for it.
     pub(crate) fn begin(
         stage: &Arc<Stage>,
         stop: Option<(&Arc<AtomicBool>, BeforeEnd)>,

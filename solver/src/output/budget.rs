@@ -28,8 +28,8 @@ impl Exchanged {
     }
 }
 
-/// What became of the energy since the first state, J; `None` if the plan does not ask for the budget. `at_start`: what had come and gone
-/// before the first state.
+/// The energy balance since the first state, J; `None` if the plan does not include the budget. `at_start`: the terms before the
+/// first state.
 #[must_use]
 pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
     let plan = engine.plan();
@@ -74,7 +74,7 @@ pub fn is_closed(plan: &Plan) -> bool {
 /// The budget at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetRow {
-    /// Energies, and what became of the rest.
+    /// Energies, and the balance of all gains and losses.
     pub energies: EnergyRow,
     /// By how much the budget fails to close.
     pub gap: Option<Gap>,

@@ -21,7 +21,7 @@ use super::{OutputError, State};
 use crate::contact::HistoryNumber;
 use crate::plan::{FieldPlan, Plan};
 
-/// How often a mean that grows is written, by the clock: for who wants to see it. The last one is written at the end.
+/// The interval between two files of a growing mean, by the clock, for users who watch it. The last one is written at the end.
 const PAUSE: Duration = Duration::from_secs(10);
 
 pub(super) struct FieldTable {

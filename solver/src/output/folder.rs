@@ -38,7 +38,7 @@ pub enum FolderError {
         path: PathBuf,
         /// Whose run it is.
         other: String,
-        /// Whose was asked for.
+        /// The prefix of this run.
         prefix: String,
     },
     /// Another run writes into the folder at this moment.
@@ -228,16 +228,15 @@ pub enum Found {
 /// Makes a folder ready for a run: there, writable, without a run or with one to go on with. It belongs to this run until the
 /// lock is dropped.
 ///
-/// # Errors
-/// If another run is writing into the folder, whatever is asked for; if the folder holds a run that is not to be touched, or one
-/// of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
+/// # Errors If another run is writing into the folder, whatever is requested; if the folder holds a run that is not to be
+/// touched, or one of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
 pub fn prepare(
     folder: &Path,
     prefix: &str,
     earlier: Earlier,
 ) -> Result<(FolderLock, Found), FolderError> {
     make(folder)?;
-    // First of all: what a running run has written is not to be judged. That it cannot be locked is told below.
+    // First of all: the files of a running run must not be judged. A failed lock is reported below.
     let locked = match lock::lock(folder) {
         Ok(Ok(lock)) => Ok(lock),
         Err(error) => Err(error),
@@ -298,8 +297,8 @@ pub fn make(folder: &Path) -> Result<(), FolderError> {
     fs::create_dir_all(folder).map_err(|source| system(folder, "the folder cannot be made", source))
 }
 
-/// Takes a folder that is there for somebody whose runs have folders of their own in it: a study. It belongs to him until the lock is
-/// dropped; where nothing can be locked, that is found out when something is written.
+/// Locks an existing folder for a study, whose runs have folders of their own in it. The folder belongs to the study until the
+/// lock is dropped; where locks are not available, an error appears when something is written.
 ///
 /// # Errors
 /// If another one has it.
@@ -337,7 +336,8 @@ pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
     for prefix in prefixes() {
         remove_unfinished(folder, prefix)?;
     }
-    // Who is killed in between leaves nothing that could be gone on with, and to the end the name of the run whose files these are.
+    // If the process is killed during this, the folder holds nothing that could be resumed, and the name of the old run is the
+    // last to go.
     for name in checkpoints.iter().chain(&others) {
         remove(&folder.join(name))?;
     }
@@ -346,7 +346,7 @@ pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
             remove(&path)?;
         }
     }
-    // Only if nothing of anybody else is in it.
+    // Only if it holds no other files.
     let _ = fs::remove_dir(folder.join(VTK));
     plan.map_or(Ok(()), |name| remove(&folder.join(name)))
 }
@@ -374,7 +374,7 @@ fn earlier_prefix(folder: &Path) -> Option<String> {
         .parse()
         .ok()?;
     let prefix = plan.get("prefix")?.as_str()?;
-    // It names files in this folder, whoever wrote it.
+    // It names files in this folder, whatever the origin of the plan.
     let is_name = !prefix.contains(['/', '\\']);
     is_name.then(|| prefix.to_owned())
 }

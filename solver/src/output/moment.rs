@@ -39,7 +39,7 @@ pub struct Moment {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts.
     pub observation: Observation,
-    /// What became of the energy since the start, in audited runs.
+    /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],

@@ -39,7 +39,7 @@ impl Due {
         }
     }
 
-    /// What either asks for.
+    /// What either of the two needs.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -140,7 +140,7 @@ impl Schedule {
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
     }
 
-    /// What is due at the end of this step. Steps are asked about in order, once each; those before [`Schedule::next_step`] may be
+    /// What is due at the end of this step. Steps are passed in order, once each; those before [`Schedule::next_step`] may be
     /// left out.
     pub fn due(&mut self, step: u64) -> Due {
         let time = step as f64 * self.time_step;
@@ -160,7 +160,7 @@ impl Schedule {
         }
     }
 
-    /// Whether a checkpoint is due at the end of this step; asked like [`Schedule::due`].
+    /// Whether a checkpoint is due at the end of this step; called like [`Schedule::due`].
     pub fn is_checkpoint_due(&mut self, step: u64) -> bool {
         self.checkpoints.as_mut().is_some_and(|e| e.is_due(step))
     }
@@ -209,8 +209,8 @@ impl Every {
         (self.stride * self.next as f64 - 1e-6).ceil() as u64
     }
 
-    /// Whether something is due at the end of this step. Steps are asked about in order, once each; those before
-    /// [`Every::next_step`] may be left out.
+    /// Whether something is due at the end of this step. Steps are passed in order, once each; those before [`Every::next_step`]
+    /// may be left out.
     fn is_due(&mut self, step: u64) -> bool {
         if self.stride <= 1e-6 {
             return true;

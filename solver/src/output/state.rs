@@ -43,7 +43,7 @@ pub struct State {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts; its rows are the engine's.
     pub observation: Observation,
-    /// What became of the energy since the start, in audited runs.
+    /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// The energy budget at this time, in audited runs; the writer closes it against the first state.
     pub budget: Option<BudgetRow>,

@@ -52,7 +52,7 @@ pub enum OutputError {
     Lost,
 }
 
-/// Where a stream begins: anew, or behind what an interrupted run had written, at a position that it told of.
+/// Where a stream begins: at the start of a new file, or at the position that an interrupted run had reported.
 pub(super) type Begin = Option<u64>;
 
 impl From<CgError> for OutputError {
@@ -69,7 +69,7 @@ pub(super) trait Stream: Send {
     /// Where its bytes go.
     fn sink(&self) -> Sink<'_>;
 
-    /// Files that were made whole since this was last asked.
+    /// Files that were completed since the last call.
     fn made(&mut self) -> Vec<PathBuf> {
         Vec::new()
     }

@@ -59,14 +59,14 @@ pub struct Summary {
     pub wear: Vec<WearSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
-    /// Numbers that were asked for, by their names.
+    /// Requested numbers, by their names.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
     pub results: Vec<(String, ResultValue)>,
     /// How it ended.
     pub status: Status,
 }
 
-/// A number that was asked for.
+/// A requested number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResultValue {
     /// What it is, as it was written.
@@ -88,7 +88,7 @@ fn by_name<S: Serializer>(
     serializer.collect_map(results.iter().map(|(name, value)| (name, value)))
 }
 
-/// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene asks for it.
+/// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene enables it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EnergySummary {
     /// Of translation.
@@ -232,7 +232,7 @@ pub struct WearSummary {
     pub blocked: u64,
 }
 
-/// What became of particles at rest.
+/// Statistics of particles at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SleepSummary {
     /// How many sleep at the end, a clump as one.
@@ -243,6 +243,6 @@ pub struct SleepSummary {
     pub fell_asleep: u64,
     /// How often one was roused.
     pub roused: u64,
-    /// Kinetic energy of those who fell asleep, J, which is gone.
+    /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,
 }

@@ -52,7 +52,7 @@ pub struct Writer {
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
-/// What the thread is told.
+/// Messages to the thread.
 #[derive(Debug)]
 enum Message {
     /// Write what is due of this state.
@@ -85,7 +85,7 @@ pub const POSITIONS: &str = "outputs";
 /// How far the outputs of a run have come: all that must be kept to go on with them later.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions {
-    /// Of each stream, in the order in which the plan asks for them.
+    /// Of each stream, in the order of the plan.
     streams: Vec<u64>,
     sums: RunningSums,
     /// What streams remember that have to, in the same order.
@@ -156,7 +156,7 @@ crate::state::plain!(EnergyFlows {
 });
 
 impl Positions {
-    /// How far each stream has come, in the order in which the plan asks for them: bytes of text files, frames of all others.
+    /// How far each stream has come, in the order of the plan: bytes of text files, frames of all others.
     #[must_use]
     pub fn streams(&self) -> &[u64] {
         &self.streams
@@ -187,8 +187,7 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Makes the files that the plan asks for, or goes on with them `from` where an interrupted run had come, and starts the
-    /// thread.
+    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread.
     ///
     /// # Errors
     /// If a file cannot be made or continued, or no thread started.
@@ -284,7 +283,7 @@ impl Writer {
     }
 }
 
-/// The files that the plan asks for.
+/// The files of the plan.
 fn streams(
     folder: &Path,
     plan: &Plan,
@@ -293,7 +292,7 @@ fn streams(
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
     let output = plan.outputs().files();
     let mut streams: Vec<Box<dyn Stream>> = Vec::new();
-    // In the order in which their positions were told.
+    // In the order in which their positions were reported.
     let begin = |streams: &Vec<_>| -> Begin {
         from.map(|from| from.streams.get(streams.len()).copied().unwrap_or(0))
     };
@@ -415,7 +414,7 @@ fn write_all(
                 last = Some(state);
             }
             Message::Tell(answer) => {
-                // Whoever asked may not want to know any more.
+                // The receiver may have been dropped.
                 let _ = answer.send((positions(&streams, &sums), growing(&streams)));
             }
             Message::Checkpoint(checkpoint) => {
@@ -444,7 +443,7 @@ fn write_all(
                         outputs: growing(&streams),
                     });
                 }
-                // Nobody may want it any more.
+                // The receiver may have been dropped.
                 let _ = spent.send(pieces);
             }
         }
@@ -475,7 +474,7 @@ fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
     }
 }
 
-/// The files that grow, in the order in which the plan asks for them.
+/// The growing files, in the order of the plan.
 fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
     streams
         .iter()
@@ -483,11 +482,11 @@ fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
         .collect()
 }
 
-/// Those who watch the run, and what they know.
+/// The observer of the run, and what was reported to it.
 struct Watched {
     folder: PathBuf,
     stage: Arc<Stage>,
-    /// The files that grow as they were told of last.
+    /// The growing files at the last report.
     told: Vec<OutputFile>,
 }
 
@@ -501,7 +500,7 @@ impl Watched {
         }
     }
 
-    /// Tells of what was written of a state.
+    /// Reports what was written of a state.
     fn tell_of(&mut self, state: &State, streams: &mut [Box<dyn Stream>]) {
         if !self.stage.is_heard() {
             return;
@@ -510,7 +509,7 @@ impl Watched {
         let is_new = |file: &&OutputFile| !self.told.contains(file);
         let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
         for path in streams.iter_mut().flat_map(|stream| stream.made()) {
-            // It was handed to the disk, and nobody removes it.
+            // It is on the disk and is not removed.
             let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
             outputs.push(self.file(&path, bytes));
         }

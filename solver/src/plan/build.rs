@@ -1,4 +1,4 @@
-//! From a scene to its plan: every room of the plan in turn, all problems collected.
+//! From a scene to its plan: every module of the plan in turn, all problems collected.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ use crate::walls::Wall;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
-/// Most materials: of each two the law is made and told.
+/// The largest number of materials: a law is made and reported for each pair.
 const MOST_MATERIALS: usize = 128;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;

@@ -482,8 +482,9 @@ impl Cubes {
     }
 }
 
-/// Two grains of a crowd, if there is one: spheres that are no pebbles of one body nor both fixed, each two of which overlap by more than
-/// `limit` of the smaller radius. Asked before all pairs are listed, as those of a thousand spheres at one point are a million.
+/// Two overlapping grains, if there are such: spheres that are no pebbles of one body nor both fixed, each two of which overlap
+/// by more than `limit` of the smaller radius. Checked before all pairs are listed, as those of a thousand spheres at one point
+/// are a million.
 fn crowded(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
     if limit >= 2.0 {
         return None;

@@ -1,4 +1,4 @@
-//! What a run is expected to leave on the disk, told before it is started.
+//! The expected size of a run's output on the disk, reported before the start.
 
 use mercury_common::readable::bytes;
 

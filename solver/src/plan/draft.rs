@@ -86,7 +86,7 @@ pub struct Draft {
     pub contact_point_mass: bool,
     /// What a run may not do in silence; off.
     pub guard: Guard,
-    /// When particles fall asleep, if any may; nobody.
+    /// When particles fall asleep; `None` (the default): never.
     pub sleeping: Option<Sleeping>,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
@@ -334,7 +334,7 @@ impl Draft {
 }
 
 impl Plan {
-    /// What a plan is made of, to be changed and planned again; what was told of it is left out.
+    /// The inputs of a plan, to be changed and planned again; its notes are left out.
     #[must_use]
     pub fn draft(&self) -> Draft {
         let (physics, outputs) = (self.physics.clone(), self.outputs.clone());

@@ -26,7 +26,7 @@ const MOST_MEANS: f64 = 1e7;
 pub struct FieldPlan {
     /// Part of the file's name.
     pub name: String,
-    /// Where, how and of what; limits and widths that nobody gave are those of the start.
+    /// Where, how and of what; limits and widths that are not given are those of the start.
     pub analysis: Analysis,
     /// Between two looks, s.
     pub interval: f64,
@@ -155,7 +155,7 @@ fn smoothing([width, step]: [f64; 2], interval: f64, end: f64) -> Option<String>
     })
 }
 
-/// What coarse-graining says of a choice, for whoever wrote a scene: its options are the keys of the table.
+/// The error of coarse-graining in the terms of a scene: its options are the keys of the table.
 fn refused(table: &FieldTable, error: &CgError) -> SceneError {
     if let CgError::Format(error) = error {
         // The one file that is read here.
@@ -170,7 +170,7 @@ fn refused(table: &FieldTable, error: &CgError) -> SceneError {
         .strip_prefix("--")
         .and_then(|rest| rest.split_once(": "))
     {
-        // The place tells the key.
+        // The place names the key.
         Some((key, rest)) if !key.contains(' ') => (table.place_of(key), rest),
         Some((option, _)) => {
             let (key, value) = option.split_once(' ').unwrap_or((option, ""));

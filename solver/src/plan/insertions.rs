@@ -93,7 +93,7 @@ fn plan_one(
             continue;
         }
         let mean_volume = mean_volume(&sizes, dimensions);
-        // A share of mass or volume holds as many particles as it is worth of their mean size.
+        // A share of mass or volume is turned into a number of particles by their mean size.
         let per_particle = match insertion.share_by {
             Quantity::Number => 1.0,
             Quantity::Volume => mean_volume,
@@ -312,7 +312,8 @@ pub(super) fn check_among_walls(
         let help = "move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`";
         if share == 1.0 {
             let error = insertion.region.error(format!(
-                "the region of {whose} lies behind or in walls, most of it `{wall}`: of {PLACES_AMONG_WALLS} places in it not one has room for a sphere of {} m",
+                "the region of {whose} lies behind or in walls, most of it `{wall}`: of {PLACES_AMONG_WALLS} random places in \
+                it none has space for a sphere of {} m",
                 short(2.0 * radius)
             ));
             errors.push(error.with_help(help));
@@ -411,7 +412,7 @@ pub(crate) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
 const PLACED: [f64; 2] = [0.38, 0.55];
 const PACKED: [f64; 2] = [0.64, 0.84];
 
-/// The particles that an insertion brings at most: as many as its total and its rate say, and as have room.
+/// The particles that an insertion brings at most: limited by its total, its rate and the space.
 #[must_use]
 pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
     let densities: Vec<f64> = plan
@@ -504,7 +505,7 @@ pub fn expected_number(
 pub(super) fn region(region: &SceneRegion, errors: &mut Vec<SceneError>) -> Option<Region> {
     let mut all = |parts: &[SceneRegion]| -> Option<Vec<Region>> {
         let parts = parts.iter().map(|part| self::region(part, errors));
-        // All of them, so that every problem is told.
+        // All of them, so that every problem is reported.
         parts.collect::<Vec<_>>().into_iter().collect()
     };
     Some(match region {

@@ -15,7 +15,7 @@ pub struct Largest<'a> {
     pub what: &'static str,
     /// How many it brings, at most.
     pub spheres: f64,
-    /// Whether they are bound to come, and not only if there is room and time for them.
+    /// Whether they come in any case, and not only if there are space and time for them.
     pub is_certain: bool,
 }
 

@@ -124,7 +124,7 @@ impl Matter {
 }
 
 impl StartingParticles {
-    /// Of a free grain; none of a fixed one, whose mass is not asked for.
+    /// Of a free grain; none of a fixed one, whose mass is not used.
     fn matter(
         &self,
         scene: &Scene,

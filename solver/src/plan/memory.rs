@@ -5,7 +5,8 @@ use super::particles::{StartingSphere, Typed};
 use super::{NewBody, NewParticle, Plan};
 use crate::walls::Shape;
 
-/// Bytes that a run is expected to need. What needs how much is counted where a run is made (`run::memory`), for it depends on all rooms.
+/// Bytes that a run is expected to need. The parts are counted where a run is made (`run::memory`), as they depend on all
+/// modules.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Memory {
     /// Spheres that are expected.

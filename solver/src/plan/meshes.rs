@@ -184,7 +184,7 @@ fn file_of(scene: &Scene, name: &str) -> String {
     }
 }
 
-/// Whether the loads on triangles are summed up: if asked for, if there are any, and if something is written that holds them.
+/// Whether the loads on triangles are summed up: if requested, if there are any, and if an output holds them.
 pub(super) fn has_triangle_loads(
     walls: &[Wall],
     output: &Output,

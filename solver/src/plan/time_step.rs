@@ -269,7 +269,7 @@ fn meetings(
 /// An interval below this part of the step that the contacts allow draws a warning.
 const SHORT_INTERVAL: f64 = 0.5;
 
-/// The automatic step where no output asks for a shorter one, s.
+/// The automatic step where no output needs a shorter one, s.
 pub(super) fn bearable_step(contact: &Limit, critical: &Limit) -> f64 {
     let by_stability = critical.time / STEPS_PER_CRITICAL;
     (contact.time / STEPS_PER_CONTACT).min(by_stability)

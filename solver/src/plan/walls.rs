@@ -109,7 +109,7 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         }
     }
     if planned.len() > MOST_WALLS {
-        let message = format!("{} walls; {MOST_WALLS} can be told apart", planned.len());
+        let message = format!("{} walls; at most {MOST_WALLS} are possible", planned.len());
         errors.push(scene.place.error(message));
     }
     planned

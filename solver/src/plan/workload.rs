@@ -1,7 +1,7 @@
 //! How many grains a run has over time, as far as its plan knows, and so how much work is ahead of it.
 //!
-//! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and neither is when an
-//! insertion whose region is full finds space again: it is told by a range, from never to at once.
+//! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and
+//! neither is when an insertion whose region is full finds space again: it is given as a range, from never to at once.
 
 use super::Plan;
 use super::insertions::{expected_inserted, grains_per_unit};
@@ -141,14 +141,14 @@ impl Workload {
         }
     }
 
-    /// Grains that are planned at a time (s), if nobody leaves.
+    /// Grains that are planned at a time (s), if none leaves.
     #[must_use]
     pub fn grains(&self, time: f64) -> f64 {
         let brought = self.sources.iter().map(|source| source.brought(time));
         self.at_start + brought.sum::<f64>()
     }
 
-    /// What is ahead of a run that is here, if nobody leaves any more.
+    /// The remaining work of the present run, if no more grains leave.
     #[must_use]
     pub fn ahead(&self, here: Here<'_>) -> Ahead {
         let steps = self.steps.saturating_sub(here.step) as f64;

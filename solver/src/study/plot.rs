@@ -78,7 +78,7 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
     }
     if lines.len() > MOST_LINES {
         return Err(format!(
-            "{} lines, more than can be told apart: draw study.csv with what you like",
+            "{} lines, more than a chart can distinguish: draw study.csv with another program",
             lines.len()
         ));
     }

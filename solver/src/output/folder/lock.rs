@@ -35,7 +35,7 @@ impl Drop for FolderLock {
     }
 }
 
-/// Takes the folder for a run; the other way, who has it.
+/// Locks the folder for a run; if it is in use, returns its owner.
 pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
     let path = folder.join(LOCK);
     let me = Owner::myself();
@@ -89,7 +89,7 @@ pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
     }
 }
 
-/// Writes who has the folder; the time of the file is the sign.
+/// Writes the owner of the folder; the time of the file is the sign of life.
 fn give_sign(path: &Path, owner: &Owner) -> io::Result<()> {
     let mut file = OpenOptions::new().write(true).open(path)?;
     let text = owner.text();
@@ -97,7 +97,7 @@ fn give_sign(path: &Path, owner: &Owner) -> io::Result<()> {
     file.set_len(text.len() as u64)
 }
 
-/// Who else has the folder by what the file says, and is alive as far as can be seen from here.
+/// The other owner of the folder by the content of the file, if it is alive as far as can be seen from this machine.
 fn living_owner(
     folder: &Path,
     path: &Path,
@@ -117,7 +117,7 @@ fn living_owner(
     let probe = folder.join(format!("{}{}", super::PROBE, std::process::id()));
     fs::write(&probe, b"")?;
     let now = fs::metadata(&probe).and_then(|data| data.modified());
-    // Whoever has the folder may have tidied up.
+    // The owner of the folder may have removed it already.
     let _ = fs::remove_file(&probe);
     let sign = fs::metadata(path).and_then(|data| data.modified())?;
     let silent = now?.duration_since(sign).unwrap_or_default();
