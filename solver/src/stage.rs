@@ -1,7 +1,7 @@
-//! What a run is busy with while it makes no steps: for whoever waits for it, and for whoever wants it to stop.
+//! The task of a run while it makes no steps, for observers and for requests to stop.
 //!
-//! Inserting a million particles takes a minute. Who watches sees how far it is ([`Stage::placed`]), and who asks for a stop is answered at
-//! once: the work is given up where nothing is lost by it (`Stage::may_give_up`), which the run says.
+//! Inserting a million particles takes a minute. Observers see the progress ([`Stage::placed`]), and a request to stop takes
+//! effect at once: the work is given up where nothing is lost by it (`Stage::may_give_up`), as the run declares.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
@@ -32,7 +32,7 @@ pub struct OutputFile {
     pub bytes: u64,
 }
 
-/// What a run tells of while it goes on.
+/// The events that a run reports.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// Something else is done from now on.
@@ -57,11 +57,11 @@ pub enum Event {
         /// All files that grow, with the bytes that it counts on.
         outputs: Vec<OutputFile>,
     },
-    /// Nothing more will be told.
+    /// No more events follow.
     Over,
 }
 
-/// What a run is busy with. Shared by the run and those who watch it; changes no result.
+/// The present task of a run. Shared by the run and its observers; changes no result.
 #[derive(Debug, Default)]
 pub struct Stage {
     task: Mutex<Task>,
@@ -73,7 +73,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Of a run that is asked to stop by this flag.
+    /// Of a run that this flag stops.
     #[must_use]
     pub fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Stage {
         }
     }
 
-    /// The same, of a run that tells what happens.
+    /// The same, of a run that reports its events.
     #[must_use]
     pub fn telling(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
         Self {
@@ -91,15 +91,15 @@ impl Stage {
         }
     }
 
-    /// Whether anybody listens.
+    /// Whether there is a receiver.
     pub(crate) fn is_heard(&self) -> bool {
         self.events.is_some()
     }
 
-    /// Tells what happens.
+    /// Reports an event.
     pub(crate) fn tell(&self, event: Event) {
         if let Some(events) = &self.events {
-            // Whoever listened may have gone.
+            // The receiver may be gone.
             let _ = events.send(event);
         }
     }

@@ -1,6 +1,7 @@
 //! Numbers of a run by name: `torque = "mean(walls.drum.ty, 1..2)"`.
 //!
-//! What is asked for is checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run when it is over.
+//! The requested results are checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run
+//! when it is over.
 
 mod values;
 
@@ -256,7 +257,7 @@ impl NamedResult {
         }
     }
 
-    /// Whether a run of this plan will have what it asks for.
+    /// Whether the outputs of this plan contain what the result needs.
     ///
     /// # Errors
     /// What is missing, and what there is.

@@ -11,7 +11,7 @@ use super::RunOptions;
 use crate::boundaries::Tally;
 use crate::step::Engine;
 
-/// A line for each face and deletion that somebody left by, and for each plane that counts.
+/// A line for each face and deletion through which a particle left, and for each flux plane.
 pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     let (plan, boundaries) = (engine.plan(), engine.boundaries());
     let amount = |tally: &Tally| format!("{}, {} kg", tally.number, rounded(tally.mass, 6));
@@ -52,7 +52,8 @@ fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
     format!("through `{name}`: {told}")
 }
 
-/// Sums over the rows of a plane: who crossed along its normal and back, and the mass that did (kg), back counted negative.
+/// Sums over the rows of a plane: the particles that crossed along its normal and back, and their mass (kg), with those back
+/// counted negative.
 fn crossed(text: &str, name: &str) -> Option<[f64; 3]> {
     let mut lines = text.lines();
     // From the end of a line: names and materials in front of the numbers may hold commas.
@@ -98,7 +99,7 @@ mod tests {
         assert_eq!(crossed("", "gate"), None);
     }
 
-    /// A file that was not there was told as nothing at all.
+    /// A missing file was reported as an empty one.
     #[test]
     fn what_cannot_be_read_is_said() {
         let path = Path::new("run/drum.flux.csv");

@@ -1,4 +1,4 @@
-//! Steps in which a great many particles are placed: whoever asks for a stop meanwhile does not wait for their end.
+//! Steps in which a great many particles are placed: a request to stop does not wait for their end.
 //!
 //! The state before such a step is kept. When the run is to stop while the step is made, the step is given up, and the run goes back to that
 //! state: its checkpoint is the one that a stop before the step would have left, and a run that goes on from there ends in the same bytes.
@@ -10,7 +10,7 @@ use super::{Ending, Run, RunFailure, StopReason};
 use crate::plan::{Plan, expected_number};
 use crate::step::{Engine, RunError, Snapshot};
 
-/// Fewer are placed before anybody gets impatient.
+/// Placing fewer takes too short a time to be interrupted.
 const MANY: f64 = 20_000.0;
 
 /// A step in which an insertion begins that brings many at once.

@@ -1,4 +1,4 @@
-//! The memory that a run takes, by what its rooms hold, and whether the machine has it.
+//! The memory that a run takes, counted module by module, and whether the machine has it.
 
 use mercury_common::machine::MachineMemory;
 use mercury_common::readable::{bytes, count};
@@ -53,7 +53,7 @@ pub fn memory(plan: &Plan) -> Memory {
     let checking =
         start.spheres * columns + build_bytes(start.spheres, plan.notes().counted().listed as f64);
     let most = steps + searching.max(carrying).max(output.writing);
-    // These histories lie in many small pieces, whose room the allocator keeps for the next list of few particles.
+    // These histories lie in many small pieces, and the allocator keeps their memory for the next list of few particles.
     let kept_free = if rows > MANY as f64 { 0.0 } else { waiting };
     let steps = steps + kept_free;
     Memory {
@@ -85,14 +85,14 @@ pub fn plan_within(
         match sketch(scene) {
             Ok(sketch) => {
                 let memory = memory(&sketch);
-                // What comes later may never come: people see the plan before they are told so.
+                // What comes later may never come: the plan is printed before a lack of memory is reported.
                 if memory.start.max(LEAST_EACH * grains) > machine.total {
                     check_fit(scene, &sketch, &memory, machine)
                         .map_err(|error| SceneErrors(vec![error]))?;
                 }
             }
             Err(errors) if grains * LEAST_EACH > machine.total => return Err(errors),
-            // What is wrong is told of all sites.
+            // Errors are reported for all sites.
             Err(_) => {}
         }
     }

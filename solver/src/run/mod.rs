@@ -72,9 +72,9 @@ pub struct RunOptions {
     pub plan_document: Option<String>,
     /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
     pub scene_text: Option<String>,
-    /// Set by anyone who wants the run to end after the step it is in.
+    /// Set to end the run after the present step.
     pub stop: Arc<AtomicBool>,
-    /// Who is told what takes long; its flag for stops should be the one above.
+    /// The observer of long work; its flag for stops should be the one above.
     pub stage: Arc<Stage>,
     /// The run stops by itself after so long, by the clock.
     pub time_limit: Option<Duration>,
@@ -91,9 +91,9 @@ pub struct RunOptions {
 pub struct Checkpoints {
     /// By the clock.
     pub every: Option<Duration>,
-    /// At the end, for who wants to go on from there.
+    /// At the end, for a later run that starts from there.
     pub at_end: bool,
-    /// Set by anyone who wants one now.
+    /// Set to write one now.
     pub now: Arc<AtomicBool>,
     /// What the scene says: [`Statement::entries`](mercury_common::scene::Statement::entries).
     pub scene: BTreeMap<String, String>,
@@ -246,7 +246,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// How far [`Run::advance`] came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Advance {
-    /// To the time that was asked for; it can go on.
+    /// To the end of the given time; it can go on.
     Reached,
     /// To its end: as planned, at rest, or stopped. Only [`Run::finish`] is left.
     Ended,
@@ -312,7 +312,7 @@ pub enum Ending {
 /// What stopped a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// Ctrl-C, a signal, or whoever called.
+    /// Ctrl-C, a signal, or the caller.
     Request,
     /// A file `STOP` in the folder of the run; it was removed.
     File,
@@ -320,8 +320,9 @@ pub enum StopReason {
     TimeLimit,
 }
 
-/// The warning of a run that was told to stop while its pictures were drawn.
-const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as a stop was asked for while they were drawn: `mercury-export png` draws frames of the run";
+/// The warning of a run that was stopped while its pictures were drawn.
+const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as the run was stopped while they were drawn: \
+`mercury-export png` draws frames of the run";
 
 /// The file that stops a run when it appears in its folder.
 pub const STOP_FILE: &str = "STOP";
@@ -513,7 +514,7 @@ impl Run {
         Ok(Advance::Ended)
     }
 
-    /// Who wants the run to stop now, if anybody does.
+    /// The source of a present request to stop, if there is one.
     fn stopping(&mut self) -> Option<StopReason> {
         if self.options.stop.load(Ordering::Relaxed) {
             return Some(StopReason::Request);
@@ -531,8 +532,8 @@ impl Run {
         removed.is_ok().then_some(StopReason::File)
     }
 
-    /// Makes steps until something is due, or as many as nobody has to wait for, up to step `until`; when `stopping`, one that is
-    /// the last. False if the writer has given up.
+    /// Makes steps until something is due, or as many as take a short time, up to step `until`; when `stopping`, one that is the
+    /// last. False if the writer has given up.
     fn advance_a_bit(
         &mut self,
         until: u64,
@@ -541,7 +542,7 @@ impl Run {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
-        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
+        // Unobserved steps are made in one go, but not so many that a request to stop has to wait.
         let at_once = self
             .pace
             .as_ref()

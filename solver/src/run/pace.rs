@@ -71,7 +71,7 @@ impl Pace {
         self.now
     }
 
-    /// The most particle-steps that are made so before it is asked again.
+    /// The most particle-steps that are made so before the next check.
     pub(super) fn at_once(&self) -> u64 {
         if self.budget > TRIAL {
             return u64::MAX;

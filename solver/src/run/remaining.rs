@@ -1,7 +1,7 @@
 //! How long a run will still take, from what its last steps took.
 
-/// What work costs, measured over the later part of the time that was spent on it: beds become denser, and what the first steps took tells
-/// little of the last ones.
+/// What work costs, measured over the later part of the time that was spent on it: beds become denser, and the time of the first
+/// steps says little about that of the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Cost {
     /// Time (s) and work at two moments, of which each is at least twice as late as the one before; then now.

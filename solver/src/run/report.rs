@@ -1,4 +1,4 @@
-//! What a run tells when it is over.
+//! The final report of a run.
 
 use std::fmt;
 
@@ -198,7 +198,7 @@ impl fmt::Display for Report {
     }
 }
 
-/// Who sleeps, and what it was good for.
+/// How many particles sleep, and how much work this saved.
 fn told(sleeping: &SleepSummary) -> String {
     format!(
         "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
@@ -210,7 +210,7 @@ fn told(sleeping: &SleepSummary) -> String {
     )
 }
 
-/// What the time loop tells of itself.
+/// The messages of the time loop.
 #[derive(Debug)]
 pub(super) struct Looped {
     /// Seconds without output.
@@ -222,7 +222,7 @@ pub(super) struct Looped {
     pub(super) resumed_at: Option<u64>,
 }
 
-/// What a run tells at its end.
+/// The messages at the end of a run.
 pub(super) fn report(
     engine: &Engine,
     options: &RunOptions,

@@ -1,4 +1,4 @@
-//! Particles that are not there: insertions that brought less than they were asked for, and runs that lost everybody.
+//! Missing particles: insertions that placed less than their target, and runs that lost all particles.
 
 use mercury_common::surfaces::FACES;
 
@@ -77,7 +77,7 @@ fn why(
     }
 }
 
-/// A warning where all particles have left through faces of the domain, which no scene asks for: through which ones.
+/// A warning where all particles have left through faces of the domain, which no scene intends: through which ones.
 pub(super) fn all_left(engine: &Engine) -> Option<String> {
     let boundaries = engine.boundaries();
     let gone = boundaries.removed().number;

@@ -274,7 +274,7 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     let tolerance = (2.0 * STIFFNESS * energy).sqrt() + 2.0 * (2.0 * energy / mass).sqrt();
     assert!(
         tolerance < 0.05 * weight,
-        "the test tells something: {tolerance} of {weight}"
+        "the test is meaningful: {tolerance} of {weight}"
     );
     let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
     let mut lines = walls.lines();

@@ -64,10 +64,10 @@ fn seconds(starting: f64, stepping: f64, cost: f64, ahead: &Ahead) -> [f64; 2] {
     (ahead.particle_steps).map(|work| starting + stepping + cost * work)
 }
 
-/// Makes the first steps of a run, for so long by the clock from the first step on, or to its end. Nothing is written. `None` if it was
-/// asked to stop before its first step.
+/// Makes the first steps of a run, for a given time by the clock from the first step on, or to its end. Nothing is written.
+/// `None` if it was stopped before its first step.
 ///
-/// Of `options` count what says how steps are made, and who may stop them.
+/// Of `options` only those on the way in which steps are made, and on stopping, count.
 ///
 /// # Errors
 /// As a run whose steps fail.

@@ -79,7 +79,7 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     Ok(front)
 }
 
-/// Takes a number of entries that follow. No entry takes less than a byte: a damaged number asks for no memory.
+/// Takes a number of entries that follow. No entry takes less than a byte: a damaged number allocates no memory.
 ///
 /// # Errors
 /// If there are not as many bytes.
@@ -87,7 +87,7 @@ pub fn announced(bytes: &mut &[u8]) -> Result<usize, String> {
     let (count, most) = (usize::take(bytes)?, bytes.len());
     if count > most {
         return Err(format!(
-            "{count} entries announced, room for {most} at most"
+            "{count} entries announced, space for {most} at most"
         ));
     }
     Ok(count)
@@ -334,8 +334,8 @@ impl Pieces {
 #[derive(Debug)]
 pub struct Encoder {
     pieces: Pieces,
-    /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are made last, when
-    /// nobody waits.
+    /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are added last,
+    /// when no other work waits for them.
     sections: Vec<(usize, usize)>,
 }
 
@@ -647,7 +647,7 @@ mod tests {
         assert!(
             Vec::<f64>::take(&mut bytes)
                 .unwrap_err()
-                .contains("room for 0")
+                .contains("space for 0")
         );
     }
 }

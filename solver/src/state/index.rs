@@ -10,7 +10,7 @@ use super::Plain;
 macro_rules! index {
     ($(#[$text:meta])* $name:ident) => {
         $(#[$text])*
-        // The complement, so that an `Option` of it takes no more room.
+        // The complement, so that an `Option` of it takes no more memory.
         #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         pub struct $name(NonZeroU32);
 

@@ -211,14 +211,14 @@ impl Particles {
         self.records[row].flags & PRESCRIBED != 0
     }
 
-    /// Whether there is somebody of whose motion some is prescribed.
+    /// Whether the motion of some particle is prescribed.
     #[must_use]
     pub fn has_prescribed(&self) -> bool {
         let of_bodies = |bodies: &Bodies| !bodies.prescribed.is_empty();
         !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
     }
 
-    /// Whether those sleep who can, if anybody may: neither fixed nor prescribed ones, and pebbles as their bodies do.
+    /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
     #[must_use]
     pub fn may_sleep_so(&self, anybody: bool) -> bool {
         const SLEEP: u32 = ASLEEP | ROUSED;

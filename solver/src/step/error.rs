@@ -44,7 +44,7 @@ pub enum RunError {
         step: u64,
         /// Time, s.
         time: f64,
-        /// Who, where, with whom, how much.
+        /// Which particle, where, with which partner, how much.
         what: String,
         /// The likely cause, and what to do.
         help: String,
@@ -78,8 +78,8 @@ pub enum RunError {
         /// Why.
         error: WallError,
     },
-    /// The start, or a step, was given up as it was asked to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): what is there is no
-    /// state.
+    /// The start, or a step, was given up on a request to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): the
+    /// present data is no valid state.
     #[error("it was stopped")]
     GivenUp,
     /// Threads could not be started.

@@ -1,10 +1,10 @@
-//! The time step on one page, its stages in rooms of their own.
+//! The time step on one page; each stage has its own module.
 //!
-//! | stage | room |
+//! | stage | module |
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
-//! | who is out of balance is roused, who is calm put to rest | `sleep` |
+//! | particles out of balance are woken, calm ones put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | droplets leave, fly and are caught | `spray` |
@@ -85,7 +85,7 @@ pub struct Engine {
     audited: Vec<AuditedContact>,
     /// Running sums of the loads on the triangles of meshes.
     load_series: LoadSeries,
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     sleep: Option<Sleep>,
     /// Films and bridges, in scenes with liquid.
     liquid: Option<Liquids>,
@@ -103,7 +103,7 @@ pub struct Engine {
     turns: bool,
     /// How many numbers are worked on side by side.
     width: Width,
-    /// Whom long work tells of itself.
+    /// The stage to which long work reports.
     stage: Arc<Stage>,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
@@ -122,9 +122,9 @@ impl Engine {
     }
 
     /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
-    /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
-    /// Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not watched, and one more
-    /// must follow.
+    /// bit, but the states in between are not observed, so that each block of particles can go on to the next step while it is in
+    /// the cache. Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not
+    /// observed, and one more must follow.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
@@ -235,7 +235,7 @@ impl Engine {
             .take_observation(self.plan.physics().walls().len())
     }
 
-    /// What became of the energy, if the plan asks for it.
+    /// The energy balance, if the plan includes it.
     #[must_use]
     pub fn audit(&self) -> Audit {
         let set_free = (self.liquid.as_ref()).map_or(0.0, |liquid| liquid.balance.set_free);

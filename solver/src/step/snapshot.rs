@@ -46,7 +46,7 @@ pub struct Snapshot {
     pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
     pub liquid: Option<LiquidBalance>,
@@ -65,7 +65,7 @@ const WEAR: &str = "wear";
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
 
-/// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
+/// Section of [`Snapshot::sleep`]: only where the plan enables sleeping.
 const SLEEP: &str = "sleep";
 
 /// Section of [`Snapshot::audited`]: only where there are any.
@@ -196,7 +196,7 @@ impl Snapshot {
             return Err(wrong(SLEEP, "not one place for each particle"));
         }
         if !self.particles.may_sleep_so(self.sleep.is_some()) {
-            return Err(wrong("particles", "somebody sleeps who cannot"));
+            return Err(wrong("particles", "a particle sleeps that cannot sleep"));
         }
         Ok(())
     }

@@ -96,7 +96,7 @@ fn a_lattice_that_does_not_fit_is_refused_before_it_is_made() {
     ] {
         assert!(error.contains(part), "{part:?} is not in {error}");
     }
-    // 601 sites along each axis, three pebbles each; what else is wrong with it is told, too, but nothing is made.
+    // 601 sites along each axis, three pebbles each; its other errors are reported, too, but nothing is made.
     let scene_of_rods = scene(&rods(1.5e-3));
     let errors = plan_within(&scene_of_rods, machine(24e9)).unwrap_err();
     assert!(
@@ -151,7 +151,7 @@ fn what_insertions_bring_is_counted_after_the_plan_is_told() {
     );
     let large = machine(2.0 * needed.peak()).unwrap();
     check_fit(&scene, &plan, &needed, large).unwrap();
-    // What is free now changes: it is told, not refused.
+    // What is free now changes: it is reported, not refused.
     let busy = MachineMemory { free: 0.0, ..large };
     check_fit(&scene, &plan, &needed, busy).unwrap();
     let told = |machine| crate::plan::report(&plan, &needed, Some(machine));

@@ -2,7 +2,7 @@ use super::*;
 use crate::plan::parse_scene;
 use mercury_common::scene::Files;
 
-/// Grains in a periodic box that touch nobody: their number never changes.
+/// Grains in a periodic box that touch no other: their number never changes.
 fn plan_of(more: &str) -> Plan {
     let text = format!(
         r#"
@@ -102,7 +102,8 @@ until = 5e-3
     assert_eq!(least, most);
     // The last grain may come early.
     assert!((least - 625.0).abs() <= 1.0, "{least}");
-    // What is there stays, what comes is a triangle and a rectangle: of one who came early there is one more in each step.
+    // Grains that stay add a constant to the sums, those that come add a triangle and a rectangle: a grain that came early counts
+    // once more in each step.
     let (made, all) = (found.steps as f64, 1000.0);
     let now = found.particles as f64;
     let to_come = 500.0 - made;

@@ -45,7 +45,8 @@ fn leaning_on_fixed_ones(sleeping: &str, tilt: f64, more: &str) -> Arc<Plan> {
     Arc::new(plan(&scene).unwrap())
 }
 
-/// Who lies against fixed ones is felt by them, and seen there, whether it sleeps or not: also by blocks in which nobody sleeps.
+/// Contacts of particles that touch fixed ones act on these and are seen there, whether the particle sleeps or not: also in
+/// blocks without sleepers.
 #[test]
 fn fixed_ones_feel_sleepers() {
     let run = |sleeping| {
