@@ -155,7 +155,7 @@ fn other_than(study: &Study, prefix: &str, record: &str) -> Vec<String> {
                     "its result `{name}` is {text}, that of this one {here}"
                 ));
             }
-            None => differences.push(format!("its result {name}={text} is not asked for here")),
+            None => differences.push(format!("its result {name}={text} is not requested here")),
         }
     }
     differences

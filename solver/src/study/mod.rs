@@ -1,8 +1,8 @@
 //! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
 //!
-//! This room says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
-//! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts them together and [`plot`] draws one
-//! of its columns.
+//! This module says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
+//! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts
+//! them together and [`plot`] draws one of its columns.
 
 pub mod earlier;
 pub mod file;
@@ -21,7 +21,7 @@ use mercury_common::scene::Scene;
 use crate::results::NamedResult;
 pub use sweep::Sweep;
 
-/// More runs than anybody waits for: a slip in a range.
+/// More runs than can be useful: a slip in a range.
 pub const MOST_RUNS: usize = 10_000;
 
 /// What is wrong with a study.
@@ -68,7 +68,7 @@ pub struct Study {
     pub units: Vec<String>,
     /// The runs.
     pub runs: Vec<StudyRun>,
-    /// Numbers asked for by name.
+    /// Numbers requested by name.
     pub results: Vec<NamedResult>,
     /// Columns to draw.
     pub plots: Vec<String>,
@@ -264,7 +264,7 @@ fn named(
             })
             .collect();
         let before = known_values.insert(same, found.len());
-        // Who gives a name means it.
+        // A name on the command line is meant.
         if let Some(before) = before.filter(|_| !is_named) {
             let problem = format!(
                 "the runs `{}` and `{name}` are the same",
@@ -281,7 +281,7 @@ fn named(
     Ok(found)
 }
 
-/// As much of the end of each key as tells it from the others.
+/// As much of the end of each key as distinguishes it from the others.
 fn short_names(keys: &[String]) -> Vec<String> {
     let parts = |key: &String| -> Vec<String> {
         key.split(['.', '[', ']'])
@@ -316,7 +316,7 @@ fn name_of(short: &[String], values: &[Option<String>]) -> String {
         .collect();
     match name.as_str() {
         "" => "as-it-is".to_owned(),
-        // What was left out, or is too long for a name, is told by a checksum.
+        // A part that was left out, or is too long for a name, is replaced by a checksum.
         _ if name.len() > 100 => {
             format!("{}-{:08x}", &name[..80], crc32fast::hash(whole.as_bytes()))
         }

@@ -9,7 +9,7 @@ pub struct Sweep {
     pub values: Vec<String>,
 }
 
-/// More values than anybody wants of one key.
+/// More values than are useful for one key.
 const MOST_VALUES: usize = 10_000;
 
 impl Sweep {

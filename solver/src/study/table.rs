@@ -1,5 +1,5 @@
 //! The table of a study: a row for each run, with the values of its keys, how it ended, the numbers of its summary and those
-//! asked for by name.
+//! requested by name.
 
 use std::collections::HashMap;
 use std::fs;

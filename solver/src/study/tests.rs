@@ -29,7 +29,7 @@ fn a_grid_has_every_combination_once() {
         "friction=0.5_seed=2",
     ];
     assert_eq!(found, expected);
-    // As much of a key as tells it from the others; what no file system takes is left out.
+    // As much of a key as distinguishes it from the others; what no file system takes is left out.
     assert_eq!(
         names(&["a.b.friction=1", "a.c.friction=\"x/y\""]),
         ["b.friction=1_c.friction=x-y"]
