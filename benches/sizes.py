@@ -4,7 +4,7 @@
     cargo build --release --bin mercury-solve && cargo build --release -p mercury-solver --example size_levels
     pip install numpy matplotlib && apt-get install valgrind
     benches/sizes.py make                        # packings into target/sizes; `--folder` puts them elsewhere
-    benches/sizes.py count                       # instructions, which do not depend on who else is on the machine
+    benches/sizes.py count                       # instructions, which do not depend on other programs on the machine
     benches/sizes.py time                        # nanoseconds; needs a machine that has nothing else to do
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
 
@@ -58,7 +58,7 @@ def volume(sizes):
 
 def number(ratio):
     """Of spheres: a packed domain, of which they fill 0.85 at a ratio of 50 and up to 0.9 beyond, is 4.2 of the largest radii wide or a hundredth less, so that
-    nobody is met through two images."""
+    no particle meets another through two images."""
     if ratio == 1:
         return 30_000
     mean = FULLER / (3 - FULLER) * (ratio ** (3 - FULLER) - 1) / (1 - ratio**-FULLER)
@@ -77,7 +77,7 @@ def place(sizes, edge, seed):
     for radius in map(float, sizes):
         if octave is None or radius < 0.5 * largest:
             largest = radius
-            # Whoever is smaller meets a sphere of this octave in its own cell or the next.
+            # A smaller sphere meets a sphere of this octave in its own cell or the next.
             cells = max(1, int(edge / (2.001 * largest)))
             octave = (cells, edge / cells, {})
             placed.append(octave)

@@ -8,7 +8,7 @@ chance, without them from places that differ by a thousandth of a micrometre.
 
 `left out`: share of all steps of particles that were not made. `time`: over that without sleepers, processor time on one thread without output but at the
 end. Particles and kinetic energy are those at the end, height, load of the floor, places and contacts the difference to the run without sleepers there; `roused`: how often one was; `energy
-lost`: what those who fell asleep had, over m g d.
+lost`: the energy of the particles that fell asleep, over m g d.
 """
 
 import argparse

@@ -321,7 +321,7 @@ impl NearMeshes {
         self.lists[index].nearest = scratch.nearest;
     }
 
-    /// Prefetches the data of the spheres with the next numbers:
+    /// Prefetches the data of the spheres with the next numbers: nothing here is in the cache from one step to the next.
     #[inline]
     fn prefetch_next(&self, index: usize, mesh: &Mesh) {
         if let Some(list) = self.lists.get(index + LISTS_AHEAD) {
