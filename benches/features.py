@@ -171,16 +171,16 @@ def groups(folder):
 
 def run(solver, folder, scene, steps, wrapper=()):
     command = [*wrapper, solver, scene, "--threads", "1", "--quiet", "--force", "--output", folder / "run", "--set", f"time.end={steps * STEP:.9g}"]
-    told = subprocess.run(command, capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(f"{scene}:\n{told.stderr}")
-    return told.stderr
+    result = subprocess.run(command, capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(f"{scene}:\n{result.stderr}")
+    return result.stderr
 
 
 def count(solver, folder, scene, steps):
     wrapper = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder / 'callgrind.out'}"]
-    told = run(solver, folder, scene, steps, wrapper)
-    return int(re.search(r"Collected : (\d+)", told)[1])
+    result = run(solver, folder, scene, steps, wrapper)
+    return int(re.search(r"Collected : (\d+)", result)[1])
 
 
 def seconds(solver, folder, scene):

@@ -175,9 +175,9 @@ class Relaxed:
         (self.folder / "packing.toml").write_text(scene)
         out = self.folder / "packing"
         command = [self.solver, self.folder / "packing.toml", "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode != 0:
-            sys.exit(told.stderr)
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(result.stderr)
         count = len(self.sizes)
         with open(out / "packing.data") as file:
             lines = file.readlines()[-count:]
@@ -265,21 +265,21 @@ def run(options, scene, steps, wrapper=()):
     """Summary, number of lists built, pairs listed at the end, and what was said on standard error."""
     out = scene.parent / "run"
     command = [*wrapper, options.solver, scene, "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-    told = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
+    result = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
     log = (out / "run.log").read_text()
     builds, listed = re.search(r"built (\d+) times.*, (\d+) pairs listed", log).groups()
-    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), told.stderr
+    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), result.stderr
 
 
 def about(options, ratio):
     """What size_levels says of the packing; beyond a ratio of 50 nothing of a single grid, which compares all with all there for minutes."""
     folder = options.folder / f"ratio-{ratio}"
-    told = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
-    return dict(line.split(" ", 1) for line in told.stdout.splitlines())
+    result = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return dict(line.split(" ", 1) for line in result.stdout.splitlines())
 
 
 # First and last step of what is counted: lists are built at the start, then, adrift, every 20 steps or so.
@@ -287,8 +287,8 @@ WINDOWS = {"rest": (2, 12), "adrift": (30, 90), "random": (30, 90)}
 COUNTED = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
 
 
-def collected(told):
-    return int(re.search(r"Collected : (\d+)", told)[1])
+def collected(result):
+    return int(re.search(r"Collected : (\d+)", result)[1])
 
 
 def count(options):

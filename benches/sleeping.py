@@ -142,12 +142,12 @@ class Runs:
         if self.count:
             command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode != 0:
-            sys.exit(told.stderr)
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(result.stderr)
         cost = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
         if self.count:
-            cost = float(re.search(r"Collected : (\d+)", told.stderr)[1])
+            cost = float(re.search(r"Collected : (\d+)", result.stderr)[1])
         return cost, self.read(out, wall)
 
     def read(self, out, wall):

@@ -13,7 +13,7 @@
 //! fn root<L: Real>(x: L) -> L {
 //!     let below = x.below(L::ZERO);
 //!     if below.all() {
-//!         return L::ZERO; // nobody needs the root
+//!         return L::ZERO; // no lane needs the root
 //!     }
 //!     let root = x.sqrt();
 //!     if below.any() { L::select(below, L::ZERO, root) } else { root }

@@ -126,11 +126,11 @@ impl Numbers {
 }
 
 impl<'a> Found<'a> {
-    /// Nothing yet; `nobody` fills all entries.
-    pub(super) fn new(nobody: &'a Particle, numbers: &'a mut Numbers) -> Self {
+    /// Nothing yet; `filler` fills all entries.
+    pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
         Self {
-            a: [nobody; ROOM],
-            b: [nobody; ROOM],
+            a: [filler; ROOM],
+            b: [filler; ROOM],
             numbers,
         }
     }

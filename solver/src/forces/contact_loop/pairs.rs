@@ -58,13 +58,13 @@ where
             loads,
             numbers,
         } = self;
-        let Some(nobody) = rows.own.first() else {
+        let Some(filler) = rows.own.first() else {
             return;
         };
         if block.slots.is_empty() {
             return;
         }
-        let mut found = Found::new(nobody, numbers);
+        let mut found = Found::new(filler, numbers);
         let first_row = block.rows.start;
         let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
         let lag = turns.then(|| pass.context.sliding_lag());

@@ -211,7 +211,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall; its load and sliding are added to `told`.
+    /// The contact of a particle with one feature of a wall; its load and sliding are added to the report.
     #[inline(always)]
     fn touch_wall(
         &self,
