@@ -189,7 +189,7 @@ impl FrameWriter {
     /// # Errors
     /// [`FrameWriteError::File`] when the system cannot promise it.
     pub fn sync(&self) -> Result<(), FrameWriteError> {
-        let action = "the file cannot be brought to the disk";
+        let action = "the file cannot be synced to the disk";
         let synced = self.file.sync_data();
         Ok(synced.map_err(FileError::of(&self.path, action))?)
     }

@@ -161,7 +161,7 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
     let average = flag(&table, "average", false);
     let smooth = table.get("smooth").map(|item| smooth(&item));
     if average && let Some(item) = table.get("smooth") {
-        item.report("stands beside average = true; one of them");
+        item.report("cannot be used together with average = true");
     }
     table.finish();
     // If it is there but wrong, the mistake has already been reported.

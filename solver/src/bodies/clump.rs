@@ -49,7 +49,7 @@ pub enum ClumpError {
     #[error("there are no pebbles")]
     NoPebbles,
     /// One moment is larger than the other two together, which no distribution of mass has.
-    #[error("the moments {0} kg m^2 are of no body: each must be at most the sum of the other two")]
+    #[error("the moments {0} kg m^2 fit no body: each must be at most the sum of the other two")]
     Moments(DVec3),
 }
 

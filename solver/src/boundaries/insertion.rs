@@ -455,7 +455,9 @@ impl Plain for Limit {
             2 => Ok(Self::Space),
             3 => Ok(Self::Total),
             4 => Ok(Self::Time),
-            other => Err(format!("{other} is no reason why an insertion waits")),
+            other => Err(format!(
+                "{other} is not a valid reason for an insertion to wait"
+            )),
         }
     }
 }

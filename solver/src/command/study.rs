@@ -65,7 +65,7 @@ pub(crate) fn asked_for(
                 "{}: --sweep is for scenes, and this is a study",
                 path.display()
             ));
-            return Err(failure.with_help("its values stand in its table [study.sweep]"));
+            return Err(failure.with_help("its values are in its table [study.sweep]"));
         }
         (true, true) => file::parse(path, &input.text).map_err(Failure::input)?,
         (false, false) => swept(path, &arguments.sweep)?,

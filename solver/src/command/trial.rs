@@ -16,9 +16,9 @@ pub(crate) const LASTS: &str = "5s";
 /// How long a trial lasts, for `value_parser`.
 pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
     cli::duration(text).map_err(|problem| match text.ends_with(".toml") {
-        true => format!(
-            "{problem}; the scene stands in front of --trial, or write --trial={LASTS} {text}"
-        ),
+        true => {
+            format!("{problem}; put the scene in front of --trial, or write --trial={LASTS} {text}")
+        }
         false => problem,
     })
 }

@@ -106,7 +106,7 @@ impl Head {
     fn take(before: Option<u32>, bytes: &mut &[u8]) -> Result<Self, String> {
         let first = u8::take(bytes)?;
         if first & UNUSED != 0 {
-            return Err(format!("{first} is no way to tell of a pair"));
+            return Err(format!("invalid contact record header {first:#x}"));
         }
         let partner = u32::take(bytes)?;
         let mut number = |flag: u8, otherwise: Option<u32>| {
@@ -494,7 +494,7 @@ mod tests {
         assert!(
             of(&[UNUSED | OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0])
                 .unwrap_err()
-                .contains("no way to tell")
+                .contains("invalid contact record header")
         );
         assert!(
             of(&[OTHER_ROW | 5, 1, 0, 0, 0, 2, 0, 0, 0])

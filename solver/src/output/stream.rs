@@ -224,7 +224,7 @@ impl TextFile {
     /// Waits until all bytes are on the disk.
     pub(super) fn sync(&self) -> Result<(), OutputError> {
         let synced = self.file.sync_data();
-        let failed = FileError::of(&self.path, "the file cannot be brought to the disk");
+        let failed = FileError::of(&self.path, "the file cannot be synced to the disk");
         Ok(synced.map_err(failed)?)
     }
 }

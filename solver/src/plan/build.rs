@@ -530,7 +530,7 @@ fn plan_step(
             (step, reason)
         }
         (TimeStep::Auto, None) => {
-            let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";
+            let message = "\"auto\" needs a contact to follow: nothing in this scene can touch";
             errors.push(place.error(message).with_help("give the step in seconds"));
             return None;
         }

@@ -117,8 +117,9 @@ pub(super) fn take_up(
     }
     complete(&mut state);
     if !is_finite(&state.particles) {
-        let error =
-            folder.error("a place, a size or a motion in the last state of that run is no number");
+        let error = folder.error(
+            "a position, size or velocity in the last state of that run is not a finite number",
+        );
         return Err(
             error.with_help("it went wrong before its end: stop it earlier, and start from there")
         );

@@ -118,7 +118,7 @@ pub(super) fn fields(
         if from > *scene.time.end {
             let end = *scene.time.end;
             warnings.push(format!(
-                "{}: `{}` looks at nothing: the run ends at {end} s, `from` is {from} s",
+                "{}: `{}` takes no sample: the run ends at {end} s, `from` is {from} s",
                 table.place.key(),
                 table.name.value
             ));
@@ -150,7 +150,7 @@ fn smoothing([width, step]: [f64; 2], interval: f64, end: f64) -> Option<String>
     }
     (width < 0.5 * interval).then(|| {
         format!(
-            "a width of {width} s smooths nothing: looks are {interval} s apart; at least half of that"
+            "a width of {width} s smooths nothing: samples are {interval} s apart; at least half of that"
         )
     })
 }

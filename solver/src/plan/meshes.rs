@@ -102,7 +102,7 @@ pub(super) fn continue_periodically(
                     "; a mesh of just one period would go on without a seam"
                 };
                 notes.push(format!(
-                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it is met with its images{meant}",
+                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it acts with its images{meant}",
                     wall.name,
                     short(extent),
                     short(length)

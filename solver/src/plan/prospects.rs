@@ -58,7 +58,7 @@ pub(super) fn turns_for_ever(plan: &Plan) -> Vec<String> {
             let mut names = springs.iter().filter(|(_, spring)| swings(spring)).map(|(name, _)| *name);
             let name = names.next()?;
             Some(format!(
-                "{}: {name} has no `dissipation`, so that grains that roll swing about their rest for ever; give {name} = {{ dissipation = ... }} in kg/s to bring them to rest",
+                "{}: {name} has no `dissipation`, so that rolling grains oscillate for ever; give {name} = {{ dissipation = ... }} in kg/s to bring them to rest",
                 pair.names.each_ref().map(String::as_str).join(" and "),
             ))
         })

@@ -127,7 +127,7 @@ fn write_report(
     walls(text, plan)?;
     heading(text, "Contacts")?;
     if plan.notes().pairs().is_empty() {
-        writeln!(text, "  none: nothing in this scene can meet")?;
+        writeln!(text, "  none: nothing in this scene can touch")?;
     }
     for pair in plan.notes().pairs() {
         write_pair(text, pair)?;

@@ -156,7 +156,7 @@ fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<Scen
         |&axis: &usize| domain.periodic[axis] && periods(axis).is_finite() && periods(axis) > most;
     let axis = (0..3).find(is_far)?;
     let message = format!(
-        "it reaches {} periods beyond the periodic axis {}; at most {most} are met",
+        "it reaches {} periods beyond the periodic axis {}; at most {most} are possible",
         periods(axis).round(),
         ["x", "y", "z"][axis],
     );

@@ -194,7 +194,7 @@ impl NamedResult {
         };
         let source = source(&path, function).map_err(|problem| match in_quotes(&path) {
             Some(quoted) => format!(
-                "{problem}\nhelp: names with dots stand in quotes: '{name}={}'",
+                "{problem}\nhelp: write names with dots in quotes: '{name}={}'",
                 text.trim().replace(&path.join("."), &quoted)
             ),
             None => problem,
@@ -565,7 +565,7 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
         [first, ..] => {
             one_of("source", first, &SOURCES)?;
             Err(format!(
-                "`{}` leads nowhere: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
+                "`{}` names no result: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
                 path.join(".")
             ))
         }
@@ -652,7 +652,7 @@ mod tests {
             ("a=meen(walls.drum.ty)", "did you mean `mean`?"),
             ("a=mean(wals.drum.ty)", "did you mean `walls`?"),
             ("a=mean(walls.drum.tt)", "no column `tt`"),
-            ("a=mean(walls.drum)", "leads nowhere"),
+            ("a=mean(walls.drum)", "names no result"),
             (
                 "a=mean(walls.box.-z.fz, 1..)",
                 "'a=mean(walls.\"box.-z\".fz, 1..)'",

@@ -45,7 +45,7 @@ fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
                 let mass = rounded(mass, 6);
                 format!("{forward} along its normal and {backward} back, {mass} kg in all")
             }
-            None => format!("not known, as {} has lost its head", path.display()),
+            None => format!("not known, as {} has no header any more", path.display()),
         },
         Err(error) => format!("not known, as {} cannot be read: {error}", path.display()),
     };
@@ -110,7 +110,7 @@ mod tests {
         );
         assert_eq!(
             through("gate", path, &Ok("time,na".to_owned())),
-            "through `gate`: not known, as run/drum.flux.csv has lost its head"
+            "through `gate`: not known, as run/drum.flux.csv has no header any more"
         );
         let text = "time,name,material,forward,backward,mass\n1,gate,m,3,1,0.5\n".to_owned();
         assert_eq!(

@@ -201,7 +201,7 @@ impl fmt::Display for Report {
 /// How many particles sleep, and how much work this saved.
 fn told(sleeping: &SleepSummary) -> String {
     format!(
-        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
+        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was woken, {:.1e} J of kinetic energy removed",
         sleeping.asleep,
         100.0 * sleeping.share,
         sleeping.fell_asleep,

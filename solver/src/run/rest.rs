@@ -175,7 +175,7 @@ impl Rest {
             }
             None if means.translation >= means.limit => {
                 let times = rounded(means.translation / means.limit, 3);
-                format!("the kinetic energy per particle is {times} times what counts as calm")
+                format!("the kinetic energy per particle is {times} times the limit for rest")
             }
             None => "it was not calm for 1,000 steps in a row".to_owned(),
         }

@@ -62,7 +62,7 @@ fn held(servo: &Servo, met: &Followed, time: f64) -> Option<String> {
 
 fn line(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
     let Some(held) = held(servo, met, time) else {
-        return format!("{name}: its time has not come");
+        return format!("{name}: its time has not begun");
     };
     let mut told = format!("{name}: {held}");
     if let Target::Pressure(..) = servo.target {
@@ -80,7 +80,7 @@ fn warning(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
     let [actual, _] = met.means().unwrap_or_default();
     let held = held(servo, met, time).unwrap_or_default();
     let over = if servo.until.is_finite() {
-        format!(" when its time was over at {} s", rounded(servo.until, 6))
+        format!(" when its time ended at {} s", rounded(servo.until, 6))
     } else {
         " at the end".to_owned()
     };

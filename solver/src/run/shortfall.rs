@@ -57,10 +57,10 @@ fn why(
     let until = insertion.until;
     match state.limit {
         _ if is_over && was_full => Some(format!(
-            "its time was over at {until} s, and its region was too full at times: enlarge it, or let what is there move away faster"
+            "its time ended at {until} s, and its region was too full at times: enlarge it, or let what is there move away faster"
         )),
         _ if is_over => Some(format!(
-            "its time was over at {until} s: raise its rate or insert for longer"
+            "its time ended at {until} s: raise its rate or insert for longer"
         )),
         Limit::Space if has_place => Some(
             "places in its region became free too slowly: enlarge it, or let the run go on"
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn what_did_not_come_is_told_with_its_reason() {
         let total = "total = { number = 60000 }";
-        let late = "its time was over at 0.5 s";
+        let late = "its time ended at 0.5 s";
         for (found, expected) in [
             (
                 told(total, 3035, Limit::Time, 99, 1.0),

@@ -15,7 +15,7 @@ impl Run {
         };
         let due = match error {
             RunError::Guarded { .. } if self.engine.step_to_look_at(watch).is_ok() => everything,
-            // Of what has left the numbers no contacts can be found.
+            // Contacts of a particle that is not finite cannot be found.
             RunError::Guarded { .. } | RunError::NotFinite { .. } => Due {
                 frame: true,
                 ..Due::default()

@@ -131,7 +131,7 @@ impl Plain for bool {
         match u8::take(bytes)? {
             0 => Ok(false),
             1 => Ok(true),
-            other => Err(format!("{other} is neither yes nor no")),
+            other => Err(format!("{other} is not a truth value")),
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::walls::WallError;
 pub enum RunError {
     /// A position or velocity is no longer a number.
     #[error(
-        "step {step} (t = {} s): particle {id} has left the numbers (position {}, velocity {}, angular velocity {})\n\
+        "step {step} (t = {} s): particle {id} is no longer finite (position {}, velocity {}, angular velocity {})\n\
          help: the time step is too large for the contacts that occur, or particles were placed deep inside one another; \
          see the plan for the critical step",
         rounded(*.time, 12), point(.position), point(.velocity), point(.angular_velocity)

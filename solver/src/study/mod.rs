@@ -242,7 +242,7 @@ fn named(
     if let Some(twice) = keys.iter().find(|key| !known_keys.insert(key.as_str())) {
         return Err(StudyError::new(
             place,
-            format!("the key `{twice}` stands twice"),
+            format!("the key `{twice}` is given twice"),
         ));
     }
     let short = short_names(keys);

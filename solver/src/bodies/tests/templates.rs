@@ -115,7 +115,7 @@ fn what_is_no_body_is_refused() {
     );
     assert_eq!(
         message(clump(vec![pebble], 1.0, dvec3(1.0, 1.0, 2.1))),
-        "the moments [1, 1, 2.1] kg m^2 are of no body: each must be at most the sum of the other two"
+        "the moments [1, 1, 2.1] kg m^2 fit no body: each must be at most the sum of the other two"
     );
     let hole = Pebble {
         radius: f64::NAN,

@@ -337,7 +337,7 @@ impl<'a> Pair<'a> {
         match (sides, default) {
             ([Some(a), Some(b)], _) if a != b => {
                 let message = format!(
-                    "the {key} of the contacts of {} is open: one material has {a:?}, the other {b:?}",
+                    "the {key} of the contacts of {} is ambiguous: one material has {a:?}, the other {b:?}",
                     self.name()
                 );
                 let table = self.part.word();

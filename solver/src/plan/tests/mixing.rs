@@ -276,7 +276,7 @@ fn damping_needs_one_meaning() {
     assert_eq!(
         complaints(&pair(by_e, by_gamma, "")),
         [
-            "materials.b.normal: the damping of the contacts of `a` and `b` is open: one material has a restitution, the other \
+            "materials.b.normal: the damping of the contacts of `a` and `b` is ambiguous: one material has a restitution, the other \
           a dissipation | [[contacts]] between = [\"a\", \"b\"] normal = { restitution = ... }"
         ]
     );
