@@ -21,7 +21,7 @@
 //!     #[arg(value_name = "FILE", required_unless_present = "completions")]
 //!     file: Option<std::path::PathBuf>,
 //!
-//!     /// Print completions for a shell and stop
+//!     /// Print completions for a shell and exit
 //!     #[arg(long, value_name = "SHELL")]
 //!     completions: Option<cli::Shell>,
 //! }

@@ -56,7 +56,7 @@ impl Spectrum for Sizes {
 /// Statistics in one weighting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Of what the shares are.
+    /// The weighting of the shares.
     pub weighting: Weighting,
     /// Diameters below which 10, 30, 50, 60 and 90 % lie, m.
     pub d10: f64,
