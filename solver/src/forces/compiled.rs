@@ -1,4 +1,4 @@
-//! From the laws that a scene names to a contact loop.
+//! The choice of a contact loop for the laws of a scene.
 
 use super::{ContactForces, ContactLoop};
 use crate::contact::registry::LawTable;
@@ -48,7 +48,7 @@ pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
 #[must_use]
 pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     type Any<A> = PairLaw<AnyNormal, AnyTangential, AnyRolling, A>;
-    // Scenes without adhesion keep nothing of it in memory.
+    // Scenes without adhesion need no memory for it.
     match table.narrow() {
         Some(laws) => Box::new(ContactLoop::new(
             laws as Vec<Any<NoAdhesion>>,

@@ -11,7 +11,7 @@ use glam::DVec3;
 /// A feature of a wall: indices of the wall and of its face, edge or corner.
 pub type FeatureKey = (u16, u32);
 
-/// What contacts did to one feature of a wall, summed over force evaluations. Vectors are in the wall's own frame.
+/// Loads of contacts on one feature of a wall, summed over force evaluations. Vectors are in the wall's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FeatureLoad {
     /// Forces of the particles on the wall, N.
@@ -20,12 +20,12 @@ pub struct FeatureLoad {
     pub shear: DVec3,
     /// Normal forces, positive where they press, N.
     pub normal: f64,
-    /// What sliding has dissipated, J.
+    /// Energy dissipated by sliding, J.
     pub slip: f64,
 }
 
 impl FeatureLoad {
-    /// Adds another one.
+    /// Adds the loads of another one.
     pub fn add(&mut self, other: &Self) {
         self.force += other.force;
         self.shear += other.shear;
@@ -33,7 +33,7 @@ impl FeatureLoad {
         self.slip += other.slip;
     }
 
-    /// A part of it.
+    /// A fraction of it.
     #[must_use]
     pub fn times(&self, part: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Asking for the memory of contacts that come soon.
+//! Prefetching of the memory of contacts that are evaluated soon.
 
 use super::pass::Rows;
 use super::slots::Slot;
@@ -9,11 +9,11 @@ use crate::memory::prefetch;
 /// unit tests every scene prefetches.
 pub(super) const BEYOND_CACHE: usize = if cfg!(test) { 0 } else { 50_000 };
 
-/// So many contacts are evaluated between two requests.
+/// The number of contacts that are evaluated between two requests.
 pub(super) const PORTION: usize = 16;
 const _: () = assert!(PORTION.is_multiple_of(MOST_LANES));
 
-/// So many slots a request is for: a portion of contacts and those among them that do not touch.
+/// The number of slots of one request: a portion of contacts and the slots among them that do not touch.
 const SLOTS: usize = 24;
 
 /// The distance, in slots, by which slots are prefetched before their partners.

@@ -40,7 +40,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Whether there is something to say of a touch of a wall; `at`: the bits of its side.
+    /// Whether a touch of a wall is beyond a limit; `at`: the bits of its side.
     #[inline(always)]
     pub(super) fn is_alarming(&self, a: &Particle, touch: &Touch, at: u32) -> bool {
         at & THROUGH_OR_BEHIND != 0 || a.radius - touch.distance > self.context.deep * a.radius

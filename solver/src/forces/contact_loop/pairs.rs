@@ -1,9 +1,9 @@
-//! Contacts between particles: found without a branch, then evaluated, both several at once.
+//! Contacts between particles: found without a branch, then evaluated, in lanes in both cases.
 //!
 //! A chunk of slots goes through four stages, each a short loop without long chains of dependent numbers:
 //!
 //! - search: which of the two of a slot touch; their offset
-//! - prepare: velocities; roots and divisions that need nothing but sizes and distances
+//! - prepare: velocities; roots and divisions that depend only on sizes and distances
 //! - act: the laws, histories one step on
 //! - share: forces and torques to both, in the order of the slots
 //!
@@ -125,7 +125,7 @@ where
                             ),
                         }
                     } else {
-                        // Nothing turns the particles.
+                        // No torques on the particles.
                         owner.quads_mut()[0] += force;
                         match loads.get_mut(ahead) {
                             Some(partner) => partner.quads_mut()[0] -= force,
@@ -144,9 +144,9 @@ where
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Finds those of a chunk of slots that act on each other, and how they stand; returns how many. Which slots touch can hardly be predicted;
-    /// finding them without a branch first keeps the processor from throwing away half-done contacts. Histories of contacts that have ended are
-    /// forgotten.
+    /// Finds the slots of a chunk whose particles act on each other, and their geometry; returns the number. Touching slots can
+    /// hardly be predicted; a search without branches keeps the processor from discarding half-done contacts. Histories of
+    /// contacts that have ended are cleared.
     #[inline(always)]
     fn search<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -167,7 +167,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let rest = groups.into_remainder();
         if let Some(&last) = rest.last() {
-            // Filled up with the last slot.
+            // Filled up with copies of the last slot.
             let mut group = [last; MOST_LANES];
             group[..rest.len()].copy_from_slice(rest);
             let group = &group[..L::LANES];
@@ -185,8 +185,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         count
     }
 
-    /// Looks at a group of as many slots as there are lanes, which stand in the chunk from `base` on: appends those that act to the `count` contacts
-    /// found, and says whose state changes.
+    /// Tests a group of as many slots as there are lanes, from `base` on in the chunk: appends those that act to the `count`
+    /// contacts found, and returns those whose state changes.
     #[inline(always)]
     fn look<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -353,7 +353,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Apart from the evaluation,
+    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Separate from the evaluation,
     /// where even a call that is never made costs registers.
     #[inline(never)]
     fn masses_at_contacts(
@@ -397,7 +397,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             return squared <= range * range;
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
-            // However far apart, so that the end of the bond is seen.
+            // At any distance, so that the end of the bond is seen.
             return true;
         }
         let pair = a.material.index() * self.materials + b.material.index();
@@ -424,14 +424,14 @@ impl Change {
         self.begin | self.end != 0
     }
 
-    /// Leaves alone all but the first `count`.
+    /// Clears the bits of all but the first `count`.
     fn keep_first(&mut self, count: usize) {
         let first = (1 << count) - 1;
         self.begin &= first;
         self.end &= first;
     }
 
-    /// Makes it; histories of contacts that have ended are forgotten.
+    /// Changes the states; histories of contacts that have ended are cleared.
     #[inline(always)]
     fn make<H: History>(self, group: &mut [Slot<H>]) {
         for (k, slot) in group.iter_mut().enumerate() {

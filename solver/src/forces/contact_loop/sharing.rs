@@ -1,11 +1,11 @@
-//! The blocks of one force evaluation, shared out to the threads of a pool.
+//! The distribution of the blocks of one force evaluation over the threads of a pool.
 //!
 //! A block can be finished (what earlier blocks parked for it is added, and its particles move on) as soon as it and all
 //! blocks that reach into it are computed, because those are all that read its records. So most blocks are finished
 //! while they are still in the cache, as they are on a single thread, and the threads meet once per step.
 //!
-//! No step waits for a thread that has not come to it. On a machine that has other things to do it may be milliseconds before a thread gets its
-//! next turn, and a step takes microseconds; so what is the share of an absent thread is done by those that are there.
+//! No step waits for a thread that has not arrived yet. On a busy machine a thread may get its next time slice only after
+//! milliseconds, and a step takes microseconds; so the blocks of an absent thread are computed by the others.
 //!
 //! Which thread does what, and when, changes no number: every sum is made in the order of the blocks.
 
@@ -25,11 +25,12 @@ use crate::state::{Load, Particle};
 /// which is about what the others need, within these limits. The lower limit is the time to wake a thread, the upper one more
 /// than the time of a block.
 const PATIENCE: [Duration; 2] = [Duration::from_micros(20), Duration::from_micros(500)];
-/// Pauses between two looks.
+/// The number of pauses between two checks.
 const PAUSES: u32 = 4;
 
-/// A block and its rows. No lock is ever waited for: nothing reads a block that is being computed, or records that are
-/// being changed. They are there because the compiler cannot know.
+/// A block and its rows. No thread ever waits for a lock: nothing reads a block that is being computed, or records that are being
+/// changed. nothing reads a block that is being computed, or records that are being changed. The locks only prove this to the
+/// compiler.
 struct Station<'a, H> {
     block: RwLock<&'a mut Block<H>>,
     records: RwLock<&'a mut [Particle]>,
@@ -42,7 +43,7 @@ struct Station<'a, H> {
     fastest: Mutex<MotionBound>,
 }
 
-/// What a lock guards. A panic elsewhere ends the run anyway; until then nothing can be made worse.
+/// The content of a lock. A panic elsewhere ends the run anyway, so a poisoned lock is ignored.
 macro_rules! locked {
     ($lock:expr) => {
         $lock.unwrap_or_else(PoisonError::into_inner)
@@ -173,18 +174,18 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
     true
 }
 
-/// How long a thread goes on looking.
+/// The time that a thread keeps checking.
 #[derive(Debug, Clone, Copy)]
 struct Patience(Duration);
 
 impl Patience {
-    /// Of one that has computed for so long.
+    /// The patience of a thread that has computed for this time.
     fn after(computed: Duration) -> Self {
         let [least, most] = PATIENCE;
         Self(computed.clamp(least, most))
     }
 
-    /// Looks until `is_over`, or until it is at its end.
+    /// Checks until `is_over`, or until its time is over.
     fn look(self, mut is_over: impl FnMut() -> bool) {
         if is_over() {
             return;
@@ -201,7 +202,7 @@ impl Patience {
     }
 }
 
-/// Runs of blocks, one for each thread: what a thread had in the last step may still be in its cache.
+/// Runs of blocks, one for each thread: the data of a thread's last step may still be in its cache.
 struct Shares {
     runs: Vec<Run>,
 }
@@ -211,17 +212,17 @@ struct Run {
     end: usize,
     /// Blocks of the run that were taken.
     taken: AtomicUsize,
-    /// The thread whose run it is has come.
+    /// The thread of the run has arrived.
     is_attended: AtomicBool,
 }
 
 impl Shares {
-    /// Runs of nearly the same work.
+    /// Makes runs of nearly the same amount of work.
     fn new<H>(blocks: &[Block<H>], threads: usize) -> Self {
         Self::of(blocks.iter().map(|block| block.work).collect(), threads)
     }
 
-    /// The same by the work of each block.
+    /// The same, given the work of each block.
     fn of(works: Vec<usize>, threads: usize) -> Self {
         let total: usize = works.iter().sum();
         let (mut end, mut before) = (0, 0);
@@ -244,13 +245,13 @@ impl Shares {
         }
     }
 
-    /// A thread has come to its run.
+    /// Marks that a thread has arrived at its run.
     fn begin(&self, thread: usize) {
         self.runs[thread].is_attended.store(true, Ordering::Relaxed);
     }
 
-    /// The next block for a thread: of its own run, or else of another's that has more than one left, as the last one is sooner
-    /// done by the thread that knows it; or of a run whose thread has not come.
+    /// The next block for a thread: from its own run; or from another run with more than one block left, as the last one is done
+    /// sooner by the thread that has it in its cache; or from a run whose thread has not arrived.
     fn take(&self, thread: usize) -> Option<usize> {
         let count = self.runs.len();
         (0..count).find_map(|k| {

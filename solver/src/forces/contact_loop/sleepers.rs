@@ -20,13 +20,13 @@ use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLa
 use crate::forces::blocks::Outbox;
 use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
 
-/// Whether the contact of two is held: neither moves, and not because both are fixed.
+/// Whether the load of a contact is held: neither particle moves, and not because both are fixed.
 #[inline(always)]
 fn is_held(a: &Particle, b: &Particle) -> bool {
     rests(a, ASLEEP) && rests(b, ASLEEP) && (a.flags | b.flags) & ASLEEP != 0
 }
 
-/// Whether it was held until one of them was roused.
+/// Whether the load was held until one of them was woken.
 #[inline(always)]
 fn is_released(a: &Particle, b: &Particle) -> bool {
     let both = rests(a, ASLEEP | ROUSED) && rests(b, ASLEEP | ROUSED);
@@ -75,7 +75,7 @@ impl<H> Block<H> {
         self.work = 2 * active + 25 * touching + 8 * self.rows.len();
     }
 
-    /// Takes a load off what is held of a row, if anything is.
+    /// Subtracts a load from the held load of a row, if there is one.
     fn take_off(&mut self, row: usize, load: &Load) {
         if let Some(held) = self.held.get_mut(row) {
             held.add(-load.force, -load.torque);
@@ -103,7 +103,7 @@ impl<H> Block<H> {
         }
     }
 
-    /// Takes back what is held of its rows.
+    /// Restores the held loads of its rows.
     pub(super) fn restore_held(&mut self, records: &[Particle], held: &[Load]) {
         let own = self.rows.clone();
         self.mark(&Rows::together(&records[own.start..]));
@@ -133,7 +133,7 @@ impl Rows<'_> {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// A copy of those slots of a block whose two are as `is_meant` says.
+    /// A copy of the slots of a block whose particles satisfy `is_meant`.
     fn copy(
         block: &Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
@@ -150,7 +150,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         copy
     }
 
-    /// A copy of all that is held in a block.
+    /// A copy of all held slots of a block.
     fn copy_held(
         block: &Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
@@ -174,7 +174,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         copy
     }
 
-    /// The loads by the contacts in a copy, on its own rows; those on later ones are in its outbox then.
+    /// The loads by the contacts in a copy, on its own rows; the loads on later rows are in its outbox then.
     fn evaluate(
         &self,
         copy: &mut Block<Histories<N, T, R, A>>,
@@ -190,7 +190,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         loads
     }
 
-    /// Adds what is held in a block to what is seen of it.
+    /// Adds the held contacts of a block to its observation.
     #[inline(never)]
     pub(super) fn see_held(
         &self,
@@ -203,7 +203,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block.observation.merge(&copy.observation);
     }
 
-    /// Sums up what is held, from nothing.
+    /// Sums up all held loads anew.
     pub(super) fn hold(
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],
@@ -215,7 +215,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let rows = Rows::together(&records[block.rows.start..]);
             block.mark(&rows);
             let mut copy = Self::copy_held(block, &rows);
-            // Of fixed particles it is held, too, what sleepers do to them: files tell it.
+            // The loads of sleepers on fixed particles are held, too: files contain them.
             block.held = if copy.slots.is_empty() && copy.near_walls.is_empty() {
                 Vec::new()
             } else {
