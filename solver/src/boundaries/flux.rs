@@ -1,4 +1,4 @@
-//! Planes that count what crosses them.
+//! Planes that count the particles that cross them.
 //!
 //! A particle near a plane when the list is built is checked in every step until the next list: on which side is it now? A change
 //! of side is a crossing. Sides are stored, not computed backwards from velocities, so that no particle is counted twice or
@@ -39,8 +39,8 @@ impl Crossed {
         self.forward as i64 - self.backward as i64
     }
 
-    /// Mean diameter D\[p,p-1\] (m), the ratio of the sums of d^p and d^(p-1), p from 1 to 4, of what crossed along the normal; 0 if
-    /// nothing did.
+    /// Mean diameter D\[p,p-1\] (m) of the particles that crossed along the normal, the ratio of the sums of d^p and d^(p-1), p
+    /// from 1 to 4; 0 if there are none.
     #[must_use]
     pub fn mean_diameter(&self, p: usize) -> f64 {
         let below = match p {
@@ -81,7 +81,7 @@ crate::state::plain!(Crossed {
     diameters
 });
 
-/// What may cross.
+/// A particle or body with the data that a crossing needs.
 struct Crosser {
     velocity: DVec3,
     material: MaterialIndex,
@@ -112,7 +112,8 @@ enum Who {
 pub(super) struct Fluxes {
     planes: Vec<FluxPlan>,
     dimensions: u8,
-    /// Of each plane the codes of the images that may cross it, the original first: shifted along periodic axes that it is across.
+    /// For each plane the codes of the images that may cross it, the original first: shifted along periodic axes that the plane
+    /// is across.
     codes: Vec<Vec<u32>>,
     watched: Vec<Watched>,
     /// Plane by plane, each material by material.
@@ -202,13 +203,13 @@ impl Fluxes {
         &self.crossed
     }
 
-    /// The same, and begins anew.
+    /// The same, and resets the counts.
     pub(super) fn take(&mut self) -> Vec<Crossed> {
         let nothing = vec![Crossed::default(); self.crossed.len()];
         std::mem::replace(&mut self.crossed, nothing)
     }
 
-    /// Goes on from what had crossed, with particles as they are.
+    /// Continues from earlier counts, with the present particles.
     pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, images: &Images) {
         self.crossed = crossed.to_vec();
         if !self.planes.is_empty() {
@@ -242,7 +243,7 @@ fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
     }
 }
 
-/// A normal turned by less than this along an axis (rad) is meant to be square to it.
+/// A normal with a component below this along an axis (rad) is taken as perpendicular to it.
 const SQUARE: f64 = 1e-9;
 
 impl FluxPlan {
@@ -268,7 +269,7 @@ impl FluxPlan {
             return self.radius.is_none();
         };
         let is_across = |axis: usize| images.periodic[axis] && self.normal[axis] != 0.0;
-        // An oblique plane is not the same in the next period: it ends at the faces.
+        // An oblique plane does not continue in the next period: it ends at the faces.
         let is_oblique = self.normal.abs().max_element() < 1.0;
         let beyond = |axis: usize| {
             let along = place[axis] - images.min[axis];

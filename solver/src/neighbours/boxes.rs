@@ -1,5 +1,5 @@
-//! Boxes around the particles of blocks of cells, and around blocks of these: for what is sought among all particles at once, as
-//! those near a wall are.
+//! Boxes around the particles of blocks of cells, and around blocks of these, for searches among all particles, such as those of
+//! walls.
 
 use std::ops::Range;
 
@@ -48,8 +48,8 @@ struct Level {
     blocks: Vec<Block>,
 }
 
-/// The sorted particles by blocks of cells. What cells a particle's size would need does not matter: a box holds where the
-/// centres are, and says how large the largest of its particles is.
+/// The sorted particles by blocks of cells. The cell size that a particle would need does not matter: a box encloses the centres
+/// and stores the largest radius.
 #[derive(Debug)]
 pub struct Boxes<'a> {
     grid: &'a Grid,

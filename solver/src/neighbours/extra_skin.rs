@@ -5,22 +5,22 @@ use super::validity::displacement;
 use super::{Levels, Skin};
 use crate::state::Particles;
 
-/// One particle of so many of a level gets a skin of its own.
+/// One particle of this many of a level gets a skin of its own.
 const FEW: usize = 200;
 /// How much farther than the rest a particle must have gone: pairs of particles with extra skin are harder to find.
 const WORTH_IT: f64 = 2.0;
-/// How much farther a particle may go, over what it went while the last list lasted: what is fast now may have been speeding up.
+/// How much farther a particle may go, over what it went while the last list lasted: a fast particle may be accelerating.
 const MORE: f64 = 1.5;
-/// Least skin of a level over the thickness: what has hardly moved may be hit next.
+/// Least skin of a level over the thickness: a particle that has hardly moved may be hit next.
 const LEAST: f64 = 0.125;
 
-/// How much farther than half the thickness of the skin particles may go before the next list is built, m. Below zero for those of slow levels, but less
-/// than half the thickness.
+/// The additional distance, over half the thickness of the skin, that particles may move before the next list is built, m. Below
+/// zero for slow levels, but less than half the thickness.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExtraSkins {
-    /// Of each level of sizes, without the few that stand out; empty if it is none for all.
+    /// Of each level of sizes, without the few that move farther; empty if zero for all.
     pub levels: Vec<f64>,
-    /// Of each row, more than that of its level for few; empty if it is none for all.
+    /// Of each row, more than that of its level for few; empty if zero for all.
     pub rows: Vec<f64>,
 }
 
@@ -39,7 +39,8 @@ impl ExtraSkins {
         self.levels.get(level).copied().unwrap_or_default()
     }
 
-    /// By how far each particle went while the last list lasted. `widest`: largest skin of the lowest level, m. Makes the skin thinner if those that went farthest may not go so far.
+    /// Sets the extra skins by how far each particle went while the last list lasted. `widest`: largest skin of the lowest level,
+    /// m. Makes the skin thinner if those that went farthest may not go so far.
     ///
     /// The list is built anew when a particle has used up its part of the skin. Where particles of some size move much farther than all others (balls in a mill, dust that
     /// is blown about between stones), or a few of any size (a stone that falls into a bed, and the grains that it pushes away), they would set the pace for all.
@@ -120,7 +121,7 @@ impl ExtraSkins {
     }
 }
 
-/// How far the particles of a level went.
+/// The displacements of the particles of a level.
 #[derive(Debug, Clone, Copy)]
 struct Way {
     /// The farthest, but for one of each 200, m.

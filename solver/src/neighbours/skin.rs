@@ -11,7 +11,7 @@ const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 /// ask for so much; beyond it a list holds pairs by the volume around a particle, and gains nothing.
 const WIDEST: f64 = 3.0;
 
-/// How far beyond contact a pair is listed, and the rule by which that follows the scene.
+/// The distance beyond contact at which a pair is listed, and the rule by which it adapts to the scene.
 ///
 /// A thick skin lists pairs that never touch, a thin one is used up quickly. With v the skin used per step and g the listed
 /// pairs that do not touch per particle and metre of skin, a step costs g s + c v / s per particle, c the cost of a rebuild:
@@ -40,7 +40,7 @@ impl Skin {
         Self {
             thickness: 0.1 * mean,
             least: 0.02 * smallest,
-            // More than that is for levels of large ones only.
+            // Thicker skins are for levels of large particles only.
             largest: Self::widest(mean).max(largest),
         }
     }

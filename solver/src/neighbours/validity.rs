@@ -8,8 +8,8 @@ use crate::state::Particles;
 /// Upper bound of the share of its skin that a particle has used up since the list was built: of half the thickness and the own
 /// extra skin.
 ///
-/// The bound grows by the largest speed over half the skin times the step, which costs nothing. When it reaches 1, the parts that are used up
-/// are taken once and the bound goes on from there, so that particles which rattle about do not force rebuilds.
+/// The bound grows by the largest speed over half the skin times the step, which costs nothing. When it reaches 1, the used
+/// shares are measured once and the bound continues from there, so that particles which rattle about do not force rebuilds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Validity {
     bound: f64,
@@ -48,7 +48,7 @@ impl Validity {
     }
 }
 
-/// The largest number of so many rows, and whether all say yes.
+/// The largest of the numbers of all rows, and whether all conditions hold.
 fn largest(
     count: usize,
     parallel: bool,
@@ -114,7 +114,7 @@ mod tests {
                     let speed = if changes && step < start { 0.1 * speed } else { speed };
                     record.velocity = DVec3::Y * speed;
                     record.position += record.velocity * dt;
-                    // Some say less than they have, as few of a level do.
+                    // Some have less than they could have, as few of a level do.
                     let said = if row % 3 == 0 { own(row).min(limit) } else { own(row) };
                     part = part.max(speed * dt / said);
                 }

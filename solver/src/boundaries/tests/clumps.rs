@@ -159,7 +159,7 @@ fn bodies_leave_as_wholes_by_their_centres() {
     let bodies = again.particles.bodies.as_ref().unwrap();
     assert_eq!(bodies.pebbles.len(), 2 * bodies.all.len());
     for (place, pebble) in bodies.pebbles.iter().enumerate() {
-        // Rows, places and bodies still know one another, and ids have not changed.
+        // Rows, places and bodies still refer to one another, and ids have not changed.
         assert_eq!(
             bodies.of_row[pebble.row.index()],
             Some(PebbleIndex::new(place))
