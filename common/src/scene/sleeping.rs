@@ -12,7 +12,7 @@ pub struct Sleeping {
     pub after: Option<Located<f64>>,
     /// A particle below this speed is at rest, m/s; the default follows from gravity and size.
     pub speed: Option<Located<f64>>,
-    /// Imbalance of the forces on a sleeper that rouses it, as a part of its weight; default 0.1.
+    /// Imbalance of the forces on a sleeper that wakes it, as a part of its weight; default 0.1.
     pub imbalance: Located<f64>,
 }
 

@@ -241,7 +241,7 @@ pub struct SleepSummary {
     pub share: f64,
     /// How often one fell asleep.
     pub fell_asleep: u64,
-    /// How often one was roused.
+    /// How often one was woken.
     pub roused: u64,
     /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,

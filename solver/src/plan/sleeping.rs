@@ -1,4 +1,4 @@
-//! When particles fall asleep, and what rouses them (`docs/theory/sleeping.md`).
+//! When particles fall asleep, and what wakes them (`docs/theory/sleeping.md`).
 
 use glam::DVec3;
 use mercury_common::scene::{Scene, SceneError};
@@ -6,14 +6,14 @@ use mercury_common::scene::{Scene, SceneError};
 use super::sizes::Sizes;
 use crate::contact::parameter::short;
 
-/// When particles fall asleep, and what rouses them.
+/// When particles fall asleep, and what wakes them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sleeping {
     /// Steps between two checks of all particles: a particle at rest in two consecutive checks falls asleep.
     pub every: u64,
     /// A particle below this speed is at rest, m/s.
     pub speed: f64,
-    /// Imbalance of the forces on a sleeper that rouses it, as a part of its weight.
+    /// Imbalance of the forces on a sleeper that wakes it, as a part of its weight.
     pub imbalance: f64,
 }
 

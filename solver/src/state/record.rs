@@ -55,7 +55,7 @@ pub const FIXED: u32 = 1;
 pub const PRESCRIBED: u32 = 2;
 /// The row is a pebble of a rigid body ([`crate::bodies`]), which moves it.
 pub const PEBBLE: u32 = 4;
-/// The particle rests and is not moved until it is roused; its velocities are zero.
+/// The particle rests and is not moved until it is woken; its velocities are zero.
 pub const ASLEEP: u32 = 8;
 /// It was asleep until this step, and its contacts with sleepers still count as held.
 pub const ROUSED: u32 = 16;

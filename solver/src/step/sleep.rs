@@ -33,7 +33,7 @@ pub struct SleepCounts {
     pub slept: u64,
     /// How often a particle fell asleep, a clump as one.
     pub fell_asleep: u64,
-    /// How often one was roused.
+    /// How often one was woken.
     pub roused: u64,
     /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,
@@ -159,7 +159,7 @@ impl Sleep {
         }
     }
 
-    /// Rouses a sleeper; of a body all pebbles.
+    /// Wakes a sleeper; of a body all pebbles.
     fn rouse(&mut self, row: usize, particles: &mut Particles) {
         match particles
             .bodies
@@ -334,7 +334,7 @@ impl Engine {
         self.rouse(sleep, |row| disturbed[row]);
     }
 
-    /// Rouses those of all sleepers for whose row this is true.
+    /// Wakes those of all sleepers for whose row this is true.
     fn rouse(&mut self, sleep: &mut Sleep, is_meant: impl Fn(usize) -> bool) {
         for row in 0..self.particles.len() {
             if is_meant(row) && self.particles.records[row].flags & ASLEEP != 0 {

@@ -103,7 +103,7 @@ fn sleepers_carry_what_lies_above_them() {
     let seen = engine.observation();
     assert_eq!((seen.particle_contacts, seen.wall_contacts), (7, 1));
     let weight = mass() * G;
-    // Each is in balance to half of the tenth that rouses it, and so is the sum of those above a contact.
+    // Each is in balance to half of the tenth that wakes it, and so is the sum of those above a contact.
     for record in &seen.records {
         let id = |row: u32| engine.particles.ids[row as usize].number();
         let above = match record.partner {
@@ -281,7 +281,7 @@ fn a_sphere_that_begins_to_roll_goes_on() {
 }
 
 /// A ball comes down on a column that sleeps: it comes back as fast as from one that does not sleep, and the floor feels the same blow. Each sleeper
-/// keeps back a tenth of its weight at most, and nothing once it is roused.
+/// keeps back a tenth of its weight at most, and nothing once it is woken.
 #[test]
 fn a_blow_goes_through_sleepers() {
     // Thrown up from above the column, so that that rests when it comes back after 0.47 s.
