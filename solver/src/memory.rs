@@ -1,7 +1,7 @@
 //! Memory: hints to the processor and the system, for which there is no safe way.
 //!
-//! Two are for what looks things up all over a large array, and would wait for memory above all. Measured on a mesh of a million triangles
-//! (decision 0016): 5 to 10 % of the time of a whole run each. The third gives back what a new list has left free.
+//! Two are for lookups all over a large array, where waiting for memory would dominate. Measured on a mesh of a million triangles
+//! (decision 0016): 5 to 10 % of the time of a whole run each. The third returns the memory that a new list has left free.
 
 /// Capacity of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
 pub(crate) const GROWTH: f64 = std::f64::consts::LOG2_E;
@@ -50,10 +50,11 @@ pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
     room
 }
 
-/// With more particles than this, what a new list has left free is [given back](give_back).
+/// With more particles than this, memory that a new list has left free is [returned](give_back).
 pub(crate) const MANY: usize = 50_000;
 
-/// Gives back to the system what was freed in many pieces, which the allocator would keep for later. With glibc; elsewhere it does nothing.
+/// Returns memory to the system that was freed in many pieces, and that the allocator would keep for later. With glibc; elsewhere
+/// it does nothing.
 pub(crate) fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu", not(miri)))]
     // SAFETY: it touches free memory only.

@@ -23,7 +23,7 @@ pub enum Task {
     Finishing,
 }
 
-/// A file of a run, by its name in the run's folder, and how many bytes of it count.
+/// A file of a run, by its name in the run's folder, and the number of its valid bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputFile {
     /// The name, that of a folder in front of it.
@@ -54,7 +54,7 @@ pub enum Event {
         time: f64,
         /// The checkpoint itself.
         file: OutputFile,
-        /// All files that grow, with the bytes that it counts on.
+        /// All growing files, with their valid bytes.
         outputs: Vec<OutputFile>,
     },
     /// No more events follow.
@@ -120,13 +120,13 @@ impl Stage {
         self.tell(Event::Task(task));
     }
 
-    /// Does `act` if nothing of the run is written yet, and keeps it from being written meanwhile.
+    /// Calls `act` if nothing of the run is written yet, and prevents writing meanwhile.
     pub fn before_steps<T>(&self, act: impl FnOnce() -> T) -> Option<T> {
         let task = self.lock();
         matches!(*task, Task::Planning | Task::Starting).then(act)
     }
 
-    /// So many are to be placed from now on, as far as is known; 0: it is not.
+    /// The number to be placed from now on, as far as it is known; 0 if it is not.
     pub(crate) fn expect(&self, number: u64) {
         self.placed.store(0, Ordering::Relaxed);
         self.expected.store(number, Ordering::Relaxed);
@@ -137,7 +137,7 @@ impl Stage {
         self.placed.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How many were placed in this go, and of how many if that is known.
+    /// The number placed in this go, and the total if it is known.
     #[must_use]
     pub fn placed(&self) -> (u64, Option<u64>) {
         let expected = self.expected.load(Ordering::Relaxed);

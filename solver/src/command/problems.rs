@@ -1,4 +1,4 @@
-//! `--json` where something is wrong: the problems as one object on standard output.
+//! `--json` after an error: the problems as one object on standard output.
 
 use std::ffi::OsStr;
 
@@ -13,7 +13,7 @@ const MOST: usize = 1000;
 /// Characters of a message: it quotes the file, which may hold anything.
 const LONGEST: usize = 1000;
 
-/// Whether the command line has `--json`, also where it is wrong otherwise.
+/// Whether the command line has `--json`, also if the rest of it is wrong.
 pub(crate) fn are_asked_for() -> bool {
     let arguments = std::env::args_os().skip(1);
     arguments

@@ -1,4 +1,4 @@
-//! `--progress FILE`: what a run does, line by line, for programs that watch it.
+//! `--progress FILE`: the events of a run, line by line, for programs that observe it.
 //!
 //! A separate thread writes a line for each event that the run reports, and one each second: the time of the run while it makes
 //! steps, its task while it makes none. None of this changes a result.
@@ -23,7 +23,7 @@ use super::problems;
 /// Between lines that come by the clock.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// How old the numbers of such a line may be: to count energies takes time.
+/// How old the numbers of such a line may be: computing energies takes time.
 const FRESH: Duration = Duration::from_millis(500);
 
 /// A file of lines that grows while a run goes on.
@@ -48,7 +48,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
-    /// Appends a line in one stroke. Should it fail, the run is not to suffer from it.
+    /// Appends a line in one stroke. If this fails, the run must not be affected.
     fn line(&self, event: &str, members: Value) {
         let clock = SystemTime::now().duration_since(UNIX_EPOCH);
         let clock = clock.map_or(0.0, |since| since.as_millis() as f64 / 1000.0);
@@ -152,7 +152,7 @@ impl ProgressFile {
         *latest = Some((Instant::now(), members));
     }
 
-    /// The folder is taken, and nothing of the run is written yet.
+    /// The folder is locked, and nothing of the run is written yet.
     pub(crate) fn run(
         &self,
         folder: &Path,

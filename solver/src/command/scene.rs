@@ -25,7 +25,7 @@ use crate::Arguments;
 
 /// Executes the command line: a scene is checked or run, and so is a study.
 pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>) -> Outcome {
-    // From the first instant of a run on, so that no request comes too early; what only looks may be ended at any time.
+    // From the very beginning of a run, so that no request comes too early; a command that only prints may be ended at any time.
     let requests = match arguments.check {
         true => None,
         false => Some(Requests::listen()?),
@@ -61,7 +61,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
     }
 }
 
-/// What a run came to; nothing where none was made.
+/// The result of a run; `None` if there was none.
 fn plan_and_run(
     arguments: &Arguments,
     path: &Path,

@@ -1,4 +1,4 @@
-//! `--check --trial`: how long a run will take, from its first seconds.
+//! `--check --trial`: an estimate of a run's time from its first seconds.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,7 +23,7 @@ pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// Makes it. Nothing is written, and no folder is looked at.
+/// Makes the trial. Nothing is written, and no folder is read.
 ///
 /// # Errors If its steps fail, or it is stopped before it has a result.
 pub(crate) fn execute(

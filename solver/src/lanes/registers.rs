@@ -20,7 +20,8 @@ pub(super) use {eight::Eight, four::Four, two::Two};
 /// One instruction, or some.
 macro_rules! instructions {
     ($($what:tt)*) => {{
-        // SAFETY: the processor has them, as the head of this file says; what is read or written are whole values behind references.
+        // SAFETY: the processor has them, as the documentation of this module says; what is read or written are whole values
+        // behind references.
         #[allow(unused_unsafe)]
         unsafe { $($what)* }
     }};

@@ -15,8 +15,8 @@ pub trait Task {
     /// What comes of it.
     type Output;
 
-    /// Does it. To be marked `inline(always)`, as all that it calls in its inner loops: only what is inlined here is compiled for
-    /// the processor that was found.
+    /// Performs the task. To be marked `inline(always)`, as all functions that its inner loops call: only what is inlined here is
+    /// compiled for the processor that was found.
     fn run<L: Real>(self) -> Self::Output;
 }
 
@@ -38,7 +38,7 @@ impl Width {
     /// One number at a time: every processor can.
     pub const ONE: Self = Self(Kind::One);
 
-    /// All that this processor can do, the narrowest first.
+    /// All widths of this processor, the narrowest first.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let all = [1, 2, 4, 8].into_iter();
@@ -69,7 +69,8 @@ impl Width {
         wider.or(Self::of(always)).unwrap_or(Self::ONE)
     }
 
-    /// The fastest where contacts remember nothing: finding them is most of the work then, and eight lanes are no faster at it than four (measured).
+    /// The fastest width for contacts without history: finding them is most of the work then, and eight lanes are no faster at it
+    /// than four (measured).
     #[must_use]
     pub fn fastest_without_history() -> Self {
         Self::of(4).unwrap_or_else(Self::fastest)

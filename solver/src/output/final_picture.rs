@@ -38,7 +38,7 @@ pub fn draw_final(
     Ok(())
 }
 
-/// What is to be seen, and what its colours show.
+/// The view, and the quantity that its colours show.
 fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions() == 2;

@@ -37,7 +37,7 @@ pub struct State {
     pub bodies: Vec<Body>,
     /// For each rank the place of its body in `bodies`; `None` for spheres of their own. Empty without clumps.
     pub body_of_rank: Vec<Option<BodyIndex>>,
-    /// Place in this order of each of the engine's rows, which the observation speaks of.
+    /// Place in this order of each of the engine's rows, to which the observation refers.
     pub rank_of_row: Vec<u32>,
     /// The walls as they stand, with the velocities of this time.
     pub walls: Vec<WallState>,
@@ -142,7 +142,7 @@ impl State {
         self.rank_of_row[row as usize] as usize
     }
 
-    /// Orientation of the particle of this rank; where none is integrated, none has turned.
+    /// Orientation of the particle of this rank; identity where none is integrated.
     #[must_use]
     pub fn orientation(&self, rank: usize) -> DQuat {
         match &self.orientations {

@@ -1,4 +1,4 @@
-//! The thread that formats and writes, so that stepping need not wait for it.
+//! The thread that formats and writes, so that the time loop need not wait for it.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ use crate::plan::Plan;
 use crate::stage::{Event, OutputFile, Stage};
 use crate::state::{Encoder, Piece, Plain};
 
-/// States that may wait to be written before stepping has to.
+/// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
 
 /// A thread that writes what it is sent.
@@ -59,11 +59,11 @@ enum Message {
     Write(Box<Moment>),
     /// Say how far everything has come.
     Tell(SyncSender<Told>),
-    /// Bring all files to the disk, add how far they have come, and write this checkpoint.
+    /// Sync all files to the disk, add their positions, and write this checkpoint.
     Checkpoint(Box<ToWrite>),
 }
 
-/// How far everything has come, and the files that grow.
+/// The positions of all files, and the growing files.
 type Told = (Positions, Vec<OutputFile>);
 
 /// A checkpoint but for what the writer adds.
@@ -82,13 +82,13 @@ pub struct ToWrite {
 /// The section of a checkpoint that the writer adds.
 pub const POSITIONS: &str = "outputs";
 
-/// How far the outputs of a run have come: all that must be kept to go on with them later.
+/// The positions of a run's outputs: everything that a later continuation needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions {
     /// Of each stream, in the order of the plan.
     streams: Vec<u64>,
     sums: RunningSums,
-    /// What streams remember that have to, in the same order.
+    /// The memory of those streams that have any, in the same order.
     memories: Vec<Vec<u64>>,
 }
 
@@ -115,11 +115,11 @@ impl Plain for Positions {
     }
 }
 
-/// The sums over all frames that were handed over.
+/// The sums over all frames that were passed on.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct RunningSums {
     energies: Vec<EnergyRow>,
-    /// The largest term of the energy budget in any of them, J.
+    /// The largest term of the energy budget in any frame, J.
     largest_energy: f64,
     initial: Option<DVec3>,
     deep_frames: u64,
@@ -180,7 +180,7 @@ pub struct Written {
     pub initial: DVec3,
     /// Frames in which some overlap exceeded a tenth of the smaller radius.
     pub deep_frames: u64,
-    /// The largest overlap over the smaller radius in any of them.
+    /// The largest overlap over the smaller radius in any frame.
     pub deepest: f64,
     /// The last state.
     pub last: Option<State>,
@@ -233,14 +233,15 @@ impl Writer {
         })
     }
 
-    /// Hands over a state; waits only while the queue is full. False if the writer has given up: [`Writer::finish`] says why.
+    /// Passes a state to the writer; waits only while the queue is full. False if the writer has given up: [`Writer::finish`]
+    /// says why.
     #[must_use]
     pub fn send(&self, moment: Moment) -> bool {
         self.sender.send(Message::Write(Box::new(moment))).is_ok()
     }
 
-    /// How far the files have come once all that was handed over is written; `None` if the writer has given up:
-    /// [`Writer::finish`] says why.
+    /// The positions of the files once everything passed on is written; `None` if the writer has given up: [`Writer::finish`]
+    /// says why.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
         self.told().map(|(positions, _)| positions)
@@ -254,19 +255,19 @@ impl Writer {
         told.recv().ok()
     }
 
-    /// Leaves the memory of a state that is not written to the first checkpoint.
+    /// Keeps the memory of a state that is not written for the first checkpoint.
     pub fn lend_memory(&self, state: Encoder) {
         let _ = self.lent.send(state.into_memory());
     }
 
-    /// The memory of a checkpoint that is written, for the next one; without any if there is none yet.
+    /// The memory of a written checkpoint, for the next one; empty if there is none yet.
     #[must_use]
     pub fn spent_memory(&self) -> Vec<Piece> {
         self.memory.try_iter().last().unwrap_or_default()
     }
 
-    /// Hands over a checkpoint, to be written once all that was handed over before is on the disk, with how far it came as its
-    /// last section. False if the writer has given up.
+    /// Passes a checkpoint to the writer, which writes it once everything passed on before is on the disk, with the positions as
+    /// its last section. False if the writer has given up.
     #[must_use]
     pub fn write_checkpoint(&self, checkpoint: ToWrite) -> bool {
         let message = Message::Checkpoint(Box::new(checkpoint));
@@ -399,7 +400,7 @@ fn write_all(
     for message in receiver {
         match message {
             Message::Write(moment) => {
-                // Memory holds one state, not the last one beside the next.
+                // So that memory holds one state, not the last one beside the next.
                 drop(last.take());
                 let mut state = State::new(*moment, images);
                 let budget = sums.take_in(&state, &accounting);
@@ -522,7 +523,7 @@ impl Watched {
     }
 }
 
-/// What the energies of a state are counted with.
+/// The quantities that the energies of a state need.
 struct Accounting {
     /// m/s^2
     gravity: DVec3,

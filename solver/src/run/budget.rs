@@ -1,4 +1,4 @@
-//! What came in, what went out, what is there: the budgets of a run.
+//! Gains, losses and present amounts: the budgets of a run.
 
 use glam::DVec3;
 use mercury_pictures::{EnergyFlows, EnergyRow};

@@ -1,4 +1,4 @@
-//! What left a run: by which face of the domain, into which deletion, and through which plane.
+//! What left a run: by each face of the domain, each deletion, and each plane.
 
 use std::fs;
 use std::io;
@@ -27,7 +27,7 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     if plan.outputs().fluxes().is_empty() {
         return lines;
     }
-    // The counts of a run that was resumed stand in its file only.
+    // The counts of a resumed run are in its file only.
     let path = options
         .folder
         .join(format!("{}.flux.csv", plan.outputs().prefix()));
@@ -37,7 +37,7 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     lines
 }
 
-/// What crossed a plane by the text of the file of counts, or why that is not known.
+/// The counts of a plane from the text of its file, or the reason why they are not known.
 fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
     let told = match text {
         Ok(text) => match crossed(text, name) {

@@ -7,7 +7,7 @@ use crate::boundaries::{
 };
 use crate::plan::{Plan, mean_volume};
 
-/// The probability with which random sizes of the right distribution are called wrong.
+/// The probability of a false alarm for random sizes of the right distribution.
 const LEVEL: f64 = 0.01;
 
 /// With fewer particles not even the median has an interval at this level: 2/2^7 > 0.01 > 2/2^8.
@@ -16,7 +16,7 @@ const FEWEST: u64 = 8;
 /// A line for each insertion: how much of the target was placed, how full its region became, why it ended; and one for the sizes
 /// of each of its ingredients.
 ///
-/// `have_places`: of each insertion that waits for space, whether there is some.
+/// `have_places`: for each insertion that waits for space, whether there is some.
 pub(super) fn told(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
     let mut lines = Vec::new();
     let insertions = plan.physics().insertions().iter();
@@ -97,7 +97,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     .collect()
 }
 
-/// How many were placed behind walls; nothing where no wall moves through a region.
+/// How many were placed behind walls; empty where no wall moves through a region.
 pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
     let mut insertions = plan.physics().insertions().iter();
     let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());
@@ -146,7 +146,7 @@ fn name<'a>(plan: &'a Plan, part: &Ingredient) -> &'a str {
     }
 }
 
-/// The largest distance of the cumulative numbers from those of each ingredient's distribution, and what follows.
+/// The largest distance of the cumulative numbers from those of each ingredient's distribution, and the verdict.
 fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<String> {
     let several = insertion.mixture.len() > 1;
     let mut lines = Vec::new();
@@ -169,7 +169,7 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
         let verdict = if insertion.by_quota && state.limit != Limit::Total {
             "of a quota that is not complete".to_owned()
         } else if insertion.by_quota {
-            // What a quota promises, up to the round-off of shares.
+            // The bound of a quota, up to the round-off of shares.
             let kept = largest <= (1.0 + 1e-6) / n;
             format!(
                 "{} the quota's 1/N",

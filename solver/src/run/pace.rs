@@ -1,20 +1,20 @@
 //! Whether steps are faster with all threads or with one.
 //!
-//! A thread that has to wait for another one in every step waits, on a machine that has other things to do, for its next turn: a step of some hundred particles
-//! can take twenty times as long with two threads as with one. The results do not depend on the threads, so the run may use what is faster at the
-//! moment, which it finds out by trying the other way now and then.
+//! On a busy machine, a thread that has to wait for another one in every step waits for its next time slice: a step of some
+//! hundred particles can take twenty times as long with two threads as with one. The results do not depend on the threads, so the
+//! run uses the faster way, and finds it by trying the other one from time to time.
 
 use std::time::Duration;
 
-/// A trial lasts so long, s: several turns of a machine that is shared.
+/// The duration of a trial, s: several time slices of a shared machine.
 const TRIAL: f64 = 0.02;
-/// The next one comes after this many times what the last one took: soon after the ways were exchanged, since scenes change most at their
-/// beginning, and each time twice as late while the same one stays the better.
+/// The next trial follows after this many times the duration of the last one: soon after a change, since scenes change most at
+/// their beginning, and each time twice as late while the same way stays the better one.
 const APART: [f64; 2] = [5.0, 50.0];
-/// The other way must take less than this part of the time: a change for nothing costs the caches.
+/// The other way must take less than this share of the time: a needless change costs cache misses.
 const BETTER: f64 = 0.95;
-/// Particle-steps made at once at the beginning of a trial; then, at one go, what should take the rest of it: going to the threads and back
-/// takes as long as a step or two of a small scene.
+/// Particle-steps made at once at the beginning of a trial; then, in one piece, as many as should take the rest of it: switching
+/// to the threads and back takes as long as a step or two of a small scene.
 const AT_ONCE: u64 = 10_000;
 
 /// Alone, or with all threads.
@@ -33,20 +33,20 @@ impl Way {
     }
 }
 
-/// Measures both ways and says which one to take.
+/// Measures both ways and returns the better one.
 #[derive(Debug, Clone)]
 pub(super) struct Pace {
     /// The better one so far.
     better: Way,
-    /// The one that is taken now: the better one, or the other on trial.
+    /// The present way: the better one, or the other on trial.
     now: Way,
     /// Time (s) and particle-steps since it is.
     spent: [f64; 2],
     /// How long it is taken, s.
     budget: f64,
-    /// The next trial comes after this many times what the last one took.
+    /// The next trial follows after this many times the duration of the last one.
     apart: f64,
-    /// s per particle-step of the better one when it was taken last.
+    /// s per particle-step of the better way when it was measured last.
     rate: f64,
     /// Particle-steps made alone.
     alone: u64,
@@ -90,7 +90,7 @@ impl Pace {
         self.alone
     }
 
-    /// Takes in what steps took that were made as [`Pace::way`] says.
+    /// Adds the time of steps that were made as [`Pace::way`] says.
     pub(super) fn note(&mut self, time: Duration, particle_steps: u64) {
         if self.now == Way::Alone {
             self.alone += particle_steps;

@@ -37,7 +37,7 @@ pub(super) fn draw_pictures(
     })
 }
 
-/// What lets files through until the work is given up.
+/// Lets files through until the work is given up.
 #[derive(Debug, Default)]
 struct Gate {
     is_shut: Mutex<bool>,
@@ -53,7 +53,7 @@ impl Gate {
         }
     }
 
-    /// From now on nothing is written; waits for what is being written.
+    /// From now on nothing is written; waits for a write in progress.
     fn shut(&self) {
         *self.is_shut.lock().unwrap_or_else(PoisonError::into_inner) = true;
     }

@@ -8,9 +8,9 @@ use crate::step::Engine;
 
 /// A warning for each insertion that ended, by its time or for want of space, below its total, or without anything.
 ///
-/// An insertion that goes on as its rate says when the run ends is no matter for a warning: the run was made that short.
+/// An insertion that continues at its rate when the run ends gives no warning: the run was made that short.
 ///
-/// `have_places`: of each insertion that waits for space, whether there is some.
+/// `have_places`: for each insertion that waits for space, whether there is some.
 pub(super) fn shortfalls(
     plan: &Plan,
     state: &BoundaryState,
@@ -30,10 +30,10 @@ pub(super) fn shortfalls(
         .collect()
 }
 
-/// What came, of what should; nothing where that is all that should.
+/// The amount placed, of the target; `None` if the target is reached.
 fn placed(insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
     let inserted = &state.inserted;
-    // By quota all may have come although the mass is less, by half a particle at most.
+    // By quota all particles may be placed although the mass is less, by half a particle at most.
     let is_complete = state.limit == Limit::Total && insertion.total != Some(Total::Full);
     if is_complete || insertion.total_reached(inserted) {
         return None;
@@ -46,7 +46,7 @@ fn placed(insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
     }
 }
 
-/// Why no more came; nothing where more would come if the run went on.
+/// Why it placed no more; `None` where it would continue if the run went on.
 fn why(
     insertion: &InsertionPlan,
     state: &InsertionState,

@@ -21,7 +21,7 @@ pub fn is_study(text: &str) -> bool {
     if let Ok(document) = document("", text) {
         return document.contains_key("study");
     }
-    // A text with mistakes: what is wrong is said of a study if it looks like one.
+    // A text with mistakes: errors are reported for a study if it looks like one.
     let line = |line: &str| {
         let line = line.trim_start();
         line.starts_with("[study") || line.starts_with("study.") || line.contains("\"study\":")
@@ -90,7 +90,7 @@ impl Reader<'_> {
         };
         let folder = match self.text(study, "folder")? {
             Some(folder) => beside.join(folder),
-            // As the folder of a run: here, by the file's name.
+            // Like the folder of a run: here, by the file's name.
             None if self.path == Path::new(STANDARD_INPUT) => PathBuf::from("study"),
             None => PathBuf::from(stem(self.path)),
         };
@@ -142,7 +142,7 @@ impl Reader<'_> {
                 let mut sweeps = Vec::new();
                 for (key, values) in sweep {
                     let place = format!("study.sweep.{key}");
-                    // A key written without quotes is a table to TOML.
+                    // A key written without quotes is a table in TOML.
                     if values.is_table() {
                         let error = self.error(&place, "is a table");
                         return Err(error.with_help(

@@ -258,7 +258,7 @@ fn values_with_units_are_drawn_over_their_si_numbers() {
     assert!(plot::page(&study, &table, "x").is_ok());
 }
 
-/// What the scene of each run says of the values.
+/// The statements of the scene of each run on the values.
 fn settled(mut study: Study) -> Study {
     let scene = r#"
 title = "a drum"

@@ -11,9 +11,9 @@ use mercury_common::folder_owner::{DEAD_AFTER, LOCK, Owner, PULSE};
 
 /// A folder that belongs to one run until this is dropped.
 ///
-/// On one machine the lock of the operating system counts, not the file: a file that a killed run left behind is no obstacle.
-/// Between machines, whose locks some network file systems keep from each other, and on file systems without locks, the file
-/// counts as long as the run that wrote it gives signs of life.
+/// On one machine the lock of the operating system counts, not the file: a file of a killed run is no obstacle. a file that a
+/// killed run left behind is no obstacle. Between machines, whose locks some network file systems do not share, and on file
+/// systems without locks, the file counts as long as the run that wrote it gives signs of life.
 #[derive(Debug)]
 pub struct FolderLock {
     path: PathBuf,
@@ -63,7 +63,7 @@ pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
         }
         give_sign(&path, &me)?;
         if !has_locks {
-            // Two that begin at the same time: the one that wrote last has it.
+            // If two runs begin at the same time, the one that wrote last has the folder.
             std::thread::sleep(Duration::from_millis(50));
             match Owner::read(&path) {
                 Some(owner) if owner != me => return Ok(Err(owner)),
@@ -76,7 +76,7 @@ pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
             .name("lock".to_owned())
             .spawn(move || {
                 while ended.recv_timeout(PULSE) == Err(RecvTimeoutError::Timeout) {
-                    // What is wrong with the folder, the outputs find out.
+                    // Problems of the folder are found by the outputs.
                     let _ = give_sign(&signed, &me);
                 }
             })?;
@@ -108,7 +108,7 @@ fn living_owner(
         return Ok(None);
     };
     if owner.host == me.host {
-        // Here the lock says whether it lives, or else the list of processes.
+        // On this machine the lock says whether it is alive, or else the list of processes.
         let lives =
             !has_locks && owner.process != me.process && owner.is_running().unwrap_or(false);
         return Ok(lives.then_some(owner));

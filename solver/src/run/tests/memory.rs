@@ -6,7 +6,7 @@ use mercury_common::scene::{Files, Scene, SceneErrors};
 use crate::plan::{parse_scene, plan, sketch};
 use crate::run::{check_fit, memory, plan_within};
 
-/// One material, a box of 1 m; what a test is about follows.
+/// One material, a box of 1 m; the subject of the test follows.
 const HEAD: &str = "[time]\nend = 1.0\nstep = \"auto\"\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\
     [materials.glass]\ndensity = 2500.0\nnormal = { law = \"linear\", stiffness = 1000.0, restitution = 0.8 }\n\
     tangential = { law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }\n";

@@ -24,7 +24,7 @@ fn particles(plan: Draft) -> Particles {
     particles
 }
 
-/// Looks that make rest: 1,000 steps, every tenth of which is looked at.
+/// Checks that make rest: 1,000 steps, every tenth of which is looked at.
 const LOOKS: u32 = 100;
 /// So long that 1,000 steps are longer than anything here takes to begin to fall, s.
 const STEP: f64 = 1e-5;
