@@ -112,7 +112,7 @@ impl Disk {
         self.frames.max(self.contact_frames).max(self.vtk_frames)
     }
 
-    /// What to say before such a run is started, if anything.
+    /// The warning before the start of such a run, if one is needed.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let is_much = self.most_frames() > MANY_FRAMES || self.bytes > MANY_BYTES;

@@ -185,7 +185,7 @@ fn plan_one(
     })
 }
 
-/// The share of the particles, by number, that must have a place: the rest is too rare to wait for at the start.
+/// The share of the particles, by number, that must have a position: the rest is too rare to wait for at the start.
 const ALMOST_ALL: f64 = 0.999;
 
 /// Of each ingredient the radius (m) of the sphere of a `diameter` (m) of its sizes, of clumps of the largest pebble of a body of that size;
@@ -230,7 +230,7 @@ fn check_large(
     ))
 }
 
-/// Refuses a region in which nothing can ever be inserted: what is wrong, and what to do.
+/// Refuses a region in which nothing can ever be inserted: returns the reason, and advice.
 fn check_room(
     name: &str,
     region: &Region,
@@ -368,7 +368,7 @@ fn wrong_quota(
     })
 }
 
-/// The sizes of a component; a clump without a distribution comes in its own size.
+/// The sizes of a component; a clump without a distribution has its own size.
 fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistribution, SceneError> {
     let Some(psd) = &component.psd else {
         let own = clump.and_then(|clump| SizeDistribution::single(clump.equal_volume_diameter()));
@@ -381,7 +381,7 @@ fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistributio
     })
 }
 
-/// What is wrong with the table that a scene names, at the place where it does.
+/// The error in the table that a scene names, at the place of the name.
 fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
     let help = error.help.take();
     let error = match &psd.law {

@@ -16,7 +16,7 @@ use crate::state::volume;
 use crate::walls::{Component, Shape, Wall};
 use crate::wear::{WearPlan, Worn};
 
-/// What to say of it: each line names the cause, and what to do.
+/// The messages: each names the cause, and gives advice.
 pub(super) fn warnings(plan: &Plan) -> Vec<String> {
     let falls = nothing_holds(plan);
     let floats = plan.physics().insertions().iter();

@@ -22,10 +22,10 @@ const SPEED: f64 = 1e-3;
 /// Default of `after`, in sqrt(d/g): a sphere without support falls by an eighth of its diameter meanwhile, and a particle that
 /// is slower than `speed` before and after is accelerated by 0.004 g at most.
 const AFTER: f64 = 0.5;
-/// Fewer steps between two looks would not tell rest from a point of return.
+/// With fewer steps between two checks, rest looks like a point of return.
 const LEAST: f64 = 10.0;
 
-/// What `[sleeping]` means for steps of `dt` (s); `None` without the table, or after an error.
+/// The meaning of `[sleeping]` for steps of `dt` (s); `None` without the table, or after an error.
 pub(super) fn sleeping(
     scene: &Scene,
     sizes: &Sizes,

@@ -142,7 +142,7 @@ pub(super) fn continue_cylinders(walls: &mut [Wall], domain: &Domain, notes: &mu
     }
 }
 
-/// What to say of a wall so far beside a periodic domain that its images have no codes.
+/// The message for a wall so far beside a periodic domain that its images have no codes.
 fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<SceneError> {
     let (low, high) = shape.bounds();
     let size = *domain.max - *domain.min;
@@ -317,7 +317,7 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
     })
 }
 
-/// What of a flat wall stands edge-on to a direction, and stays so.
+/// Whether a flat wall is edge-on to a direction, and stays so.
 fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
     let turns = |motion: &SceneMotion| {
         matches!(

@@ -354,7 +354,7 @@ impl NamedResult {
         self.value(&values)
     }
 
-    /// What it comes to in the run whose files lie in `folder` and begin with `prefix`, or why it comes to nothing.
+    /// Its value in the run whose files are in `folder` and begin with `prefix`, or the reason why it has none.
     #[must_use]
     pub fn read(&self, folder: &Path, prefix: &str) -> ResultValue {
         let read = self.of_run(folder, prefix);
