@@ -4,7 +4,7 @@
     cargo build --release --bin mercury-solve && cargo build --release -p mercury-solver --example size_levels
     pip install numpy matplotlib && apt-get install valgrind
     benches/sizes.py make                        # packings into target/sizes; `--folder` puts them elsewhere
-    benches/sizes.py count                       # instructions, which do not depend on who else is on the machine
+    benches/sizes.py count                       # instructions, which do not depend on other programs on the machine
     benches/sizes.py time                        # nanoseconds; needs a machine that has nothing else to do
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
 
@@ -58,7 +58,7 @@ def volume(sizes):
 
 def number(ratio):
     """Of spheres: a packed domain, of which they fill 0.85 at a ratio of 50 and up to 0.9 beyond, is 4.2 of the largest radii wide or a hundredth less, so that
-    nobody is met through two images."""
+    no particle meets another through two images."""
     if ratio == 1:
         return 30_000
     mean = FULLER / (3 - FULLER) * (ratio ** (3 - FULLER) - 1) / (1 - ratio**-FULLER)
@@ -77,7 +77,7 @@ def place(sizes, edge, seed):
     for radius in map(float, sizes):
         if octave is None or radius < 0.5 * largest:
             largest = radius
-            # Whoever is smaller meets a sphere of this octave in its own cell or the next.
+            # A smaller sphere meets a sphere of this octave in its own cell or the next.
             cells = max(1, int(edge / (2.001 * largest)))
             octave = (cells, edge / cells, {})
             placed.append(octave)
@@ -175,9 +175,9 @@ class Relaxed:
         (self.folder / "packing.toml").write_text(scene)
         out = self.folder / "packing"
         command = [self.solver, self.folder / "packing.toml", "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode != 0:
-            sys.exit(told.stderr)
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(result.stderr)
         count = len(self.sizes)
         with open(out / "packing.data") as file:
             lines = file.readlines()[-count:]
@@ -265,21 +265,21 @@ def run(options, scene, steps, wrapper=()):
     """Summary, number of lists built, pairs listed at the end, and what was said on standard error."""
     out = scene.parent / "run"
     command = [*wrapper, options.solver, scene, "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-    told = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
+    result = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
     log = (out / "run.log").read_text()
     builds, listed = re.search(r"built (\d+) times.*, (\d+) pairs listed", log).groups()
-    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), told.stderr
+    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), result.stderr
 
 
 def about(options, ratio):
     """What size_levels says of the packing; beyond a ratio of 50 nothing of a single grid, which compares all with all there for minutes."""
     folder = options.folder / f"ratio-{ratio}"
-    told = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
-    return dict(line.split(" ", 1) for line in told.stdout.splitlines())
+    result = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return dict(line.split(" ", 1) for line in result.stdout.splitlines())
 
 
 # First and last step of what is counted: lists are built at the start, then, adrift, every 20 steps or so.
@@ -287,8 +287,8 @@ WINDOWS = {"rest": (2, 12), "adrift": (30, 90), "random": (30, 90)}
 COUNTED = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
 
 
-def collected(told):
-    return int(re.search(r"Collected : (\d+)", told)[1])
+def collected(result):
+    return int(re.search(r"Collected : (\d+)", result)[1])
 
 
 def count(options):

@@ -7,11 +7,12 @@
 //! * **Every frame knows its time**, the empty one too: time and step stand in the message of the batch, besides the
 //!   column `time`.
 //!
-//! The rooms: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
-//! a [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
-//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`] and [`WearTriangleFrame`] are the tables that the Mercury tools exchange.
+//! The modules: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it; a
+//! [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
+//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`] and [`WearTriangleFrame`] are the tables that the Mercury
+//! tools exchange.
 
-// A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
+// A `FormatError` says where the error is, what is wrong and what to do about it. It is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
 mod bodies;

@@ -15,7 +15,7 @@ pub struct EnergyRow {
     pub gravitational: f64,
     /// Elastic energy stored in contacts (J).
     pub elastic: f64,
-    /// What became of the energy since the start, where the run keeps account of it.
+    /// The energy balance since the start, if the run keeps one.
     pub flows: Option<EnergyFlows>,
 }
 
@@ -27,7 +27,7 @@ impl EnergyRow {
     }
 }
 
-/// What became of the energy of a system since the start, J.
+/// The energy balance of a system since the start, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyFlows {
     /// Dissipated by viscous and plastic normal forces.
@@ -74,8 +74,8 @@ impl EnergyFlows {
 }
 
 /// The energies of a run over time, as charts: every kind that the run has, gravitational energy counted from its lowest in the
-/// run; where the run keeps account of it, what became of the energy since the start; and the whole kinetic energy on a logarithmic axis.
-/// `rows` are in the order of time.
+/// run; where the run keeps one, the energy balance since the start; and the whole kinetic energy on a logarithmic axis. `rows`
+/// are in the order of time.
 #[must_use]
 pub fn energy_page(title: &str, rows: &[EnergyRow]) -> ChartPage {
     let times = || {
@@ -216,7 +216,7 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
     series
 }
 
-/// What became of the energy since the start, kind by kind; one that is zero throughout is not drawn.
+/// The energy balance since the start, kind by kind; a kind that is zero throughout is not drawn.
 fn flows(rows: &[EnergyRow]) -> Vec<Series> {
     fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
         Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))

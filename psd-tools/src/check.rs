@@ -1,7 +1,8 @@
 //! Is this sample one of that distribution?
 //!
 //! `goodness` holds the tests and what is seen beside them, `bands` the confidence of the curves, `verdict` what follows;
-//! `two_samples` asks whether two samples are of one distribution, `many_samples` whether several are; `run` finds the sizes and targets of a run.
+//! `two_samples` tests whether two samples are of one distribution, `many_samples` whether several are; `run` finds the sizes and
+//! targets of a run.
 
 mod bands;
 mod goodness;

@@ -12,7 +12,7 @@ const POINTS: usize = 4096;
 /// How the second differs from the first in one weighting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Of what the shares are.
+    /// The weighting of the shares.
     pub weighting: Weighting,
     /// Relative change of d10, d50 and d90.
     pub deciles: [f64; 3],

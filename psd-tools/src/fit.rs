@@ -71,7 +71,7 @@ pub struct Fitted {
     pub bic: f64,
     /// A^2 for single sizes, the deviance for classes: how far the data are from the law.
     pub distance: f64,
-    /// How often data drawn from the fitted law, and fitted again, are farther; none if it was not asked for.
+    /// How often data drawn from the fitted law, and fitted again, are farther; `None` if it was not requested.
     pub p: Option<f64>,
     /// Class by class or size by size.
     pub residuals: Vec<Residual>,

@@ -13,7 +13,7 @@ use mercury_tables::{Column, Kind, Table, Values, WriteError};
 
 /// The entries of the metadata that say what the comments of a text file do: what is assumed inside a class, how sizes were drawn.
 const ENTRIES: [&str; 2] = ["in-class", BY_QUOTA[0]];
-/// The ending that asks for Parquet.
+/// The ending that selects Parquet.
 const ENDING: &str = "parquet";
 
 /// Why no Parquet file was written.

@@ -29,7 +29,7 @@ pub struct Check<'a> {
     pub verdict: &'a Verdict,
     /// 1 - level is the confidence of bands and intervals.
     pub level: f64,
-    /// Mass that is there and that was asked for, kg.
+    /// Mass present and mass set by the scene, kg.
     pub masses: Option<[f64; 2]>,
     /// How many quotas the sizes come by; 0: at random, some or all.
     pub quotas: usize,
@@ -180,9 +180,9 @@ impl Check<'_> {
 
     /// Whether these are all sizes of a quota, or of several.
     ///
-    /// They come in random order: what came first is like a random sample. Of n that are whole the curve of the n_i sizes of each keeps
-    /// within 1/n_i of the target, so that of all N within n/N; and the mass of each misses what was asked for by half of the largest
-    /// particle at most, and by one more where a total by number is shared out by rounding.
+    /// They come in random order: what came first is like a random sample. Of n that are whole the curve of the n_i sizes of each
+    /// keeps within 1/n_i of the target, so that of all N within n/N; and the mass of each misses its target by half of the
+    /// largest particle at most, and by one more where a total by number is shared out by rounding.
     #[must_use]
     pub fn is_whole_quota(&self) -> bool {
         let (quotas, number) = (self.quotas as f64, self.goodness.number as f64);
@@ -399,7 +399,7 @@ mod tests {
         assert!(is_whole(&two, &narrow, 2, 1.0));
         assert!(!is_whole(&two[..90], &narrow, 2, 0.9));
 
-        // Of single sizes only the mass tells.
+        // For single sizes only the mass is informative.
         let beads = law("kind = \"monodisperse\"\ndiameter = 1e-3");
         assert!(is_whole(&[1e-3; 50], &beads, 1, 1.0));
         assert!(!is_whole(&[1e-3; 48], &beads, 1, 0.96));

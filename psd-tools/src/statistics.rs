@@ -20,7 +20,7 @@ pub enum Quantiles {
     Mercury,
 }
 
-/// What is asked of a distribution or a sample alike.
+/// Queries that a distribution and a sample both answer.
 pub trait Spectrum {
     /// The diameter below which a share `u` of a quantity lies, m.
     fn quantile(&self, weighting: Weighting, u: f64) -> f64;
@@ -56,7 +56,7 @@ impl Spectrum for Sizes {
 /// Statistics in one weighting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Of what the shares are.
+    /// The weighting of the shares.
     pub weighting: Weighting,
     /// Diameters below which 10, 30, 50, 60 and 90 % lie, m.
     pub d10: f64,

@@ -94,12 +94,12 @@ pub fn plane(point: DVec3, normal: DVec3) -> Wall {
     wall(Shape::Plane(plane), Motion::default())
 }
 
-/// The start of what a draft describes, in the thread that asks.
+/// The start of what a draft describes, in the calling thread.
 pub fn start(draft: Draft) -> Engine {
     start_planned(draft.plan().expect("a plan of finite numbers"))
 }
 
-/// The start of a plan, in the thread that asks.
+/// The start of a plan, in the calling thread.
 pub fn start_planned(plan: Plan) -> Engine {
     Engine::new(Arc::new(plan), 1).expect("the scene starts from finite numbers")
 }

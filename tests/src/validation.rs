@@ -1,7 +1,7 @@
 //! The validation page: what theory and other programs say, and what our solver gives.
 //!
-//! [`run`] asks the solver, [`page`] writes down the answers, [`charts`] draws some of them. A check whose name is on the frozen
-//! list but that no longer runs is an error.
+//! [`run`] computes the results with the solver, [`page`] writes them down, [`charts`] draws some of them. A check whose name is
+//! on the frozen list but that no longer runs is an error.
 
 pub mod charts;
 pub(crate) mod folding;

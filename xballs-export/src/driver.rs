@@ -1,4 +1,4 @@
-//! The one way from frames to files. The driver reads (the next frame while the last one is written), selects, tells its
+//! The one way from frames to files. The driver reads (the next frame while the last one is written), selects, reports its
 //! progress, makes sure that nothing is in the way, and hands frame after frame to a [`Sink`], which writes.
 
 use std::path::PathBuf;
@@ -36,7 +36,7 @@ pub struct Outcome {
     pub to_copy: String,
     /// What the user should know.
     pub notes: Vec<String>,
-    /// What the user must know: something is not in the files that was asked for.
+    /// What the user must know: something requested is not in the files.
     pub warnings: Vec<String>,
 }
 

@@ -231,7 +231,7 @@ fn report(job: &Job, quiet: bool, outcome: Outcome, files: &[PathBuf]) {
         let what = if job.selection.frames == FrameChoice::All {
             format!("only the first {count} could be used")
         } else {
-            format!("the input is damaged; of the frames asked for {count} could be used")
+            format!("the input is damaged; of the requested frames {count} could be used")
         };
         let _ = writeln!(std::io::stderr(), "warning: {what}\n{damage}");
     }

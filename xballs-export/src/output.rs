@@ -1,4 +1,4 @@
-//! Where files go: whole files or none, and nothing replaced unless asked for.
+//! Where files go: whole files or none, and nothing replaced without a request.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub struct Output {
     pub folder: PathBuf,
     /// What the names of all files begin with.
     pub prefix: String,
-    /// The one file that was asked for instead of a folder.
+    /// The one file that was requested instead of a folder.
     file: Option<PathBuf>,
     force: bool,
 }
@@ -87,13 +87,13 @@ impl Output {
         })
     }
 
-    /// The one file that was asked for.
+    /// The one requested file.
     #[must_use]
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
-    /// The one file that was asked for, or else the file with this ending.
+    /// The one requested file, or else the file with this ending.
     #[must_use]
     pub fn one(&self, ending: &str) -> PathBuf {
         self.file.clone().unwrap_or_else(|| self.path(ending))

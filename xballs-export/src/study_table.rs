@@ -19,8 +19,9 @@ pub fn table_in(input: &Path) -> Option<PathBuf> {
     (input.file_name()? == FILE).then(|| input.to_owned())
 }
 
-/// Writes it as `study.parquet` into the folder `output`, or beside the table, or into the file `output` if that ends in `.parquet`: columns whose cells are all numbers as numbers (empty cells as
-/// missing ones), the others as text. Returns the path, and how many runs it tells of.
+/// Writes it as `study.parquet` into the folder `output`, or beside the table, or into the file `output` if that ends in
+/// `.parquet`: columns whose cells are all numbers as numbers (empty cells as missing ones), the others as text. Returns the path
+/// and the number of runs in the table.
 ///
 /// # Errors
 /// When the table cannot be read, the file is there already and may not be replaced, or cannot be written.
@@ -108,7 +109,7 @@ mod tests {
         assert_eq!((unit("speed").as_str(), unit("seed").as_str()), ("m/s", ""));
         let speed = table.values::<f64>("speed").unwrap();
         assert!(speed[0] == 0.5 && speed[1].is_nan());
-        // Not replaced, unless asked for.
+        // Not replaced without a request.
         let again = to_parquet(&path, None, false);
         assert!(matches!(again, Err(ExportError::Exists(_))), "{again:?}");
         assert!(to_parquet(&path, None, true).is_ok());

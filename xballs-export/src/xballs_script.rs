@@ -116,7 +116,7 @@ impl Script {
         };
         Ok(Self {
             data: folder.join(data),
-            // What XBalls assumes if it is not told.
+            // The default of XBalls.
             format: number("-format", 5.0)? as u8,
             scale: number("-s", 1.0)?,
             offset: [offset("-oh", "-moh")?, offset("-o", "-mo")?],

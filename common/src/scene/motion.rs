@@ -185,7 +185,7 @@ fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
         fields.excluded("force", "pressure");
         let area = fields.get("area").map(|item| item.positive());
         let load = fields.get("pressure").and_then(|item| read_load(&item));
-        // Known, so that it is told once only.
+        // Known, so that it is reported only once.
         let is_one = fields.get("force").is_none();
         return match area {
             Some(None) => None,

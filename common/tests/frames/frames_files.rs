@@ -63,7 +63,7 @@ fn any_frame() -> impl Strategy<Value = Frame> {
     })
 }
 
-/// Equality of bits: tells -0 from 0, which `==` does not.
+/// Equality of bits: distinguishes -0 from 0, which `==` does not.
 fn same_bits(a: &Frame, b: &Frame) -> bool {
     let bits = |column: &Column| -> Option<Vec<u64>> {
         Some(column.as_f64()?.iter().map(|x| x.to_bits()).collect())

@@ -538,7 +538,7 @@ fn pebbles_that_do_not_stand_for_the_surface_are_refused() {
         &path.join("plate.stl"),
         &cuboid(DVec3::new(100.0, 100.0, 0.5)),
     );
-    let little = "the pebbles cover 0.001309 % of the volume that the surface encloses, expected at least 1 %: they do not stand for the body\n";
+    let little = "the pebbles cover 0.001309 % of the volume that the surface encloses, expected at least 1 %: they do not represent the body\n";
     assert_eq!(
         refused(
             path,

@@ -20,7 +20,7 @@ pub(super) struct Opaque {
     pub(super) rows: usize,
     /// Place in the list of seen spheres, or [`FACET`] plus place in the list of triangles.
     pub(super) owner: Vec<u32>,
-    /// Infinite where there is nobody.
+    /// Infinite where no body covers the pixel.
     pub(super) depth: Vec<f32>,
 }
 

@@ -1,4 +1,4 @@
-//! The sizes that a run inserted, and what it had been asked for.
+//! The sizes that a run inserted, and the distribution that its scene sets.
 //!
 //! Sizes come from the frames, targets from `plan.toml`: both are in the run folder.
 
@@ -108,7 +108,7 @@ pub struct Group {
 pub struct Target {
     /// Its sizes.
     pub sizes: SizeDistribution,
-    /// The mass that was asked for, kg, where the scene says so.
+    /// The mass that the scene sets, kg, if it does.
     pub mass: Option<f64>,
     /// How many quotas the sizes come by; 0: at random, some or all.
     pub quotas: usize,

@@ -146,7 +146,7 @@ impl Data {
     }
 
     /// The same measurement as if it had counted as many particles as make the best of these families just probable: its
-    /// chi-square equal to its degrees of freedom. For shares whose number nobody knows.
+    /// chi-square equal to its degrees of freedom. For shares of an unknown number of particles.
     ///
     /// # Errors
     /// As [`super::fit`], if no family fits.

@@ -51,7 +51,7 @@ pub(super) fn lacks(
     }
     (0..minimum.at.len())
         .map(|index| {
-            // Where the share of a mixture ends, only one law is left, of which that has been asked.
+            // At the end of the range of a mixture's share only one law is left, and that law has been fitted already.
             let is_share = index == 0 && family.components == 2;
             if is_share || is_small(index) {
                 return errors[index].is_none().then_some(Lack::Others);

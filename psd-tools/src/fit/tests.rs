@@ -239,8 +239,8 @@ fn a_number_is_estimated_where_none_is_known() {
     assert!(Data::from_table(&table, 0.5).is_err());
 }
 
-/// A sieving whose second peak lies within one class of 0.5 mm: how narrow it is nobody knows, and an error larger than the value would say
-/// nothing. The other parameters are known.
+/// A sieving whose second peak lies within one class of 0.5 mm: the data do not determine its width, and an error larger than the
+/// value would be meaningless. The other parameters are known.
 #[test]
 fn a_width_within_one_class_is_not_determined() {
     let rows = "3.0,0\n3.5,8\n4.0,31\n4.5,63\n5.0,88\n5.6,100\n";

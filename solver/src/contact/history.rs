@@ -35,13 +35,13 @@ pub trait History<L: Real = f64>:
     /// That of the contact in lane `k`.
     #[must_use]
     fn lane(&self, k: usize) -> Self::One;
-    /// The liquid bridge in it; the default where it has no room for one.
+    /// The liquid bridge in it; the default for histories without a bridge.
     #[must_use]
     #[inline(always)]
     fn bridge(&self) -> Bridge<L> {
         Bridge::default()
     }
-    /// Replaces the liquid bridge, where it has room for one.
+    /// Replaces the liquid bridge, in histories that have one.
     fn set_bridge(&mut self, _: Bridge<L>) {}
 }
 

@@ -60,7 +60,7 @@ impl LawTable {
             })
         };
         let Some(some) = self.laws.iter().flatten().next() else {
-            // Nothing ever touches, and nobody looks at the table.
+            // No pair ever touches, and the table is never read.
             return Some(Vec::new());
         };
         let some = narrow(some)?;

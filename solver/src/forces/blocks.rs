@@ -8,8 +8,8 @@ use crate::state::Load;
 /// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
 /// of the same size, so that two threads (and nearly so, more) get the same.
 ///
-/// Large blocks have fewer contacts that reach into others, small ones share out better. It must not depend on the number of
-/// threads: it fixes the order of summation.
+/// Large blocks have fewer contacts that reach into others, small ones can be distributed more evenly. The size must not depend
+/// on the number of threads, because it fixes the order of summation.
 #[must_use]
 pub fn block_size(count: usize) -> usize {
     let about = (count / 16).next_power_of_two().clamp(1024, 4096);
@@ -20,7 +20,7 @@ pub fn block_size(count: usize) -> usize {
     count.div_ceil(blocks).max(1)
 }
 
-/// Bytes of what the blocks of so many rows park for one another when so many pairs touch, for estimates of memory.
+/// The bytes of the outboxes of all blocks for this many rows and touching pairs, for estimates of memory.
 #[must_use]
 pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
     // Rows are sorted by cells that are about a diameter wide, layer by layer, and a contact is half a diameter long along any axis: half
@@ -30,8 +30,8 @@ pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
     GROWTH * crossing * touching * size_of::<Parked>() as f64
 }
 
-/// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first. Mostly
-/// it is the first or the second block, so a division would take longer.
+/// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first.
+/// Mostly it is in the first or the second block, and this test is faster than a division.
 #[inline(always)]
 pub(super) fn place(mut ahead: usize, block_size: usize) -> (usize, usize) {
     let mut block = 0;

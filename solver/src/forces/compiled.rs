@@ -1,4 +1,4 @@
-//! From the laws that a scene names to a contact loop.
+//! The choice of a contact loop for the laws of a scene.
 
 use super::{ContactForces, ContactLoop};
 use crate::contact::registry::LawTable;
@@ -12,8 +12,8 @@ use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
 /// Makes a loop for a table of laws, if it knows all of them.
 type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
 
-/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
-/// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
+/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each adds seconds to the compile
+/// time of every build; all others run through the loop that chooses the law at each contact, to the same bytes.
 #[cfg(not(test))]
 const COMPILED: [Make; 5] = [
     loop_of::<Linear, NoFriction, NoRolling>,
@@ -48,7 +48,7 @@ pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
 #[must_use]
 pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     type Any<A> = PairLaw<AnyNormal, AnyTangential, AnyRolling, A>;
-    // Scenes without adhesion keep nothing of it in memory.
+    // Scenes without adhesion need no memory for it.
     match table.narrow() {
         Some(laws) => Box::new(ContactLoop::new(
             laws as Vec<Any<NoAdhesion>>,

@@ -1,4 +1,4 @@
-//! The energy budget: what particles have, what was done to them and lost since the start, and how well that closes.
+//! The energy budget: the energies of the particles, the work and the losses since the start, and the error of the balance.
 
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
@@ -6,7 +6,7 @@ use crate::boundaries::Tally;
 use crate::plan::{NewBody, NewParticle, Plan};
 use crate::step::Engine;
 
-/// What came in and what went out by a given time.
+/// The gains and losses up to a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Exchanged {
     /// By insertions.
@@ -28,8 +28,8 @@ impl Exchanged {
     }
 }
 
-/// What became of the energy since the first state, J; `None` if the plan does not ask for the budget. `at_start`: what had come and gone
-/// before the first state.
+/// The energy balance since the first state, J; `None` if the plan does not include the budget. `at_start`: the terms before the
+/// first state.
 #[must_use]
 pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
     let plan = engine.plan();
@@ -37,7 +37,8 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         return None;
     }
     let audit = engine.audit();
-    // Velocities of particles that come and go are half a step older than their places. What they carry is that of the velocities' time.
+    // Velocities of particles that come and go are half a step older than their places. The energy that they carry is that at the
+    // time of their velocities.
     let half = 0.5 * plan.physics().time_step();
     let carried = |tally: &Tally| {
         let moment = tally.mass_moment - tally.momentum * half;
@@ -59,8 +60,8 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
     })
 }
 
-/// Whether all work done on the particles is measured: what is prescribed of particles takes work that is not, and where gravity acts along a
-/// periodic axis, particles fall for ever while their height within the domain does not change.
+/// Whether all work done on the particles is measured: prescribed motion of particles takes work that is not measured, and where
+/// gravity acts along a periodic axis, particles fall for ever while their height within the domain does not change.
 #[must_use]
 pub fn is_closed(plan: &Plan) -> bool {
     let mut particles = plan.physics().particles().iter();
@@ -74,7 +75,7 @@ pub fn is_closed(plan: &Plan) -> bool {
 /// The budget at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetRow {
-    /// Energies, and what became of the rest.
+    /// Energies, and the balance of all gains and losses.
     pub energies: EnergyRow,
     /// By how much the budget fails to close.
     pub gap: Option<Gap>,
@@ -83,8 +84,7 @@ pub struct BudgetRow {
 /// By how much a budget fails to close.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// What should be there and is not, J: the energy of the first state and all that was given since, less all that was taken, less the energy
-    /// of now.
+    /// The error of the balance, J: the energy of the first state and all gains since, less all losses, less the present energy.
     pub error: f64,
     /// The same over the largest term of the budget since the start; 0 if all were 0.
     pub relative: f64,

@@ -12,7 +12,7 @@ use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED};
 
-/// Writes a file, and says whether anybody still wants the next one.
+/// Writes a file, and returns whether the next one is still needed.
 pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
 
 /// Draws the last state of a run: colours show the speed, or the height where everything is at rest.
@@ -38,7 +38,7 @@ pub fn draw_final(
     Ok(())
 }
 
-/// What is to be seen, and what its colours show.
+/// The view, and the quantity that its colours show.
 fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions() == 2;

@@ -1,4 +1,4 @@
-//! `<prefix>.liquid.csv`: where the liquid is, and where it went.
+//! `<prefix>.liquid.csv`: where the liquid is, and how it left.
 
 use std::path::Path;
 

@@ -1,8 +1,8 @@
-//! What a run leaves behind: frames, energies, wall loads, pictures, its summary and its log.
+//! The files of a run: frames, energies, wall loads, pictures, its summary and its log.
 //!
-//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
-//! one `Stream` for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
-//! up, one room for each file writes; `folder` guards what is already there.
+//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to one
+//! `Stream` for each file. The modules: `schedule` says when, `moment` and `state` what, `energies` sums up, and each kind of
+//! file has its own module; `folder` guards what is already there.
 
 mod body_frames;
 mod budget;

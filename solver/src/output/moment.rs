@@ -39,7 +39,7 @@ pub struct Moment {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts.
     pub observation: Observation,
-    /// What became of the energy since the start, in audited runs.
+    /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
@@ -104,8 +104,8 @@ fn track_points(engine: &Engine) -> Vec<TrackPoint> {
 }
 
 impl Moment {
-    /// Of an engine whose step is complete, and was watched unless tracks alone are due; takes the sums that are due out of it. `at_start`:
-    /// what had come and gone before the first step.
+    /// Copies an engine whose step is complete, and was observed unless tracks alone are due; moves the sums that are due out of
+    /// it. `at_start`: the gains and losses before the first step.
     #[must_use]
     pub fn take(engine: &mut Engine, due: Due, at_start: &Exchanged) -> Self {
         let tracks = match due.tracks {

@@ -32,7 +32,7 @@ const OPTIONS: VtuOptions = VtuOptions {
 pub(super) struct VtkFiles {
     folder: PathBuf,
     frames: usize,
-    /// Since this was last asked.
+    /// Since the last call.
     made: Vec<PathBuf>,
     particles: Series,
     table: ParticleTable,

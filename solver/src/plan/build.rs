@@ -1,4 +1,4 @@
-//! From a scene to its plan: every room of the plan in turn, all problems collected.
+//! From a scene to its plan: every module of the plan in turn, all problems collected.
 
 use std::sync::Arc;
 
@@ -47,11 +47,12 @@ use crate::walls::Wall;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
-/// Most materials: of each two the law is made and told.
+/// The largest number of materials: a law is made and reported for each pair.
 const MOST_MATERIALS: usize = 128;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;
-/// Resolves a scene: what each pair of materials does, the time step, what is there and what comes, what is skipped.
+/// Resolves a scene: the laws of all pairs of materials, the time step, the particles of the start and of insertions, the parts
+/// that are skipped.
 ///
 /// # Errors
 /// Everything that is wrong with the scene, and every part of it that this version cannot run, each with its place.
@@ -59,13 +60,12 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     planned(scene, u64::MAX)
 }
 
-/// The plan of a scene with two sites of each lattice: cheap however many there are, with all that the memory of the whole follows from.
+/// The plan of a scene with two sites of each lattice: cheap whatever their number, and sufficient for the memory of the whole.
 /// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
 ///
-/// # Errors
-/// As [`plan`], but for what is wrong with other sites.
+/// # Errors As [`plan`], except for errors of other sites.
 pub fn sketch(scene: &Scene) -> Result<Plan, SceneErrors> {
-    // Of two particles of a material the law is needed, as of many.
+    // Two particles of a material need the law just as many do.
     planned(scene, 2)
 }
 
@@ -146,7 +146,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let reach =
         sizes.largest + (pairs.iter().map(|pair| pair.law.adhesion.range())).fold(0.0, f64::max);
     meshes::continue_periodically(&mut walls, &scene.domain, reach, &mut notes);
-    // Overlaps are looked for by the engine's list, which relies on the domain.
+    // Overlaps are found with the engine's list, which needs a valid domain.
     let mut counted = Counted {
         left_out: start.left_out,
         ..Counted::default()
@@ -208,7 +208,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));
         }
-        // As a reader meets them: file order, the command line last.
+        // In the order in which a reader meets them: file order, the command line last.
         errors.sort_by_key(|error| {
             let place = &error.place;
             (place.is_argument(), place.line(), place.column())
@@ -564,7 +564,7 @@ fn plan_step(
             (step, reason)
         }
         (TimeStep::Auto, None) => {
-            let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";
+            let message = "\"auto\" needs a contact to follow: nothing in this scene can touch";
             errors.push(place.error(message).with_help("give the step in seconds"));
             return None;
         }

@@ -1,9 +1,9 @@
 //! Starts from the last state of another run: `[[particles]] run`.
 //!
-//! Grains come with their velocities, and what is prescribed of them, contacts with their histories: those between the grains of one
-//! run, and those with walls that have the same name and number their features alike. Grains are counted anew, particles before
-//! bodies, so the slots of the other run are translated row by row; the first candidate list carries their histories over as
-//! every later one does.
+//! Grains keep their velocities and prescribed motion, contacts keep their histories: those between the grains of one run, and
+//! those with walls that have the same name and number their features alike. Grains are numbered anew, particles before bodies,
+//! so the slots of the other run are translated row by row; the first candidate list carries their histories over as every later
+//! one does.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ use crate::state::{
 };
 use crate::walls::Wall;
 
-/// Contacts that go on from other runs, by rows in the order of the ids of the start.
+/// Contacts that continue from other runs, by rows in the order of the ids of the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Carried {
     /// Those of pairs.
@@ -42,12 +42,12 @@ pub struct StartedFrom {
     pub checkpoint: PathBuf,
     /// The key of the scene that names it.
     pub key: String,
-    /// What names it, and what its state was: as [`Statement::entries`](mercury_common::scene::Statement::entries) say of
+    /// Its name, and a checksum of its state: as [`Statement::entries`](mercury_common::scene::Statement::entries) gives for
     /// files.
     pub statement: (String, String),
 }
 
-/// What a run left, as particles of this scene.
+/// The last state of a run, as particles of this scene.
 pub(super) struct Earlier {
     folder: PathBuf,
     checkpoint: PathBuf,
@@ -79,7 +79,7 @@ struct EarlierRow {
     material: [usize; 2],
 }
 
-/// Which of [`Earlier::particles`], or pebble of which of [`Earlier::bodies`].
+/// A particle of [`Earlier::particles`], or a pebble of one of [`Earlier::bodies`].
 #[derive(Debug, Clone, Copy)]
 enum Grain {
     Particle(usize),
@@ -97,7 +97,7 @@ struct State {
     near_walls: SavedSlots,
 }
 
-/// Reads what the run in `folder` left last. `clumps`: the templates of this scene.
+/// Reads the last state of the run in `folder`. `clumps`: the templates of this scene.
 pub(super) fn take_up(
     folder: &Located<PathBuf>,
     scene: &Scene,
@@ -117,8 +117,9 @@ pub(super) fn take_up(
     }
     complete(&mut state);
     if !is_finite(&state.particles) {
-        let error =
-            folder.error("a place, a size or a motion in the last state of that run is no number");
+        let error = folder.error(
+            "a position, size or velocity in the last state of that run is not a finite number",
+        );
         return Err(
             error.with_help("it went wrong before its end: stop it earlier, and start from there")
         );
@@ -140,7 +141,7 @@ pub(super) fn take_up(
             folder.error(message).with_help(format!("add [materials.{name}]"))
         })
     };
-    // Of those that particles are made of: walls may have been of others, and bodies are of what their clump says here.
+    // Only the materials of particles: walls may have had others, and bodies follow their clump in this scene.
     let spheres = state.records.iter();
     let used: BTreeSet<usize> = spheres
         .filter(|record| record.flags & PEBBLE == 0)
@@ -365,7 +366,7 @@ fn is_consistent(state: &State) -> bool {
             .all(|slot| is_row(slot.row) && (slot.partner as usize) < head.walls.len())
 }
 
-/// Whether what a scene takes over of grains can be computed with, as what is typed in one.
+/// Whether the values that a scene takes over for grains are valid, by the same rules as typed ones.
 fn is_finite(particles: &Particles) -> bool {
     let finite = |values: &[Option<f64>; 3]| values.iter().flatten().all(|value| value.is_finite());
     let is_size = |radius: f64| radius > 0.0 && radius.is_finite();
@@ -430,7 +431,7 @@ fn complete(state: &mut State) {
     }
 }
 
-/// What the contacts of a scene are translated with.
+/// The data that the translation of a scene's contacts needs.
 pub(super) struct Here<'a> {
     /// Particles of this scene.
     pub(super) particles: usize,

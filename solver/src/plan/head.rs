@@ -1,5 +1,5 @@
-//! What a checkpoint says of its run: so that a run that goes on knows whether it is the same, and one that starts from there what
-//! the numbers in the state stand for.
+//! The identity of a run in its checkpoint: a resumed run checks that it is the same, and a run that starts from it can interpret
+//! the numbers in the state.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,14 +8,14 @@ use glam::DVec3;
 
 use super::Plan;
 
-/// What a checkpoint says of its run in front of the state itself.
+/// The identity of a run, in front of the state itself.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Head {
     /// Version of the program that wrote it.
     pub program: String,
     /// Title of the scene.
     pub title: String,
-    /// What the scene said: [`Statement::entries`](mercury_common::scene::Statement::entries).
+    /// The statement of the scene: [`Statement::entries`](mercury_common::scene::Statement::entries).
     pub scene: BTreeMap<String, String>,
     /// s
     pub time_step: f64,
@@ -59,7 +59,7 @@ crate::state::plain!(Head {
 });
 
 impl Head {
-    /// Of a run of `plan` after so many steps; `scene`: what its scene says.
+    /// Of a run of `plan` after so many steps; `scene`: the statement of its scene.
     #[must_use]
     pub fn of(plan: &Plan, scene: &BTreeMap<String, String>, step: u64) -> Self {
         let physics = plan.physics();
@@ -93,7 +93,7 @@ impl Head {
     }
 }
 
-/// The two checkpoints of a run, which take turns.
+/// The two checkpoints of a run, which alternate.
 #[must_use]
 pub fn checkpoint_paths(folder: &Path, prefix: &str) -> [PathBuf; 2] {
     [0, 1].map(|number| folder.join(format!("{prefix}.{number}.restart")))

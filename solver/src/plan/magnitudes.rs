@@ -1,6 +1,7 @@
-//! Whether sizes and speeds are such that their products are numbers.
+//! Whether sizes and speeds are such that their products are finite.
 //!
-//! A double reaches from 2.2e-308 to 1.8e308. A sphere of 1e-110 m has a volume of 0 there, and what weighs nothing is at infinity after a step.
+//! A double reaches from 2.2e-308 to 1.8e308. The volume of a sphere of 1e-110 m is 0 then, and a particle without mass is at
+//! infinity after a step.
 
 use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError};
@@ -124,7 +125,7 @@ impl Matter {
 }
 
 impl StartingParticles {
-    /// Of a free grain; none of a fixed one, whose mass is not asked for.
+    /// Of a free grain; none of a fixed one, whose mass is not used.
     fn matter(
         &self,
         scene: &Scene,

@@ -1,4 +1,4 @@
-//! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
+//! The plan: the meaning of a scene. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
 mod bridges;
 mod build;

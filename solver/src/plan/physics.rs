@@ -21,7 +21,7 @@ use crate::surface::SurfacePlan;
 use crate::walls::Wall;
 use crate::wear::WearPlan;
 
-/// What a run simulates: all that decides how its particles move.
+/// What a run simulates: everything that decides how its particles move.
 #[derive(Debug, Clone)]
 pub struct Physics {
     pub(super) seed: u64,
@@ -151,7 +151,7 @@ impl Physics {
         !self.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
     }
 
-    /// What its boundaries need to know beside the insertions and deletions.
+    /// The setting of its boundaries, beside the insertions and deletions.
     #[must_use]
     pub fn setting(&self) -> Setting<'_> {
         Setting {

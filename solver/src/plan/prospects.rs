@@ -1,4 +1,4 @@
-//! What will become of the particles, where that can be told before the run and is hardly what was meant.
+//! Warnings about the fate of the particles, where it can be predicted before the run and is hardly intended.
 
 use glam::DVec3;
 use mercury_common::plausible;
@@ -16,7 +16,7 @@ use crate::state::volume;
 use crate::walls::{Component, Shape, Wall};
 use crate::wear::{WearPlan, Worn};
 
-/// What to say of it: each line names the cause, and what to do.
+/// The messages: each names the cause, and gives advice.
 pub(super) fn warnings(plan: &Plan) -> Vec<String> {
     let falls = nothing_holds(plan);
     let floats = plan.physics().insertions().iter();
@@ -58,7 +58,7 @@ pub(super) fn turns_for_ever(plan: &Plan) -> Vec<String> {
             let mut names = springs.iter().filter(|(_, spring)| swings(spring)).map(|(name, _)| *name);
             let name = names.next()?;
             Some(format!(
-                "{}: {name} has no `dissipation`, so that grains that roll swing about their rest for ever; give {name} = {{ dissipation = ... }} in kg/s to bring them to rest",
+                "{}: {name} has no `dissipation`, so that rolling grains oscillate for ever; give {name} = {{ dissipation = ... }} in kg/s to bring them to rest",
                 pair.names.each_ref().map(String::as_str).join(" and "),
             ))
         })
@@ -181,7 +181,8 @@ fn largest_volume(plan: &Plan, wear: &WearPlan) -> f64 {
 /// What a servo's axis and a wall's normal may differ from being opposite: less than friction could make up for.
 const OPPOSITE: f64 = 1e-6;
 
-/// A plane pushes along its normal only. A servo that asks for the opposite, at all times, drives it away from the particles.
+/// A plane pushes along its normal only. A servo with a load in the opposite direction, at all times, drives it away from the
+/// particles.
 fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     let Shape::Plane(plane) = &wall.shape else {
         // On which side of the others the particles are is not known.
@@ -204,7 +205,7 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     if sticks || wall.motion.components().iter().any(turns) {
         return None;
     }
-    // Along the normal; 0 asks for nothing, and a wall that is pressed first and then lifted is meant so.
+    // Along the normal; 0 is no load, and a wall that is pressed first and then lifted is intended.
     let mut servos = wall.motion.all_servos().peekable();
     servos.peek()?;
     let mut pulls = false;
@@ -219,7 +220,8 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     }
     pulls.then(|| {
         format!(
-            "walls.{}: its servo asks it to push along {}, but it can only push along its normal {}: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis",
+            "walls.{}: its servo has to push along {}, but it can only push along its normal {}: it will be driven away from \
+            the particles at its max_speed; turn the sign of the load, or the axis",
             wall.name,
             vector(DVec3::ZERO - plane.normal()),
             vector(plane.normal()),
@@ -227,7 +229,7 @@ fn is_driven_away(plan: &Plan, wall: &Wall) -> Option<String> {
     })
 }
 
-/// There is gravity and nothing in its way, and the run is long enough for everybody to fall out of the domain.
+/// There is gravity without an obstacle, and the run is long enough for all particles to fall out of the domain.
 fn nothing_holds(plan: &Plan) -> Option<String> {
     let physics = plan.physics();
     let gravity = physics.gravity();

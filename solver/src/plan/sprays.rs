@@ -102,10 +102,10 @@ fn source(
     let before = errors.len();
     let place = &nozzle.position;
     if !is_inside(scene, **place) {
-        let error = place.error("the nozzle stands outside of the domain");
+        let error = place.error("the nozzle is outside of the domain");
         errors.push(error.with_help("move it into the box of domain.min and domain.max"));
     } else if let Some(wall) = inside_of(**place, walls) {
-        let error = place.error(format!("the nozzle stands in or behind the wall `{wall}`"));
+        let error = place.error(format!("the nozzle is in or behind the wall `{wall}`"));
         let help = "move it to the side on which particles are: each droplet would end at once";
         errors.push(error.with_help(help));
     }
@@ -277,7 +277,7 @@ fn too_many(scene: &Scene, nozzle: &NozzlePlan) -> Option<String> {
     let most = rate * time.min(flight).max(0.0);
     (most > nozzle.max_droplets as f64).then(|| {
         format!(
-            "spray \"{}\": up to {} droplets may come to be in flight at once, and max_droplets = {} ends the run; raise it, spray larger droplets or less, or check the units of flow and diameter",
+            "spray \"{}\": up to {} droplets may be in flight at once, and max_droplets = {} ends the run; raise it, spray larger droplets or less, or check the units of flow and diameter",
             nozzle.name,
             short(most),
             nozzle.max_droplets

@@ -1,4 +1,4 @@
-//! The time step: how short contacts are, what the integrator can bear, and the step of a scene.
+//! The time step: durations of contacts, limits of the integrator, and the step of a scene.
 
 use super::pair::PairPlan;
 use super::usage::MaterialUse;
@@ -17,12 +17,12 @@ pub(super) const WARNED_PART: f64 = 0.2;
 /// A step is refused above this part of the critical one.
 pub(super) const REFUSED_PART: f64 = 0.9;
 
-/// The step of a plan and what it was compared with.
+/// The step of a plan and the values that it was compared with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepPlan {
     /// Whether the plan chose it.
     pub is_automatic: bool,
-    /// What the automatic step would be where another one was given and something can meet, s.
+    /// The automatic step where another one was given and something can touch, s.
     pub automatic: Option<f64>,
     /// Why it is what it is, in a sentence.
     pub reason: String,
@@ -274,7 +274,7 @@ fn meetings(
 /// An interval below this part of the step that the contacts allow draws a warning.
 const SHORT_INTERVAL: f64 = 0.5;
 
-/// The automatic step where no output asks for a shorter one, s.
+/// The automatic step where no output needs a shorter one, s.
 pub(super) fn bearable_step(contact: &Limit, critical: &Limit) -> f64 {
     let by_stability = critical.time / STEPS_PER_CRITICAL;
     (contact.time / STEPS_PER_CONTACT).min(by_stability)

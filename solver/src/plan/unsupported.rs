@@ -1,4 +1,5 @@
-//! What the scene format knows and this version of the solver does not: said before anything runs, with what does instead.
+//! Parts of the scene format that this version of the solver does not support: reported before anything runs, with an
+//! alternative.
 
 use mercury_common::scene::{AtWalls, Place, Scene, SceneError};
 
@@ -37,7 +38,7 @@ fn missing(place: &Place, what: &str, instead: &str) -> SceneError {
 }
 
 impl Found {
-    /// `what`: the thing and its verb; `instead`: what to do without it.
+    /// `what`: the thing and its verb; `instead`: the alternative.
     fn add(&mut self, place: &Place, what: &str, instead: &str) {
         self.0.push(missing(place, what, instead));
     }

@@ -1,4 +1,4 @@
-//! Which materials occur in a scene, how large their particles are, and who can meet whom.
+//! Which materials occur in a scene, how large their particles are, and which can meet.
 
 use mercury_common::scene::Scene;
 

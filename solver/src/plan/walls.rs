@@ -109,7 +109,7 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         }
     }
     if planned.len() > MOST_WALLS {
-        let message = format!("{} walls; {MOST_WALLS} can be told apart", planned.len());
+        let message = format!("{} walls; at most {MOST_WALLS} are possible", planned.len());
         errors.push(scene.place.error(message));
     }
     planned
@@ -142,7 +142,7 @@ pub(super) fn continue_cylinders(walls: &mut [Wall], domain: &Domain, notes: &mu
     }
 }
 
-/// What to say of a wall so far beside a periodic domain that its images have no codes.
+/// The message for a wall so far beside a periodic domain that its images have no codes.
 fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<SceneError> {
     let (low, high) = shape.bounds();
     let size = *domain.max - *domain.min;
@@ -156,7 +156,7 @@ fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<Scen
         |&axis: &usize| domain.periodic[axis] && periods(axis).is_finite() && periods(axis) > most;
     let axis = (0..3).find(is_far)?;
     let message = format!(
-        "it reaches {} periods beyond the periodic axis {}; at most {most} are met",
+        "it reaches {} periods beyond the periodic axis {}; at most {most} are possible",
         periods(axis).round(),
         ["x", "y", "z"][axis],
     );
@@ -332,7 +332,7 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
     })
 }
 
-/// What of a flat wall stands edge-on to a direction, and stays so.
+/// Whether a flat wall is edge-on to a direction, and stays so.
 fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
     let turns = |motion: &SceneMotion| {
         matches!(

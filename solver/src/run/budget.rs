@@ -1,4 +1,4 @@
-//! What came in, what went out, what is there: the budgets of a run.
+//! Gains, losses and present amounts: the budgets of a run.
 
 use glam::DVec3;
 use mercury_pictures::{EnergyFlows, EnergyRow};
@@ -67,7 +67,7 @@ impl Budget {
     }
 }
 
-/// The energies at the end, and their budget where the plan asks for it.
+/// The energies at the end, and their budget where the plan includes it.
 pub(super) fn energy_summary(engine: &Engine, written: &Written) -> EnergySummary {
     let at_end = written.at_end.as_ref();
     let energy = |pick: fn(&EnergyRow) -> f64| at_end.map_or(0.0, |budget| pick(&budget.energies));

@@ -1,4 +1,4 @@
-//! What left a run: by which face of the domain, into which deletion, and through which plane.
+//! What left a run: by each face of the domain, each deletion, and each plane.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use super::RunOptions;
 use crate::boundaries::Tally;
 use crate::step::Engine;
 
-/// A line for each face and deletion that somebody left by, and for each plane that counts.
+/// A line for each face and deletion through which a particle left, and for each flux plane.
 pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     let (plan, boundaries) = (engine.plan(), engine.boundaries());
     let amount = |tally: &Tally| format!("{}, {} kg", tally.number, rounded(tally.mass, 6));
@@ -27,7 +27,7 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     if plan.outputs().fluxes().is_empty() {
         return lines;
     }
-    // The counts of a run that was resumed stand in its file only.
+    // The counts of a resumed run are in its file only.
     let path = options
         .folder
         .join(format!("{}.flux.csv", plan.outputs().prefix()));
@@ -37,7 +37,7 @@ pub(super) fn told(engine: &Engine, options: &RunOptions) -> Vec<String> {
     lines
 }
 
-/// What crossed a plane by the text of the file of counts, or why that is not known.
+/// The counts of a plane from the text of its file, or the reason why they are not known.
 fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
     let told = match text {
         Ok(text) => match crossed(text, name) {
@@ -45,14 +45,15 @@ fn through(name: &str, path: &Path, text: &io::Result<String>) -> String {
                 let mass = rounded(mass, 6);
                 format!("{forward} along its normal and {backward} back, {mass} kg in all")
             }
-            None => format!("not known, as {} has lost its head", path.display()),
+            None => format!("not known, as {} has no header any more", path.display()),
         },
         Err(error) => format!("not known, as {} cannot be read: {error}", path.display()),
     };
     format!("through `{name}`: {told}")
 }
 
-/// Sums over the rows of a plane: who crossed along its normal and back, and the mass that did (kg), back counted negative.
+/// Sums over the rows of a plane: the particles that crossed along its normal and back, and their mass (kg), with those back
+/// counted negative.
 fn crossed(text: &str, name: &str) -> Option<[f64; 3]> {
     let mut lines = text.lines();
     // From the end of a line: names and materials in front of the numbers may hold commas.
@@ -98,7 +99,7 @@ mod tests {
         assert_eq!(crossed("", "gate"), None);
     }
 
-    /// A file that was not there was told as nothing at all.
+    /// A missing file was reported as an empty one.
     #[test]
     fn what_cannot_be_read_is_said() {
         let path = Path::new("run/drum.flux.csv");
@@ -109,7 +110,7 @@ mod tests {
         );
         assert_eq!(
             through("gate", path, &Ok("time,na".to_owned())),
-            "through `gate`: not known, as run/drum.flux.csv has lost its head"
+            "through `gate`: not known, as run/drum.flux.csv has no header any more"
         );
         let text = "time,name,material,forward,backward,mass\n1,gate,m,3,1,0.5\n".to_owned();
         assert_eq!(

@@ -1,16 +1,16 @@
-//! How long a run will still take, from what its last steps took.
+//! The remaining time of a run, from the time of its last steps.
 
-/// What work costs, measured over the later part of the time that was spent on it: beds become denser, and what the first steps took tells
-/// little of the last ones.
+/// The cost of work, measured over the later part of the time spent on it: beds become denser, and the time of the first steps
+/// says little about that of the last ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Cost {
-    /// Time (s) and work at two moments, of which each is at least twice as late as the one before; then now.
+    /// Time (s) and work at two moments, each at least twice as late as the one before; then now.
     marks: [[f64; 2]; 2],
     now: [f64; 2],
 }
 
 impl Cost {
-    /// Takes in how much work was done in how long (s), both since the beginning.
+    /// Adds the work done and its time (s), both since the beginning.
     pub(super) fn note(&mut self, seconds: f64, work: f64) {
         self.now = [seconds, work];
         if seconds >= 2.0 * self.marks[1][0] {

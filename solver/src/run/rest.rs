@@ -1,4 +1,4 @@
-//! When the particles have come to rest: when nothing is left that moves, will move, or can set something in motion.
+//! When the particles have come to rest: nothing moves, will move, or can set something in motion.
 
 use glam::DVec3;
 use mercury_common::readable::rounded;
@@ -9,17 +9,19 @@ use crate::step::Engine;
 
 /// Calm steps in a row that make rest.
 const STEPS: u64 = 1000;
-/// Every so many steps it is looked at: in between steps can be made without a look.
+/// The interval of the checks: the steps in between need no check.
 pub(super) const EVERY: u64 = 10;
-/// And calm must last so long, over the time in which a particle falls by about its diameter, sqrt(d/g): in 1,000 steps of 1 ns one that was let go has
-/// gained no speed to speak of. Without gravity over the time in which it goes as far at the reference speed.
+/// The time for which calm must last, over the time in which a particle falls by about its diameter, sqrt(d/g): in 1,000 steps of
+/// 1 ns a released particle has hardly gained any speed. Without gravity over the time in which it goes as far at the reference
+/// speed.
 const LASTS: f64 = 0.1;
-/// Kinetic energy per particle that counts as calm, over m g d; without gravity over that at the reference speed.
+/// Limit of the kinetic energy per particle for calm, over m g d; without gravity over that at the reference speed.
 const SHARE: f64 = 1e-6;
 
-/// Counts calm looks: those at which the kinetic energy of translation per free particle or body is below 1e-6 m g d (mean mass and diameter, of bodies the
-/// circumscribed one), no wall is faster than that, and nothing is still to begin or to end. Spin counts by how it changes: where it can move something it is
-/// slowed down, and about the normal of a contact that does not resist it may last for ever.
+/// Counts calm checks: those at which the kinetic energy of translation per free particle or body is below 1e-6 m g d (mean mass
+/// and diameter, of bodies the circumscribed one), no wall is faster than that, and nothing is still to begin or to end. Spin
+/// counts by its change: where it can move something it is slowed down, and about the normal of a contact that does not resist it
+/// may last for ever.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Rest {
     /// Magnitude of gravity, m/s^2.
@@ -35,7 +37,7 @@ pub(super) struct Rest {
     spins: [f64; 2],
 }
 
-/// Mean energies per particle, J, and what of them counts as calm.
+/// Mean energies per particle, J, and the limit for calm.
 pub(super) struct Means {
     translation: f64,
     rotation: f64,
@@ -45,7 +47,7 @@ pub(super) struct Means {
     time: f64,
 }
 
-/// What rest has to wait for, whatever the particles do.
+/// The events for which rest has to wait, whatever the particles do.
 enum Awaited {
     /// More particles come.
     Insertion,
@@ -79,7 +81,7 @@ impl Rest {
         self.calm + 1 >= self.needed
     }
 
-    /// Counts this look; whether all is at rest now.
+    /// Counts this check; returns whether everything is at rest now.
     pub(super) fn is_reached(&mut self, engine: &Engine) -> bool {
         let dt = engine.plan().physics().time_step();
         self.look(&engine.particles, dt, |means| {
@@ -87,7 +89,7 @@ impl Rest {
         })
     }
 
-    /// The same of these particles with steps of `dt` (s); `is_awaited`: whether something else is to be waited for.
+    /// The same of these particles with steps of `dt` (s); `is_awaited`: whether there is another event to wait for.
     pub(super) fn look(
         &mut self,
         particles: &Particles,
@@ -175,7 +177,7 @@ impl Rest {
             }
             None if means.translation >= means.limit => {
                 let times = rounded(means.translation / means.limit, 3);
-                format!("the kinetic energy per particle is {times} times what counts as calm")
+                format!("the kinetic energy per particle is {times} times the limit for rest")
             }
             None => "it was not calm for 1,000 steps in a row".to_owned(),
         }

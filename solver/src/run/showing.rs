@@ -6,7 +6,7 @@ use crate::output::{Due, Moment};
 use crate::step::RunError;
 
 impl Run {
-    /// Writes the state in which a run failed, so that it can be looked at.
+    /// Writes the state in which a run failed, for inspection.
     pub(super) fn show(&mut self, error: &RunError) {
         let everything = self.schedule.everything();
         let watch = Watch {
@@ -15,14 +15,14 @@ impl Run {
         };
         let due = match error {
             RunError::Guarded { .. } if self.engine.step_to_look_at(watch).is_ok() => everything,
-            // Of what has left the numbers no contacts can be found.
+            // Contacts of a particle that is not finite cannot be found.
             RunError::Guarded { .. } | RunError::NotFinite { .. } => Due {
                 frame: true,
                 ..Due::default()
             },
             _ => return,
         };
-        // Should the writer have given up, the caller hears why from the error itself.
+        // If the writer has given up, the caller learns the reason from the error itself.
         let _ = self
             .writer
             .send(Moment::take(&mut self.engine, due, &self.at_start));

@@ -111,7 +111,7 @@ impl Engine {
         self.lists.rows_changed = true;
     }
 
-    /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.
+    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.boundaries.take_crossed()
     }

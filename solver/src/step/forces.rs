@@ -15,7 +15,7 @@ impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
-        // What servos ask for is at walls that nobody sleeps beside.
+        // The loads that servos follow act on walls without sleepers beside them.
         let sees_sleepers = watch.is_some() || self.plan.physics().energy_budget();
         let watch = match watch {
             Some(watch) => Some(watch),
@@ -32,9 +32,9 @@ impl Engine {
                 .then(|| self.since_last()),
             ..watch
         });
-        // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces
-        // come after the contacts, the loads are not complete yet.
-        // The audit asks for velocities as they are when all forces are known.
+        // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces come
+        // after the contacts, the loads are not complete yet. The audit needs the velocities at the time when all forces are
+        // known.
         let fuse = fuse && !self.plan.physics().energy_budget();
         if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
             self.forces_and_drift(spring_time, (watch, sees_sleepers));
@@ -144,7 +144,7 @@ impl Engine {
             .compute(&mut self.particles, &context, pool, finish)
     }
 
-    /// Sums up what contacts do among sleepers; `roused`: who of them was roused, if nothing else changed.
+    /// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.
     pub(super) fn hold_contacts(&mut self, roused: Option<&[u32]>) {
         let context = StepContext {
             spring_time: 0.0,

@@ -1,6 +1,6 @@
-//! The time step on one page, its stages in rooms of their own.
+//! The time step on one page; each stage has its own module.
 //!
-//! | stage | room |
+//! | stage | module |
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
@@ -95,7 +95,7 @@ pub struct Engine {
     audited: Vec<AuditedContact>,
     /// Running sums of the loads on the triangles of meshes.
     load_series: LoadSeries,
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     sleep: Option<Sleep>,
     /// Films and bridges, in scenes with liquid.
     liquid: Option<Liquids>,
@@ -113,7 +113,7 @@ pub struct Engine {
     turns: bool,
     /// How many numbers are worked on side by side.
     width: Width,
-    /// Whom long work tells of itself.
+    /// The stage to which long work reports.
     stage: Arc<Stage>,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
@@ -132,9 +132,9 @@ impl Engine {
     }
 
     /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
-    /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
-    /// Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not watched, and one more
-    /// must follow.
+    /// bit, but the states in between are not observed, so that each block of particles can go on to the next step while it is in
+    /// the cache. Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not
+    /// observed, and one more must follow.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
@@ -254,7 +254,7 @@ impl Engine {
         observation
     }
 
-    /// What became of the energy, if the plan asks for it.
+    /// The energy balance, if the plan includes it.
     #[must_use]
     pub fn audit(&self) -> Audit {
         let set_free = (self.liquid.as_ref()).map_or(0.0, |liquid| liquid.balance.set_free);

@@ -48,7 +48,7 @@ pub struct Snapshot {
     pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
     pub liquid: Option<LiquidBalance>,
@@ -76,7 +76,7 @@ const WEAR: &str = "wear";
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
 
-/// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
+/// Section of [`Snapshot::sleep`]: only where the plan enables sleeping.
 const SLEEP: &str = "sleep";
 
 /// Section of [`Snapshot::audited`]: only where there are any.
@@ -180,21 +180,24 @@ impl Snapshot {
         if !self.particles.is_consistent() {
             return Err(wrong(
                 "particles",
-                "columns differ in length, or rows lead nowhere",
+                "columns differ in length, or a row index is out of range",
             ));
         }
         let rows = self.particles.len();
         let is_row = |row: u32| (row as usize) < rows;
         let listed = |slot: SavedSlot<'_>| is_row(slot.row) && is_row(slot.partner);
         if !self.pairs.iter().all(listed) {
-            return Err(wrong("pairs", "a listed pair leads to no particle"));
+            return Err(wrong("pairs", "a listed pair names a missing particle"));
         }
         if !self.near_walls.iter().all(|slot| is_row(slot.row)) {
-            return Err(wrong("near walls", "a wall is near no particle"));
+            return Err(wrong(
+                "near walls",
+                "a listed wall names a missing particle",
+            ));
         }
         let image = |slot: SavedSlot<'_>| slot.image < Images::NEIGHBOURS;
         if !self.pairs.iter().all(image) {
-            return Err(wrong("pairs", "a listed pair is of an image that is not"));
+            return Err(wrong("pairs", "a listed pair names a missing image"));
         }
         if !(self.lists.skin.is_possible() && self.lists.half_skins.is_possible()) {
             return Err(wrong("lists", "a skin that cannot be"));
@@ -209,13 +212,16 @@ impl Snapshot {
             return Err(wrong(section, "more steps than a run can make"));
         }
         if ![0, rows].contains(&self.lists.extra_skin.len()) {
-            return Err(wrong("lists", "not one extra skin for each particle"));
+            return Err(wrong("lists", "the extra skins do not match the particles"));
         }
         if (self.sleep.as_ref()).is_some_and(|sleep| !sleep.fits(rows)) {
-            return Err(wrong(SLEEP, "not one place for each particle"));
+            return Err(wrong(
+                SLEEP,
+                "the positions of sleepers do not match the particles",
+            ));
         }
         if !self.particles.may_sleep_so(self.sleep.is_some()) {
-            return Err(wrong("particles", "somebody sleeps who cannot"));
+            return Err(wrong("particles", "a particle sleeps that cannot sleep"));
         }
         Ok(())
     }
@@ -354,7 +360,8 @@ impl Engine {
             return Err(RunError::OtherPlan(reason));
         }
         if snapshot.sleep.is_some() != plan.physics().sleeping().is_some() {
-            let reason = "of the two, one alone lets particles sleep".to_owned();
+            let reason =
+                "`[sleeping]` is set in the checkpoint or in the scene, but not in both".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
         let columns =
@@ -464,7 +471,8 @@ impl Engine {
             (Some(wear), Some(saved)) => wear.restore(saved).map_err(RunError::OtherPlan)?,
             (None, None) => {}
             _ => {
-                let reason = "of the two, one alone has walls that wear".to_owned();
+                let reason =
+                    "walls wear in the checkpoint or in the scene, but not in both".to_owned();
                 return Err(RunError::OtherPlan(reason));
             }
         }

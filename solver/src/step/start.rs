@@ -33,7 +33,7 @@ pub struct StartOptions {
     pub records: bool,
     /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
     pub width: Option<Width>,
-    /// Who is told of long work, and may ask to give it up.
+    /// The stage to which long work reports, and which may request to give it up.
     pub stage: Arc<Stage>,
 }
 

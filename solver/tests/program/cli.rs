@@ -203,7 +203,8 @@ fn check_prints_the_plan_and_runs_nothing() {
     assert_eq!(code(&wrong), Some(2));
 }
 
-/// 1e9 sites, and 1e9 particles to come: a terabyte, which no machine of a test has. Told in words and at once, not by the allocator.
+/// 1e9 sites, and 1e9 particles to come: a terabyte, which no machine of a test has. The error is a message and comes at once,
+/// not from the allocator.
 #[test]
 fn a_run_that_cannot_fit_is_refused() {
     let scene = SCENE.replace("step = 1e-5", "step = \"auto\"");
@@ -231,7 +232,7 @@ fn a_run_that_cannot_fit_is_refused() {
     let folder = folder_with_scene(&format!("{scene}{rain}"));
     let output = solve(folder.path(), &["pair.toml", "--check"]);
     assert_eq!(code(&output), Some(2), "{}", errors(&output));
-    // The plan is told all the same.
+    // The plan is printed all the same.
     assert!(
         said(&output).contains("THE RUN DOES NOT FIT"),
         "{}",
@@ -304,7 +305,7 @@ fn a_reader_that_has_gone_away_changes_no_exit_code() {
     }
 }
 
-/// `--threads` is the most: two spheres are one thread's work. Who measures threads gets what was asked for.
+/// `--threads` is the most: two spheres are one thread's work. A measurement with threads gets the requested number.
 #[test]
 fn no_more_threads_than_are_useful() {
     let folder = folder_with_scene(SCENE);

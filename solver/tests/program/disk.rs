@@ -58,13 +58,13 @@ fn the_plan_tells_how_many_frames_come_and_what_they_take() {
     let told = disk["bytes"].as_f64().unwrap();
     assert!(
         (found / 1.5..found * 1.5).contains(&told),
-        "{told} told, {found} found"
+        "{told} announced, {found} found"
     );
 
     let text = solve(folder.path(), &["--check", "--output", "b"]);
     assert!(text.contains("11, every 0.0002 s"), "{text}");
     assert!(!text.contains("output: "), "{text}");
-    // A hundred thousand frames are told before they are written.
+    // A hundred thousand frames are announced before they are written.
     let many = ["--check", "--set", "time.end=20"];
     let text = solve(folder.path(), &many);
     let warning = text

@@ -1,4 +1,4 @@
-//! `--progress FILE`: what a run tells of while it goes on, and that a service can rely on it.
+//! `--progress FILE`: the events that a run reports while it goes on, and that a service can rely on them.
 
 use std::fs;
 use std::path::Path;
@@ -76,7 +76,7 @@ fn place() -> tempfile::TempDir {
     folder
 }
 
-/// The lines of a file that was told to the end.
+/// The lines of a complete file.
 fn lines(path: &Path) -> Vec<Value> {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.ends_with('\n'));
@@ -104,11 +104,11 @@ fn a_run_is_told_from_its_begin_to_its_end() {
     let folder = place();
     let output = solve(
         folder.path(),
-        &["pair.toml", "--quiet", "--json", "--progress", "told"],
+        &["pair.toml", "--quiet", "--json", "--progress", "log"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
     let summary: Value = serde_json::from_str(&said(&output)).unwrap();
-    let told = lines(&folder.path().join("told"));
+    let told = lines(&folder.path().join("log"));
     let (first, last) = (&told[0], &told[told.len() - 1]);
     assert_eq!(first["event"], "begin");
     assert_eq!(first["version"], env!("CARGO_PKG_VERSION"));
@@ -191,10 +191,10 @@ fn what_is_told_of_a_frame_is_whole_and_stays() {
     let folder = place();
     let output = solve(
         folder.path(),
-        &["pair.toml", "--quiet", "--progress", "told"],
+        &["pair.toml", "--quiet", "--progress", "log"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = lines(&folder.path().join("told"));
+    let told = lines(&folder.path().join("log"));
     let run = folder.path().join("pair");
     let mut seen = std::collections::BTreeSet::new();
     for (number, line) in of(&told, "frame").iter().enumerate() {
@@ -249,10 +249,10 @@ fn a_run_goes_on_elsewhere_from_what_a_checkpoint_counts_on() {
     let folder = place();
     let output = solve(
         folder.path(),
-        &["pair.toml", "--quiet", "--progress", "told"],
+        &["pair.toml", "--quiet", "--progress", "log"],
     );
     assert_eq!(code(&output), Some(0), "{}", errors(&output));
-    let told = lines(&folder.path().join("told"));
+    let told = lines(&folder.path().join("log"));
     let checkpoint = of(&told, "checkpoint")[0];
     let (here, there) = (folder.path().join("pair"), folder.path().join("elsewhere"));
     fs::create_dir_all(there.join("vtk")).unwrap();
@@ -269,7 +269,7 @@ fn a_run_goes_on_elsewhere_from_what_a_checkpoint_counts_on() {
         let all = fs::read(here.join(&name)).unwrap();
         fs::write(there.join(&name), &all[..bytes]).unwrap();
     }
-    // Of the files for ParaView those that were told until then, and the lists as they are.
+    // Of the files for ParaView those that were reported until then, and the lists as they are.
     for line in &told {
         if line["event"] == "frame" && line["step"].as_u64() <= checkpoint["step"].as_u64() {
             for (name, _) in outputs(line)
@@ -346,10 +346,10 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
         "--set",
         "output.interval=1",
         "--progress",
-        "told",
+        "log",
     ];
     let mut child = command(folder.path(), &arguments).spawn().unwrap();
-    let path = folder.path().join("told");
+    let path = folder.path().join("log");
     let seen = || {
         let text = fs::read_to_string(&path).unwrap_or_default();
         text.matches("\"event\":\"step\"").count()
@@ -400,9 +400,9 @@ fn a_long_run_is_told_of_by_the_clock_and_stopped() {
 fn what_cannot_be_run_is_told_too() {
     let folder = place();
     let told = |arguments: &[&str]| {
-        let arguments = [arguments, &["--progress", "told"]].concat();
+        let arguments = [arguments, &["--progress", "log"]].concat();
         let output = solve(folder.path(), &arguments);
-        let told = lines(&folder.path().join("told"));
+        let told = lines(&folder.path().join("log"));
         (code(&output), told[told.len() - 1].clone())
     };
     let (code, last) = told(&["pair.toml", "--set", "time.step=-1"]);

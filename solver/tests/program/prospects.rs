@@ -1,4 +1,4 @@
-//! Runs of which it can be told before that nothing will come of them.
+//! Runs that cannot give a useful result, as can be predicted before they start.
 
 use std::fs;
 use std::process::Command;
@@ -52,7 +52,8 @@ fn that_nothing_holds_the_particles_is_said_before_and_after() {
     );
     assert!(after[1].starts_with(told), "{after:?}");
 
-    // Upwards it is the other face; without an end of the domain, in a box, or for a time in which nobody falls that far, it is none.
+    // Upwards it is the other face; without an end of the domain, in a box, or for a time in which no particle falls that far, it
+    // is none.
     let upwards = SCENE.replace("-9.81", "9.81");
     assert!(warnings(&upwards)[0][0].contains("through its face +z"));
     let periodic = SCENE.replace("domain = {", "domain = { periodic = [\"z\"],");
@@ -93,7 +94,7 @@ fn a_servo_that_drives_its_wall_away_is_told() {
         format!("{{ kind = \"servo\", axis = {axis}, {load}, max_speed = 0.01{window} }}")
     };
     let up = "[0, 0, 1]";
-    let told = "walls.lid: its servo asks it to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
+    let told = "walls.lid: its servo has to push along [0, 0, 1], but it can only push along its normal [0, 0, -1]: it will be driven away from the particles at its max_speed; turn the sign of the load, or the axis";
     for wrong in [
         servo(up, "force = 20", ""),
         servo("[0, 0, -2]", "force = -20", ""),

@@ -14,7 +14,7 @@ use crate::common::{errors as told, facts, results, signal};
 use mercury_solver::plan::{plan, read_scene};
 use mercury_solver::run::checkpoint;
 
-/// Kills in one run of this test; `MERCURY_KILLS` asks for more.
+/// Kills in one run of this test; `MERCURY_KILLS` sets more.
 const KILLS: usize = 200;
 
 fn scenes_folder() -> PathBuf {
@@ -186,7 +186,7 @@ fn interrupted_runs_of_all_scenes_end_with_the_same_bytes() {
     );
 }
 
-/// Spheres that fall on each other, for seconds unless told otherwise.
+/// Spheres that fall on each other; by default for seconds.
 const SCENE: &str = r#"
 title = "Heap"
 gravity = [0, 0, -9.81]
@@ -547,7 +547,7 @@ fn a_full_disk_ends_the_run_in_words_with_the_last_checkpoint_whole() {
     );
     let at = place.newest().head.step;
     assert!(at > 0);
-    // With room again it goes on, and nothing was lost.
+    // With free space again it goes on, and nothing was lost.
     let time = format!("time.end={:?}", (at + 100) as f64 * 2e-5);
     let interval = "output.restart_interval=0.004";
     let settings = ["heap.toml", "--quiet", "--set", interval, "--set", &time];
@@ -575,7 +575,8 @@ fn a_folder_that_vanishes_ends_the_run_in_words() {
     );
 }
 
-/// The scene comes through a pipe, so that the run has begun and knows nothing yet: what is asked for then is done as soon as it can be.
+/// The scene comes through a pipe, so that the run has begun and knows nothing yet: a request at this time is carried out as soon
+/// as possible.
 #[cfg(target_os = "linux")]
 #[test]
 fn requests_in_the_first_instants_are_heard() {
@@ -610,7 +611,7 @@ fn requests_in_the_first_instants_are_heard() {
             assert!(!place.0.path().join("heap").exists());
             continue;
         }
-        // Whoever opens it after this finds a file.
+        // From now on a reader that opens it finds a file.
         let mut pipe = fs::OpenOptions::new().write(true).open(&path).unwrap();
         fs::remove_file(&path).unwrap();
         fs::write(&path, &text).unwrap();

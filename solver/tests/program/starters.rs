@@ -70,7 +70,7 @@ fn a_scene_is_written_here_and_nothing_is_replaced() {
     );
     assert_eq!(fs::read_to_string(&scene).unwrap(), "mine");
     assert!(!folder.path().join("bean.clump.toml").exists());
-    // A folder with a blank is told as a shell takes it.
+    // A folder with a blank is printed as a shell takes it.
     let text = said(&solve(folder.path(), &["new", "clumps", "my beans"]).stdout);
     assert!(text.contains("\n  cd 'my beans'\n"), "{text}");
 }

@@ -251,7 +251,7 @@ fn grains_of_several_sources_stand_side_by_side() {
     must_run(path, &["first.toml"]);
     must_run(path, &["second.toml"]);
     must_run(path, &["alone.toml"]);
-    // A ball in the air disturbs nobody, though it takes the first id and shifts all others.
+    // A ball in the air disturbs no other particle, though it takes the first id and shifts all others.
     let with_ball = grains(&left_by(path, "second", "second").snapshot.particles);
     let alone = grains(&left_by(path, "alone", "alone").snapshot.particles);
     assert_eq!(with_ball.len(), alone.len() + 1);

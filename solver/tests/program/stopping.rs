@@ -1,4 +1,4 @@
-//! Who asks for a stop is answered at once, also while a run makes no steps, and what is left is whole.
+//! A request to stop takes effect at once, also while a run makes no steps, and the remaining files are whole.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -15,7 +15,7 @@ use mercury_solver::plan::{Plan, parse_scene, plan};
 use mercury_solver::run::{Checkpoints, Report, RunOptions, checkpoint, run_from};
 use mercury_solver::stage::{Stage, Task};
 
-/// Small grains in a large room: any number finds its place, one after the other.
+/// Small grains in a large domain: any number finds its place, one after the other.
 fn rain(number: u64, from: f64) -> String {
     format!(
         r#"
@@ -127,7 +127,7 @@ fn planned(text: &str) -> Plan {
     plan(&parse_scene(Path::new("rain.toml"), text, &[], Files::Unchecked).unwrap()).unwrap()
 }
 
-/// Runs it, or goes on with it; when `stops`, it is told to stop as soon as the insertion has placed some.
+/// Runs it, or goes on with it; with `stops`, it is stopped as soon as the insertion has placed some.
 fn go(plan: Plan, folder: &Path, stops: bool) -> Report {
     let stop = Arc::new(AtomicBool::new(false));
     let stage = Arc::new(Stage::new(Arc::clone(&stop)));

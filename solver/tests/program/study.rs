@@ -369,7 +369,7 @@ fn a_file_of_a_run_that_is_gone_is_told_with_what_to_do() {
     assert!(errors.contains(told), "{errors}");
     assert!(errors.contains("remove the folder of the run"), "{errors}");
     assert_eq!(column(&study, "push")[1], "");
-    // What is told to be done helps.
+    // The advice of the message helps.
     fs::remove_dir_all(&run).unwrap();
     let (code, _, errors) = solve(folder.path(), &arguments);
     assert_eq!(
@@ -413,7 +413,7 @@ fn the_table_of_another_study_is_not_replaced() {
     );
     refused(
         &["--sweep", friction],
-        "height=max(particles.z) is not asked for here",
+        "height=max(particles.z) is not requested here",
     );
     refused(
         &["--sweep", friction, "--result", "height=min(particles.z)"],

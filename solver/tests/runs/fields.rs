@@ -366,11 +366,11 @@ fn mistakes_are_told_with_their_place() {
         ),
         (
             "name = \"a\"\nsmooth = [1e-4, 0.01]",
-            "smooths nothing: looks are 0.005 s apart",
+            "smooths nothing: samples are 0.005 s apart",
         ),
         (
             "name = \"a\"\nsmooth = [0.01, 0.01]\naverage = true",
-            "smooth: stands beside average = true",
+            "smooth: cannot be used together with average = true",
         ),
         ("name = \"a\"\n[[fields]]\nname = \"a\"", "is used twice"),
     ];

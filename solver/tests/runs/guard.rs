@@ -121,7 +121,7 @@ fn what_keeps_the_limits_is_left_alone() {
         let summary = fs::read_to_string(folder.path().join("out/summary.json")).unwrap();
         assert!(!summary.contains("guard:"), "{summary}");
     }
-    // With less room it is too much.
+    // With a lower limit it is too much.
     for limit in ["guard.overlap=0.3", "guard.way=0.02"] {
         let output = solve(folder.path(), &text, &["--set", limit]);
         assert_eq!(output.status.code(), Some(1), "{limit}");
@@ -129,8 +129,8 @@ fn what_keeps_the_limits_is_left_alone() {
     }
 }
 
-/// Limits are parts of a particle's own radius, of a pair of the smaller one: beside a large neighbour they are what they are without it. And of what is
-/// beyond them the worst is told, not the last.
+/// Limits are parts of a particle's own radius, of a pair of the smaller one: beside a large neighbour they are what they are
+/// without it. And of the cases beyond them the worst is reported, not the last.
 #[test]
 fn limits_are_parts_of_the_smallest_radius_and_the_worst_is_told() {
     let neighbour = |position: &str| {

@@ -1,4 +1,4 @@
-//! Tables of `[[particles]]`: spheres and clumps, and columns that nobody needs.
+//! Tables of `[[particles]]`: spheres and clumps, and columns that are not used.
 
 use std::fs;
 use std::path::Path;
@@ -74,7 +74,7 @@ fn wrong_rows_are_told() {
         let text = format!("x,y,z,clump,radius,material\n0.1,0.1,0.1,{row}\n");
         fs::write(place.path().join("all.csv"), text).unwrap();
         let output = solve(place.path(), &["grains.toml", "--check"]);
-        // A radius beside a clump says nothing, and harms nobody.
+        // A radius beside a clump has no effect and does no harm.
         let expected = if part.is_empty() { 0 } else { 2 };
         assert_eq!(code(&output), Some(expected), "{row}: {}", errors(&output));
         assert!(errors(&output).contains(part), "{}", errors(&output));

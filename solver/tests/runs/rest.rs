@@ -112,7 +112,7 @@ fn what_walls_will_do_is_waited_for() {
 /// About the normal of its one contact nothing slows a grain down: it spins for ever, and moves nothing. One that spins across it is set in motion.
 #[test]
 fn spin_that_moves_nothing_is_no_motion() {
-    // With room to roll: two sevenths of the spin's speed at the surface, 7 cm/s, for 2 s.
+    // With space to roll: two sevenths of the spin's speed at the surface, 7 cm/s, for 2 s.
     let wide =
         |text: String| text.replace("[-0.05, -0.05, 0], max = [0.05,", "[-1, -1, 0], max = [1,");
     let spin = |axis: &str| wide(scene(&format!("{ON_FLOOR}\nangular_velocity = {axis}"), ""));

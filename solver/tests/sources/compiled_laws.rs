@@ -117,7 +117,7 @@ fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
             for engine in [&mut compiled, &mut dispatching] {
                 engine.steps_at_once(150, watch).unwrap();
             }
-            // Debug output tells -0 from 0, which a record may print.
+            // Debug output distinguishes -0 from 0, which a record may print.
             let (one, other) = (compiled.observation(), dispatching.observation());
             assert_eq!(format!("{one:?}"), format!("{other:?}"), "{name}");
             contacts += one.particle_contacts.min(one.wall_contacts);
@@ -136,7 +136,7 @@ fn other_combinations_are_chosen_at_each_contact() {
         name,
         "hertz, frictionless, no rolling (chosen at each contact)"
     );
-    // Its slots have room for every law's memory, which a state keeps.
+    // Its slots hold the history of every law, which a state keeps.
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();
     engine.steps_at_once(2000, None).unwrap();
     let bytes = engine.snapshot().encode();

@@ -282,7 +282,7 @@ fn each_key_of_the_page_runs_or_says_that_it_does_not() {
         assert!(error.help.is_some(), "no way out: {error}");
         let mut with = BTreeSet::new();
         keys_of(&scene, &mut with);
-        // Those that come with the part, but for what runs elsewhere and is told there; and the key that is refused itself.
+        // The keys of the part, without those that run elsewhere and are described there; and the refused key itself.
         let runs = |key: &String| run.iter().any(|(_, other)| other == key);
         refused.extend(with.difference(&run).filter(|(_, key)| !runs(key)).cloned());
         let (part, names) = parts_of(error.path());

@@ -1,4 +1,4 @@
-//! The rooms of the solver, and that none uses a room above it.
+//! The modules of the solver, and that none uses a module above it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -46,13 +46,13 @@ fn no_room_uses_a_room_above_it() {
         let inside = file.strip_prefix(&source).unwrap();
         let module = module_of(inside);
         let Some(room) = module.first() else {
-            // lib.rs names all rooms.
+            // lib.rs names all modules.
             continue;
         };
         let Some(height) = place(room) else {
             let _ = writeln!(
                 wrong,
-                "src/{}: `{room}` is no room that this test knows: put it into ROOMS, above all that it uses",
+                "src/{}: `{room}` is not in this test's list of modules: put it into ROOMS, above all modules that it uses",
                 inside.display()
             );
             continue;
@@ -79,8 +79,8 @@ fn no_room_uses_a_room_above_it() {
     }
     assert!(
         wrong.is_empty(),
-        "{wrong}An arrow is turned by handing the lower room a value (a number, a slice, a struct of its own) instead of what the \
-         upper room knows, or by moving the shared type down. The order of the rooms: {}",
+        "{wrong}An arrow is turned by passing the lower module a value (a number, a slice, a struct of its own) instead of what \
+        the upper module knows, or by moving the shared type down. The order of the modules: {}",
         ROOMS.join(" > ")
     );
 }

@@ -38,7 +38,7 @@ fn hertz_phase(path: &Path) -> Result<()> {
         Series::line(name, points.collect())
     };
     let chart = Chart::new(
-        "Hertz impact: restitution over the phase of the first touch (0.4 asked for)",
+        "Hertz impact: restitution over the phase of the first touch (0.4 requested)",
         Axis::linear("first touch within the step", ""),
         Axis::linear("restitution", ""),
     )

@@ -105,7 +105,7 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
             ..NewParticle::at(position, radius, MaterialIndex::new(0))
         });
     }
-    assert_eq!(particles.len(), wanted, "{}: no room", surroundings.name);
+    assert_eq!(particles.len(), wanted, "{}: no space", surroundings.name);
     for (id, particle) in particles.iter_mut().enumerate() {
         if id == 5 {
             particle.fixed = true;

@@ -26,7 +26,7 @@ fn every_case_holds() {
     );
 }
 
-/// The names of all rows. Whoever adds a row adds its name to the file; whoever takes one away has to say so there.
+/// The names of all rows. A new row needs its name in the file; a row that is removed has to be removed there, too.
 #[test]
 fn no_case_has_vanished() {
     let names: Vec<String> = cases::all().into_iter().map(|case| case.name).collect();

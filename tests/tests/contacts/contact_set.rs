@@ -137,8 +137,8 @@ proptest! {
     }
 }
 
-/// In a given scene, as how often extra skin acts depends on the scene: later the skin of so thin a gas is as thick as it may be,
-/// and leaves no room for more.
+/// In a given scene, as how often extra skin acts depends on the scene: later the skin of so thin a gas is at its maximum, and
+/// leaves no space for more.
 #[test]
 fn few_that_are_fast_have_extra_skin() {
     let steps = few_are_fast(1, 450, [0.011, 1.0], [true; 3], 4.0).unwrap();
@@ -445,8 +445,8 @@ fn touching_walls(engine: &Engine) -> BTreeSet<(Id, WallIndex, u32)> {
     touching
 }
 
-/// Walls that are as fast as the particles that come towards them, so that both use up what the list has room for: who touches is who
-/// does when every particle is asked in every step.
+/// Walls that are as fast as the particles that come towards them, so that both use up the margin of the list: the contacts are
+/// those of a check of every particle in every step.
 #[test]
 fn walls_that_are_fast_meet_whom_they_touch() {
     let size = DVec3::ONE;

@@ -296,7 +296,7 @@ fn cut_tension_leaves_cohesion() {
     }
 }
 
-/// The same contact told from the side of B: all forces and couples turn round, step after step, whatever is remembered.
+/// The same contact seen from the side of B: all forces and couples turn round, step after step, whatever the history.
 #[test]
 fn a_contact_told_from_the_other_side_is_the_same() {
     for (name, tangential) in tangentials() {
@@ -479,8 +479,9 @@ fn critical_steps_are_those_of_the_pairs_eigenvalue() {
     }
 }
 
-/// A record of a contact tells what the particle of the lower id feels, whichever comes first in memory: its torque is the couple and the moment of
-/// the force at the point, for unequal radii. Pairs far from each other, turned every way, so that some of each kind lie across cells.
+/// A record of a contact holds the load on the particle of the lower id, whichever comes first in memory: its torque is the
+/// couple and the moment of the force at the point, for unequal radii. Pairs far from each other, turned every way, so that some
+/// of each kind lie across cells.
 #[test]
 fn records_tell_of_the_lower_id_wherever_it_lies() {
     let normal = AnyNormal::Linear(Linear::new(1e4, 0.5));

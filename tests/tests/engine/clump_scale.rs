@@ -1,4 +1,4 @@
-//! Clumps of which a scene asks for another size than their file's.
+//! Clumps that a scene scales to another size than their file's.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What the crates that everybody builds must not pull in.
+//! What the crates that every user builds must not pull in.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs;

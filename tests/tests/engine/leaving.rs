@@ -1,4 +1,4 @@
-//! Who leaves the domain, and who passes a plane that counts: in the step and at the place of its own way.
+//! Particles that leave the domain, and particles that pass a flux plane: in the step and at the place of their own way.
 
 use glam::{DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;

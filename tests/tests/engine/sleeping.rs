@@ -1,4 +1,4 @@
-//! Particles that sleep: what happens is what happens to those that never do, and who is disturbed wakes.
+//! Particles that sleep: they behave as particles that never sleep, and disturbed ones wake.
 //!
 //! Where a closed form is known both must meet it. Else the same scene is run with and without `[sleeping]`; the bounds are those of
 //! `docs/theory/sleeping.md`: each load is wrong by at most a part [`IMBALANCE`] of the weight above it.
@@ -236,11 +236,12 @@ fn rain_on_a_sleeping_bed_ends_up_on_the_floor() {
     );
 }
 
-/// Whoever sleeps on was in balance: in each step of a restless scene, no sleeper that was out of balance after one step sleeps after the next.
+/// A particle that stays asleep was in balance: in each step of a restless scene, no sleeper that was out of balance after one
+/// step sleeps after the next.
 #[test]
 fn nobody_sleeps_out_of_balance() {
     let scene = Scene::bed(60).rain(5, 20, 0.3);
-    // With the default, and so fast that dashpots matter, which are gone when who moves is put to rest.
+    // With the default, and so fast that dashpots matter; their forces are gone when a moving particle is put to rest.
     for sleeping in ["sleeping = {}", "sleeping = { speed = 5e-3, after = 1e-3 }"] {
         let mut engine = scene.start(sleeping);
         let (mut out, mut tested) = (Vec::new(), 0);
@@ -356,7 +357,7 @@ fn a_servo_presses_through_sleepers() {
 /// A sphere of a sleeping column is gone, as if it had left through a face of the domain: those above fall freely, those below are relieved of them.
 #[test]
 fn who_loses_a_supporter_falls() {
-    // All stand at the edge of a region that takes away who enters it.
+    // All stand at the edge of a region that removes particles.
     let mut scene = Scene::empty().and(
         "[[deletions]]\nname = \"out\"\nregion = { shape = \"half-space\", point = [1e-5, 0, 0], normal = [1, 0, 0] }\n",
     );

@@ -95,7 +95,7 @@ fn every_example_scene_goes_on_from_its_bytes() {
     }
 }
 
-/// What the guard has counted is part of the state: a run that goes on tells of all of it at its end.
+/// What the guard has counted is part of the state: the final report of a resumed run includes all of it.
 #[test]
 fn counts_of_the_guard_go_on() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
@@ -414,7 +414,8 @@ fn a_force_beside_the_contacts_acts_in_every_step_and_is_part_of_the_state() {
     );
 }
 
-/// What the guard has counted before is told after a restart as without one: how often, and the worst of it with its step, place and partner.
+/// The counts of the guard are the same after a restart as without one: how often, and the worst of it with its step, place and
+/// partner.
 #[test]
 fn what_the_guard_has_counted_is_told_after_a_restart() {
     let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));

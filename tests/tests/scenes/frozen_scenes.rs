@@ -147,7 +147,7 @@ fn good_scenes_run_to_their_end() {
             run(plan, &options, &mut |_| ()).unwrap_or_else(|failure| panic!("{name}: {failure}"));
         let summary = report.summary;
         assert_eq!(summary.status, Status::Finished, "{name}");
-        // The lid of one of them has but begun to press when the run ends, and is told so.
+        // The lid of one of them has only begun to press when the run ends, and its warning is expected.
         let is_expected =
             |warning: &str| name == "servo-and-region" && warning.starts_with("servo of `lid`: ");
         let warnings = summary.warnings.iter();

@@ -403,7 +403,7 @@ fn a_plate_across_the_face_is_a_plate() {
     assert!((0.0005..0.006).contains(&x), "it has crossed the face: {x}");
 }
 
-/// A mesh that goes on for ever is there beyond its faces as far as was asked for, on either side.
+/// A mesh that goes on for ever is there beyond its faces as far as was requested, on either side.
 #[test]
 fn copies_reach_as_far_as_asked() {
     for (plate, centre) in [(0.7, 0.05), (0.3, 0.95)] {

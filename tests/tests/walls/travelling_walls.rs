@@ -217,7 +217,7 @@ fn vessels_of_every_shape_hold_their_ball_through_many_periods() {
     }
 }
 
-/// Plates push a ball, by the way that they are told or with the force of a servo.
+/// Plates push a ball, by a given motion or with the force of a servo.
 #[test]
 fn plates_push_a_ball_through_many_periods() {
     let plate = |x: f64| Shape::Disc(Disc::new(DVec3::X, x * DVec3::X, 0.015).unwrap());
@@ -229,7 +229,7 @@ fn plates_push_a_ball_through_many_periods() {
         from: 0.0,
         until: f64::INFINITY,
     });
-    for (name, component) in [("told", slide(0.8 * DVec3::X)), ("servo", servo)] {
+    for (name, component) in [("given", slide(0.8 * DVec3::X)), ("servo", servo)] {
         let begin = |periodic: bool| {
             let mut draft = domain(periodic);
             // It stays on the plate.

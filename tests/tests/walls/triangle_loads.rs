@@ -159,7 +159,7 @@ fn a_ball_at_rest_lays_its_weight_on_the_triangles() {
             assert!((force + weight() * DVec3::Z).length() < 1e-11 * weight());
             assert_eq!(slip, 0.0);
         }
-        // Nothing is left to be told twice.
+        // No load is left to be counted twice.
         advance(&mut engine, 1);
         assert_eq!(take(&mut engine).evaluations, 1);
     }
@@ -425,8 +425,8 @@ fn threads_change_no_byte() {
     assert!(frames(runs[0].path()).iter().any(rubs));
 }
 
-/// A ball that is held on the ridge of a roof presses on an edge: each of the two triangles there tells half of it, a corner's share goes to all
-/// that meet in it.
+/// A ball that is held on the ridge of a roof presses on an edge: each of the two triangles there reports half of it, a corner's
+/// share goes to all that meet in it.
 #[test]
 fn what_comes_through_an_edge_or_corner_is_shared_out_evenly() {
     let overlap = 1e-5;
@@ -522,7 +522,7 @@ fn each_series_has_its_own_sums_when_both_are_due() {
     }
 }
 
-/// A run that goes on from a snapshot between two frames tells the same means.
+/// A run that goes on from a snapshot between two frames gives the same means.
 #[test]
 fn sums_survive_a_snapshot() {
     let plan = Arc::new(thrown(false, vec![turning()]).plan().unwrap());

@@ -349,7 +349,7 @@ fn a_turning_wall_is_the_same_through_a_periodic_face() {
         }
         assert!(
             wrapped > 100,
-            "somebody is met by an image in {wrapped} steps"
+            "a particle meets an image in {wrapped} steps"
         );
     }
 }

@@ -1,7 +1,8 @@
 //! Densities from masses and volumes that were written with few digits.
 //!
-//! LAMMPS dumps write numbers with six significant digits (`%g`) unless told otherwise, without zeros at the end. A density is their quotient, so of
-//! its digits only the first ones mean something: it is the shortest number within what the digits of mass and radius leave open.
+//! LAMMPS dumps write numbers with six significant digits (`%g`) by default, without zeros at the end. A density is their
+//! quotient, so of its digits only the first ones mean something: it is the shortest number within what the digits of mass and
+//! radius leave open.
 
 use mercury_common::readable::rounded;
 

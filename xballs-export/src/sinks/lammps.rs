@@ -1,4 +1,4 @@
-//! For people who come from or go to LAMMPS and LIGGGHTS: a text dump of all frames, and one frame as a data file.
+//! For people with data from or for LAMMPS and LIGGGHTS: a text dump of all frames, and one frame as a data file.
 
 use glam::DVec3;
 use mercury_common::formats::number::{NumberStyle, push_number, push_numbers};
@@ -10,7 +10,7 @@ use super::{Encode, FilePerFrame, OneFile};
 use crate::output::Output;
 use crate::{ExportError, Snapshot};
 
-/// What every writer of this room needs of a frame.
+/// What every writer of this module needs of a frame.
 struct Rows<'a> {
     ids: &'a [u32],
     /// Types count from 1.

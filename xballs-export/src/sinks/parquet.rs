@@ -14,7 +14,7 @@ use crate::{ExportError, Outcome, Sink, Snapshot, Table};
 pub struct Parquet {
     table: Table,
     path: PathBuf,
-    /// From the first frame on, which tells the columns.
+    /// From the first frame on, which defines the columns.
     writer: Option<(Vec<ColumnSpec>, ParquetWriter)>,
 }
 

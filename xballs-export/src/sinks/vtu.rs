@@ -370,8 +370,8 @@ fn unfit(path: &Path, number: usize, reason: &str) -> ExportError {
     ExportError::Input(format!("{}: frame {number}: {reason}", path.display()))
 }
 
-/// Contacts may be written at other times than particles. Whoever wants all frames of a span wants those too; whoever picks
-/// frames or particles wants the contacts of just these.
+/// Contacts may be written at other times than particles. A selection of a time span includes those too; a selection of frames or
+/// particles includes the contacts of just these.
 fn is_wanted(time: f64, beside: bool, span: Option<(f64, f64)>, selection: &Selection) -> bool {
     let within = span.is_some_and(|(first, last)| first <= time && time <= last);
     let every = matches!(selection.frames, FrameChoice::All | FrameChoice::Range(..));

@@ -111,7 +111,7 @@ pub struct Xballs<'a> {
     file: WholeFile,
     bytes: Vec<u8>,
     script_path: PathBuf,
-    /// From the first frame on, which tells the domain.
+    /// From the first frame on, which gives the domain.
     script: Option<Script>,
 }
 

@@ -17,7 +17,7 @@ use mercury_common::frames::{Column, ColumnKind, ColumnSpec, Frame, FramesHeader
 use super::{Item, Snapshot};
 use crate::FrameChoice;
 
-/// Bytes of a file by which it is told what it is.
+/// Bytes of a file by which its format is recognised.
 const HEAD: u64 = 1 << 14;
 
 /// A dump, or a data file.
@@ -39,7 +39,7 @@ impl LammpsSource {
     /// The file, if it looks like one of these; its name says nothing, as `.data` is what many call both kinds of data.
     pub(super) fn recognise(path: &Path) -> Option<Self> {
         let mut head = Vec::new();
-        // What can be read only once is left to who wants it.
+        // A stream that can be read only once is left to its reader.
         std::fs::metadata(path).ok().filter(|data| data.is_file())?;
         File::open(path)
             .ok()?

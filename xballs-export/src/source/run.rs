@@ -27,12 +27,12 @@ pub struct RunSource {
     wear: Beside<WearReader>,
 }
 
-/// A table beside the particles: there or not, and what is wrong with it. Who does not want it need not care.
+/// A table beside the particles: there or not, and what is wrong with it. A caller that does not need the table can ignore it.
 type Beside<T> = Result<Option<T>, FormatError>;
 
 impl RunSource {
-    /// Opens the particles, and contacts, walls, the loads on their triangles, and bodies if they are there. What is wrong
-    /// with these hears who asks for them.
+    /// Opens the particles, and contacts, walls, the loads on their triangles, and bodies if they are there. Damage in the latter
+    /// is reported on first use.
     ///
     /// # Errors
     /// When the particles cannot be opened or are something else.

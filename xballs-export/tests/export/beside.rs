@@ -108,7 +108,7 @@ fn what_cannot_be_opened_can_be_left_out() {
         let without = [command, "run", "--frames", "0", "--no-walls"];
         assert_eq!(export(place.path(), &without), (Some(0), String::new()));
     }
-    // Who does not want them need not care.
+    // A reader that does not need the tables can ignore them.
     let csv = ["csv", "run"];
     assert_eq!(export(place.path(), &csv), (Some(0), String::new()));
 }

@@ -250,7 +250,7 @@ fn a_damaged_data_file_gives_its_good_frames_and_one_message() {
         let output = export(place.path(), &arguments);
         assert_eq!(output.status.code(), Some(0));
         let frames = if arguments[0] == "csv" {
-            "the input is damaged; of the frames asked for 1 frame"
+            "the input is damaged; of the requested frames 1 frame"
         } else {
             "only the first 2 frames"
         };
@@ -434,7 +434,7 @@ fn a_scene_can_read_the_particles_of_a_run() {
     );
 }
 
-/// The laws that are printed are nobody's: of a run of our own the lines say how to go on with what it had.
+/// The laws that are printed are placeholders: of a run of our own the lines say how to go on with what it had.
 #[test]
 fn lines_for_a_scene_name_the_other_way_from_a_run() {
     let place = folder_with_run();

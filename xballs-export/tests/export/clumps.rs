@@ -345,10 +345,10 @@ fn bodies_that_were_cut_are_told_once() {
         let said = notes(place.path(), &all);
         assert_eq!(said, format!("{start}{lost}\n{damage}"), "{arguments:?}");
     }
-    // What is asked for is whole.
+    // The requested files are whole.
     let first = ["vtu", "run", "--frames", "0", "--quiet", "--force"];
     assert_eq!(notes(place.path(), &first), "");
-    // Nothing of what is asked for is there: no list that names no file, and none of before.
+    // None of the requested files is there: no list that names no file, and none of before.
     let last = ["vtu", "run", "--frames", "last", "--quiet", "--force"];
     let said = notes(place.path(), &last);
     assert_eq!(said, format!("{start}later ones are left out\n{damage}"));

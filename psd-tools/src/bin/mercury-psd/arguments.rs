@@ -201,7 +201,7 @@ pub(crate) struct ConvertArguments {
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) scale: Option<f64>,
 
-    /// Of what the quantiles of --cut and the median of --squeeze are [default: what was measured]
+    /// The weighting of the quantiles of --cut and of the median of --squeeze [default: what was measured]
     #[arg(long, value_name = "QUANTITY", value_parser = words(&QUANTITIES), requires = "reshaping")]
     pub(crate) by: Option<Weighting>,
 
@@ -264,7 +264,7 @@ pub(crate) struct CompareArguments {
     #[arg(short, long, value_name = "NAME")]
     pub(crate) output: Option<PathBuf>,
 
-    /// Of what the chart shows shares
+    /// The weighting of the shares in the chart
     #[arg(long, value_name = "QUANTITY", default_value = "volume", value_parser = words(&QUANTITIES))]
     pub(crate) by: Weighting,
 
@@ -319,7 +319,7 @@ pub(crate) struct PlotArguments {
     #[arg(short, long, value_name = "NAME")]
     pub(crate) output: PathBuf,
 
-    /// Of what the shares are
+    /// The weighting of the shares
     #[arg(long, value_name = "QUANTITY", default_value = "volume", value_parser = words(&QUANTITIES))]
     pub(crate) by: Weighting,
 
@@ -340,7 +340,7 @@ pub(crate) struct CheckArguments {
     #[arg(value_name = "RUN|SIZES")]
     pub(crate) subject: PathBuf,
 
-    /// The distribution that it should be of [default for a run: what its scene asked for]
+    /// The distribution that it should be of [default for a run: that of its scene]
     #[arg(long, value_name = "FILE")]
     pub(crate) target: Option<String>,
 

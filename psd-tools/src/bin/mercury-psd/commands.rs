@@ -56,7 +56,7 @@ fn notes(source: &Source) -> String {
 /// What is to be said where standard output is for numbers.
 fn say_beside(text: &str) {
     use std::io::Write as _;
-    // Whoever closed it does not want to know.
+    // A closed stream is not an error here.
     let _ = write!(std::io::stderr(), "{text}");
 }
 
@@ -72,7 +72,7 @@ fn unit(word: &str) -> Result<Unit, Failure> {
     }
 }
 
-/// Writes a file; a table or list as Parquet if its name asks for that.
+/// Writes a file; a table or list as Parquet if its name ends so.
 fn write(path: &Path, bytes: &[u8]) -> Outcome {
     if parquet::is_named(path) {
         return parquet::write(path, &String::from_utf8_lossy(bytes)).map_err(Failure::run);

@@ -10,15 +10,15 @@ use crate::state::WallIndex;
 /// A contact with an event, as the evaluation of a block notes it.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum SlotEvent {
-    /// Of a listed pair, by the number of its slot.
+    /// A listed pair, by the number of its slot.
     Pair { slot: u32, event: Event },
-    /// Of a particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
+    /// A particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
     Wall {
         near: u32,
         feature: u32,
         event: Event,
     },
-    /// Of a contact whose slot is gone, with the bridge that it had.
+    /// A contact whose slot is gone, with the bridge that it had.
     Gone {
         row: u32,
         partner: Partner,
@@ -27,7 +27,7 @@ pub(super) enum SlotEvent {
 }
 
 impl SlotEvent {
-    /// Of a slot at a wall that is about to be forgotten, if it has a bridge.
+    /// Records an event for a slot at a wall that is about to be cleared, if it has a bridge.
     #[inline(always)]
     pub(super) fn forgotten<H: History>(near: &NearWall, slot: &WallSlot<H>) -> Option<Self> {
         let bridge = slot.history.bridge();
@@ -43,7 +43,7 @@ impl SlotEvent {
 }
 
 impl<H: History> Block<H> {
-    /// Its events with the places of their slots, taken out of here; `number` is that of the block.
+    /// The events of the block with the places of their slots, which are removed from the block; `number` is that of the block.
     pub(super) fn take_events(&mut self, number: u32, all: &mut Vec<ContactEvent>) {
         if self.events.is_empty() {
             return;
@@ -97,7 +97,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Of each entry near a wall: its first slot.
+    /// The first slot of each entry near a wall.
     fn first_wall_slots(&self) -> Vec<usize> {
         let mut next = 0;
         let first = |near: &NearWall| {
@@ -188,7 +188,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Notes bridges that a new list has no slot for, from `kept` of each row and from the walls.
+    /// Records the bridges for which a new list has no slot, from `kept` for each row and from the walls.
     pub(super) fn note_lost<'a>(
         &mut self,
         kept: impl Fn(usize) -> &'a [(u32, H)],
@@ -238,7 +238,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Whether one of the slots at a wall holds what `slot` held.
+    /// Whether one of the slots at a wall now has the history of `slot`.
     fn holds_at_wall(&self, row: u32, wall: WallIndex, slot: &WallSlot<H>) -> bool {
         let begin = self.near_walls.partition_point(|near| near.row < row);
         let mut first: usize = self.near_walls[..begin]

@@ -1,4 +1,4 @@
-//! What goes on when a candidate list is built: histories of contacts and lists of facets.
+//! Data that is kept when a candidate list is built: histories of contacts and lists of facets.
 
 use std::ops::Range;
 
@@ -13,8 +13,8 @@ use crate::state::{Row, WallIndex};
 use crate::walls::NearMeshes;
 
 impl<H: History> Block<H> {
-    /// Fills an empty block with the listed pairs and the walls near its rows; `carried` and `from_walls` are the histories
-    /// of contacts that go on, the latter sorted by row.
+    /// Fills an empty block with the listed pairs and the walls near its rows; `carried` and `from_walls` are the histories of
+    /// continuing contacts, the latter sorted by row.
     pub(super) fn fill(
         &mut self,
         list: &CandidateList,
@@ -33,7 +33,7 @@ impl<H: History> Block<H> {
                     .iter()
                     .find(|kept| kept.0 == entry.partner)
                     .map(|kept| kept.1);
-                // Held, in contact or by a bond: the evaluation that follows says which.
+                // The pair has a history, by contact or by a bond: the next evaluation decides which.
                 let state = if history.is_some() { TOUCHING } else { 0 };
                 let history = history.unwrap_or_default();
                 let slot = Slot::new(owner, entry.partner, entry.image, state, history);
@@ -45,7 +45,7 @@ impl<H: History> Block<H> {
         self.near_walls.reserve_exact(end - begin);
         for (near, of_wall) in with_others_of_wall(&near_walls[begin..end]) {
             let mut kept = going_on(near, of_wall, from_walls);
-            // As many slots as features may be touched, and no fewer than hold a history.
+            // As many slots as features may be touched, and at least as many as there are histories.
             let held = kept.clone().count().max(near.features as usize);
             self.near_walls.push(NearWall {
                 features: held as u32,
@@ -60,7 +60,7 @@ impl<H: History> Block<H> {
 }
 
 impl<H> Block<H> {
-    /// Takes over the lists of facets of the particles and meshes in `near_walls`.
+    /// Takes over the lists of facets for the particles and meshes in `near_walls`.
     pub(super) fn take_over(&mut self, carried: &CarriedNearMeshes) {
         for (index, near) in self.near_walls.iter().enumerate() {
             let key = (near.row, near.wall, near.image);
@@ -80,8 +80,8 @@ fn with_others_of_wall(near: &[NearWall]) -> impl Iterator<Item = (&NearWall, &[
         .flat_map(|of_wall| of_wall.iter().map(move |near| (near, of_wall)))
 }
 
-/// The contacts with a wall that go on by the image `near`: those that it had. An image that the wall is met by no more was taken
-/// over by another one when the particle or the wall was wrapped: its contacts go to the first image that had none.
+/// The continuing contacts with a wall by the image `near`: those that it had. If the particle or the wall was wrapped, an image
+/// may have been replaced by another one: the contacts of the old image go to the first image that had none.
 fn going_on<'a, H>(
     near: &NearWall,
     of_wall: &[NearWall],
@@ -107,7 +107,8 @@ fn going_on<'a, H>(
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
-    /// Histories of pairs that touch or are bonded, by their new rows. Slots with histories are given up for them: memory holds them once.
+    /// Histories of pairs that touch or are bonded, by their new rows. Slots with histories are freed at the same time: memory
+    /// holds each history once. memory holds them once.
     pub(super) fn carried(
         &mut self,
         new_row: &[Option<Row>],
@@ -220,7 +221,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     }
 }
 
-/// Lists of facets that go on when a candidate list is built: they are dear to make on fine meshes.
+/// Lists of facets that go on when a candidate list is built: they are expensive to make on fine meshes.
 pub(super) struct CarriedNearMeshes {
     /// The lists of each block before.
     of_block: Vec<NearMeshes>,
@@ -228,9 +229,9 @@ pub(super) struct CarriedNearMeshes {
     places: Vec<(NearKey, (usize, usize))>,
 }
 
-/// Histories of contacts that go on when a list is built, by the lower of their new rows.
+/// Histories of continuing contacts, sorted by the lower of their new rows.
 pub(super) struct Carried<H> {
-    /// Rows of a part; the last one may have fewer.
+    /// The number of rows in a part; the last part may have fewer.
     per_part: usize,
     parts: Vec<CarriedPart<H>>,
 }
@@ -241,11 +242,11 @@ impl<H: History> Carried<H> {
     }
 }
 
-/// Those of a run of rows.
+/// The histories of a run of rows.
 struct CarriedPart<H> {
     /// First entry of each row, and the number of entries at the end.
     start: Vec<u32>,
-    /// Higher row, and history as seen from the lower one; within a row in the order of what they were made of.
+    /// The higher row, and the history as seen from the lower one; within a row in the order of the old slots.
     entries: Vec<(u32, H)>,
 }
 

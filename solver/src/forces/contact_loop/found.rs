@@ -1,19 +1,19 @@
-//! What is known of the contacts found in a chunk of slots, in columns, and the order in which they are evaluated.
+//! The data of the contacts found in a chunk of slots, in columns, and the order in which they are evaluated.
 
 use crate::contact::{AdhesionLaw, Contact, RollingLaw, TangentialLaw};
 use crate::lanes::{MOST_LANES, Mask, Quad, Real, Vector};
 use crate::state::Particle;
 
-/// Slots that are searched for contacts before the contacts found are evaluated.
+/// The number of slots that are searched for contacts before the contacts found are evaluated.
 pub(super) const CHUNK: usize = 128;
 
-/// Room for what is known of a chunk: more than it needs, so that a `u8` is always an index into it.
+/// Capacity of the buffers of a chunk: more than it needs, so that a `u8` is always a valid index.
 pub(super) const ROOM: usize = 256;
 
 const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
 
-/// Pairs of materials that are told apart when contacts of one law are put side by side: those of eight materials. Where there are more, groups with
-/// several laws are evaluated one by one.
+/// The number of pairs of materials that are distinguished when contacts of one law are put side by side: those of eight
+/// materials. Where there are more, groups with several laws are evaluated one by one.
 const PAIRS: usize = 64;
 
 /// Each number at its own place.
@@ -49,13 +49,14 @@ impl Column {
 
 /// The contacts found in a chunk of slots.
 pub(super) struct Found<'a> {
-    /// The two of every slot of the chunk.
+    /// The particles of every slot of the chunk.
     pub(super) a: [&'a Particle; ROOM],
     pub(super) b: [&'a Particle; ROOM],
     pub(super) numbers: &'a mut Numbers,
 }
 
-/// The numbers of the contacts found in a chunk of slots. One for all blocks that a thread evaluates: making it takes as long as some contacts.
+/// The numbers of the contacts found in a chunk of slots. One for all blocks of a thread: making it takes as long as some
+/// contacts. making it takes as long as some contacts.
 #[derive(Debug)]
 pub(super) struct Numbers {
     // As they were found, in the order of the slots.
@@ -65,42 +66,42 @@ pub(super) struct Numbers {
     pub(super) squared: Column,
     /// R_A + R_B, m.
     pub(super) reach: Column,
-    /// Where each stands in what follows.
+    /// Their positions in the columns below.
     pub(super) places: [u8; ROOM],
 
-    // As they are evaluated: those of one law side by side, groups filled up by repetition.
-    /// Whether that is another order.
+    // In the order of evaluation: those of one law side by side, groups filled up by repetition.
+    /// Whether this order differs from that of the slots.
     is_sorted: bool,
-    /// Which of those that were found.
+    /// Index among the contacts found.
     turn: [u8; ROOM],
     /// Slot in the chunk.
     pub(super) slot: [u8; ROOM],
     /// The index of its law.
     pub(super) pair: [u32; ROOM],
-    /// From B to A.
+    /// Unit normal from B to A.
     pub(super) normal: [Column; 3],
-    /// Of the centres, m.
+    /// Distance of the centres, m.
     distance: Column,
-    /// m.
+    /// Overlap, m.
     pub(super) overlap: Column,
-    /// R*, m.
+    /// Effective radius R*, m.
     radius: Column,
-    /// m*, kg.
+    /// Effective mass m*, kg.
     pub(super) mass: Column,
-    /// v_A - v_B, m/s.
+    /// Relative velocity v_A - v_B, m/s.
     velocity: [Column; 3],
-    /// The normal against which sliding is taken.
+    /// The normal for sliding velocities.
     sliding_normal: [Column; 3],
-    /// Distance of the centres at that time, m.
+    /// Distance of the centres at the time of that normal, m.
     sliding_distance: Column,
-    /// On A, N.
+    /// Force on A, N.
     pub(super) force: [Quad; ROOM],
-    /// On A and on B, N m.
+    /// Torques on A and on B, N m.
     pub(super) torques: [[Quad; ROOM]; 2],
 }
 
 impl Numbers {
-    /// Those of no contact.
+    /// The numbers of no contact.
     pub(super) fn new() -> Self {
         Self {
             offset: [Column::ZERO; 3],
@@ -126,16 +127,17 @@ impl Numbers {
 }
 
 impl<'a> Found<'a> {
-    /// Nothing yet; `nobody` stands for all.
-    pub(super) fn new(nobody: &'a Particle, numbers: &'a mut Numbers) -> Self {
+    /// Nothing yet; `filler` fills all entries.
+    pub(super) fn new(filler: &'a Particle, numbers: &'a mut Numbers) -> Self {
         Self {
-            a: [nobody; ROOM],
-            b: [nobody; ROOM],
+            a: [filler; ROOM],
+            b: [filler; ROOM],
             numbers,
         }
     }
 
-    /// Says in which order the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last group.
+    /// Fixes the order in which the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last
+    /// group.
     #[inline(always)]
     pub(super) fn put_in_turn(&mut self, count: usize, materials: usize, lanes: usize) -> usize {
         if materials > 1
@@ -175,7 +177,7 @@ impl<'a> Found<'a> {
         {
             let at = usize::from(at);
             let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
-            // That of two materials is the same both ways.
+            // The law of two materials is the same in either order.
             *pair = (a.min(b) * materials + a.max(b)) as u32;
             (least, most) = (least.min(*pair), most.max(*pair));
         }
@@ -187,7 +189,7 @@ impl<'a> Found<'a> {
         if lanes == 1 || least >= most || most as usize >= PAIRS {
             return None;
         }
-        // A counting sort without branches: which law comes next can hardly be predicted.
+        // A counting sort without branches: the next law can hardly be predicted.
         let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k] as u8);
         let pairs = &pairs[..count];
         let mut counts = [0; PAIRS];
@@ -210,7 +212,7 @@ impl<'a> Found<'a> {
             self.numbers.pair[*place % ROOM] = u32::from(pair);
             *place += 1;
         }
-        // Each run is filled up by its last contact: in the same group, which finds one history and leaves one.
+        // Each run is filled up with copies of its last contact, in the same group, which reads one history and writes one.
         for (&filled, count) in next.iter().zip(counts) {
             for k in filled..filled - count + usize::next_multiple_of(count, lanes) {
                 self.numbers.turn[k] = self.numbers.turn[filled - 1];
@@ -230,7 +232,7 @@ impl<'a> Found<'a> {
         std::array::from_fn(|k| usize::from(self.numbers.slot[(base + k) % ROOM]))
     }
 
-    /// The numbers of a column of contacts as they were found, of those that are evaluated from `base` on.
+    /// The numbers in a column, for the evaluated contacts from `base` on.
     #[inline(always)]
     fn found<L: Real>(&self, column: &Column, base: usize, is_sorted: bool) -> L {
         if is_sorted {
@@ -240,11 +242,11 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else: all of them at once
-    /// and ahead of the long chains of each contact. Says whether one of them may overlap by more than `limit` of the smaller radius, which is
-    /// at least R*.
+    /// Normals, velocities, masses and radii of the contacts up to `end`, with the roots and divisions that need nothing else:
+    /// all of them at once, before the long dependent chains of each contact. Returns whether one of them may overlap by more
+    /// than `limit` of the smaller radius, which is at least R*.
     ///
-    /// `lag` (s): how long before the positions the normal is that sliding is taken against; `None` where nothing slides or turns.
+    /// `lag` (s): the time between the normal for sliding velocities and the positions; `None` where nothing slides or turns.
     #[inline(always)]
     pub(super) fn prepare<L: Real>(&mut self, end: usize, limit: f64, lag: Option<f64>) -> bool {
         let is_sorted = self.numbers.is_sorted;
@@ -270,7 +272,7 @@ impl<'a> Found<'a> {
             let mut normal = offset * (L::ONE / distance);
             let apart = L::ZERO.below(distance);
             if !apart.all() {
-                // Concentric particles have no normal; any will do to push them apart.
+                // Concentric particles have no normal; any direction will push them apart.
                 normal = Vector::select(apart, normal, Vector::X);
             }
             let (radius, overlap) = (radii / reach, reach - distance);
@@ -278,7 +280,7 @@ impl<'a> Found<'a> {
             if let Some(lag) = lag {
                 let earlier = offset - Vector::new(x, y, z) * L::splat(lag);
                 let distance = earlier.length_squared().sqrt();
-                // Concentric ones have no normal then: nothing turns.
+                // Particles that were concentric then get the normal 0: nothing slides or turns.
                 let earlier = earlier * (L::ONE / distance.max(L::splat(f64::MIN_POSITIVE)));
                 self.numbers.sliding_normal[0].put(base, earlier.x);
                 self.numbers.sliding_normal[1].put(base, earlier.y);
@@ -331,7 +333,7 @@ impl<'a> Found<'a> {
             sliding_normal = columns(&self.numbers.sliding_normal, base);
             sliding_distance = self.numbers.sliding_distance.at(base);
             if T::ACTIVE || A::SHEARS {
-                // Levers of that time, too: half of what the centres have come closer since.
+                // The lever arms of that time, too: half of the approach of the centres since then.
                 let closer = (sliding_distance - distance) * 0.5;
                 let turning = spin_a * (levers[0] + closer) + spin_b * (levers[1] + closer);
                 let along = centre_velocity.dot(sliding_normal);

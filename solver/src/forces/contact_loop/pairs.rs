@@ -1,9 +1,9 @@
-//! Contacts between particles: found without a branch, then evaluated, both several at once.
+//! Contacts between particles: found without a branch, then evaluated, in lanes in both cases.
 //!
 //! A chunk of slots goes through four stages, each a short loop without long chains of dependent numbers:
 //!
 //! - search: which of the two of a slot touch; their offset
-//! - prepare: velocities; roots and divisions that need nothing but sizes and distances
+//! - prepare: velocities; roots and divisions that depend only on sizes and distances
 //! - act: the laws, histories one step on
 //! - share: forces and torques to both, in the order of the slots
 //!
@@ -35,7 +35,7 @@ pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCH
     pub(super) block: &'p mut Block<H>,
     pub(super) rows: &'p Rows<'p>,
     pub(super) loads: &'p mut [Load],
-    /// Room for what is found.
+    /// Buffers for the contacts that are found.
     pub(super) numbers: &'p mut Numbers,
 }
 
@@ -58,13 +58,13 @@ where
             loads,
             numbers,
         } = self;
-        let Some(nobody) = rows.own.first() else {
+        let Some(filler) = rows.own.first() else {
             return;
         };
         if block.slots.is_empty() {
             return;
         }
-        let mut found = Found::new(nobody, numbers);
+        let mut found = Found::new(filler, numbers);
         let first_row = block.rows.start;
         let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
         let lag = turns.then(|| pass.context.sliding_lag());
@@ -125,7 +125,7 @@ where
                             ),
                         }
                     } else {
-                        // Nothing turns the particles.
+                        // No torques on the particles.
                         owner.quads_mut()[0] += force;
                         match loads.get_mut(ahead) {
                             Some(partner) => partner.quads_mut()[0] -= force,
@@ -144,9 +144,9 @@ where
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Finds those of a chunk of slots that act on each other, and how they stand; returns how many. Which slots touch can hardly be predicted;
-    /// finding them without a branch first keeps the processor from throwing away half-done contacts. Histories of contacts that have ended are
-    /// forgotten.
+    /// Finds the slots of a chunk whose particles act on each other, and their geometry; returns the number. Touching slots can
+    /// hardly be predicted; a search without branches keeps the processor from discarding half-done contacts. Histories of
+    /// contacts that have ended are cleared.
     #[inline(always)]
     fn search<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -167,7 +167,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let rest = groups.into_remainder();
         if let Some(&last) = rest.last() {
-            // Filled up with the last slot.
+            // Filled up with copies of the last slot.
             let mut group = [last; MOST_LANES];
             group[..rest.len()].copy_from_slice(rest);
             let group = &group[..L::LANES];
@@ -185,8 +185,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         count
     }
 
-    /// Looks at a group of as many slots as there are lanes, which stand in the chunk from `base` on: appends those that act to the `count` contacts
-    /// found, and says whose state changes.
+    /// Tests a group of as many slots as there are lanes, from `base` on in the chunk: appends those that act to the `count`
+    /// contacts found, and returns those whose state changes.
     #[inline(always)]
     fn look<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -235,7 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         found.numbers.reach.put(*count, reach.packed(acts));
         *count += acts.count_ones() as usize;
         if A::ACTIVE {
-            // Who begins to touch is seen when the law has been asked.
+            // Whether a contact has just begun is known after its law has been evaluated.
             Change {
                 begin: 0,
                 end: held & !acts,
@@ -248,8 +248,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The laws of some contacts: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
-    /// the same numbers.
+    /// The laws of some contacts: their forces and torques, and their histories one step on. A repeated contact is evaluated
+    /// twice and gives identical results.
     #[inline(always)]
     fn act<L: Real, const WATCHED: bool>(
         &self,
@@ -279,7 +279,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 let action = if touches {
                     law.act(&contact, dt, &mut history)
                 } else {
-                    debug_assert_eq!(L::LANES, 1, "adhesion is asked one by one");
+                    debug_assert_eq!(L::LANES, 1, "adhesion is evaluated one by one");
                     law.act_apart(&contact, dt, &mut history)
                 };
                 for (k, &at) in at[..L::LANES].iter().enumerate() {
@@ -287,7 +287,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
                 action
             } else {
-                // Each law to its lane; who is there twice must find its history as it was.
+                // Each law to its lane; a repeated contact must find its history as it was.
                 let mut own = [Default::default(); MOST_LANES];
                 for (own, &at) in own[..L::LANES].iter_mut().zip(&at) {
                     *own = slots[at].history;
@@ -353,7 +353,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Apart from the evaluation,
+    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Separate from the evaluation,
     /// where even a call that is never made costs registers.
     #[inline(never)]
     fn masses_at_contacts(
@@ -397,7 +397,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             return squared <= range * range;
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
-            // However far apart, so that the end of the bond is seen.
+            // At any distance, so that the end of the bond is seen.
             return true;
         }
         let pair = a.material.index() * self.materials + b.material.index();
@@ -424,14 +424,14 @@ impl Change {
         self.begin | self.end != 0
     }
 
-    /// Leaves alone all but the first `count`.
+    /// Clears the bits of all but the first `count`.
     fn keep_first(&mut self, count: usize) {
         let first = (1 << count) - 1;
         self.begin &= first;
         self.end &= first;
     }
 
-    /// Makes it; histories of contacts that have ended are forgotten.
+    /// Changes the states; histories of contacts that have ended are cleared.
     #[inline(always)]
     fn make<H: History>(self, group: &mut [Slot<H>]) {
         for (k, slot) in group.iter_mut().enumerate() {

@@ -177,12 +177,12 @@ fn too_little_liquid_forms_no_bridge() {
     }
 }
 
-/// Nothing of a broken bridge goes to neighbours with a share of 0, and with a share of 1 all that has room there.
+/// Nothing of a broken bridge goes to neighbours with a share of 0, and with a share of 1 as much as they can hold.
 #[test]
 fn shares_and_largest_volumes_bound_what_neighbours_take() {
     let at = |k: f64| k * (2.0 * RADIUS + TOUCH);
     for (share, expected) in [(0.0, [1.0, 1.0, 0.0]), (1.0, [1.0, 0.5, 0.0])] {
-        // A-B and B-C hold 2 each, at most 2.5. Of the 2 of A-B each end gets 1; A has no other bridge, B-C has room for 0.5.
+        // A-B and B-C hold 2 each, at most 2.5. Of the 2 of A-B each end gets 1; A has no other bridge, B-C can take 0.5.
         let draft = row(
             law(liquid(2.5, 0.0, share)),
             &[at(0.0), at(1.0), 0.01],

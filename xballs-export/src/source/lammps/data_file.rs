@@ -54,7 +54,7 @@ pub(super) fn read<R: BufRead>(mut lines: LineReader<R>) -> Result<Grains, Forma
                 grains.sort().map_err(|id| {
                     FormatError::of_file(
                         lines.path(),
-                        format!("the atom {id} stands twice in Atoms"),
+                        format!("the atom {id} occurs twice in Atoms"),
                     )
                 })?;
                 has_atoms = true;
@@ -166,7 +166,7 @@ impl Header {
             [None, None, None] => Ok(None),
             _ => Err(
                 FormatError::of_file(lines.path(), "bounds of some axes, not of all")
-                    .with_help("xlo xhi, ylo yhi and zlo zhi stand above the sections"),
+                    .with_help("xlo xhi, ylo yhi and zlo zhi belong above the sections"),
             ),
         }
     }
@@ -318,7 +318,7 @@ fn read_velocities<R: BufRead>(
             return Err(wrong(
                 lines,
                 &format!("the velocity of atom {id}"),
-                "atoms that stand in Atoms",
+                "atoms that are listed in Atoms",
             ));
         };
         if !velocity[row].is_nan() {

@@ -248,7 +248,7 @@ impl<R: BufRead> Frames<R> {
             .collect();
         grains.sort().map_err(|id| {
             self.wrong(
-                format!("the atom {id} stands twice in a frame"),
+                format!("the atom {id} occurs twice in a frame"),
                 "each id once",
             )
         })

@@ -135,7 +135,7 @@ fn wrong_data_files_are_told_where_and_why() {
         assert_eq!(error.line, Some(line), "{to}: {error}");
     }
     for (from, to, part) in [
-        ("7 2 0.02", "3 2 0.02", "the atom 3 stands twice"),
+        ("7 2 0.02", "3 2 0.02", "the atom 3 occurs twice"),
         ("0 3 zlo zhi\n", "", "bounds of some axes"),
         ("Atoms # granular", "Masses", "Velocities before Atoms"),
     ] {
@@ -232,7 +232,7 @@ fn wrong_dumps_give_their_good_frames_and_say_what_is_wrong() {
         ("vx vy", "vx vx", 0, "the column vx a second time"),
         ("0.1 Si", "-0.1 Si", 0, "the radius -0.1"),
         ("0.1 Si", "nan Si", 0, "no number in the column radius"),
-        ("2 1 0.5", "1 1 0.5", 0, "the atom 1 stands twice"),
+        ("2 1 0.5", "1 1 0.5", 0, "the atom 1 occurs twice"),
         ("2 1 0.5", "2.5 1 0.5", 0, "2.5 in the column id"),
         ("1 2 3 9", "1 2 3", 0, "10 columns"),
         ("0 1\n", "1 0\n", 0, "the bounds 1 and 0"),

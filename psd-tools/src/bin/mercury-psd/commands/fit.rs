@@ -16,7 +16,7 @@ use toml::Table;
 use super::{draw, notes, say_json, source, write};
 use crate::arguments::FitArguments;
 
-/// Curves of a chart that can be told apart.
+/// The number of curves that a chart can distinguish.
 const SHOWN: usize = 3;
 
 pub(crate) fn run(arguments: &FitArguments) -> Outcome {

@@ -357,7 +357,7 @@ fn a_cut_film_is_silent_below_its_limit() {
         let force = cut.force(&contact([MM; 2], -gap, 0.1, 0.05), 1e-6, &mut pair);
         assert_eq!(force.normal.viscous != 0.0, acts, "{gap}");
     }
-    // In contact the normal term goes on at the roughness, if it is asked for.
+    // In contact the normal term goes on at the roughness, if this is selected.
     for (goes_on, expected) in [
         (false, 0.0),
         (true, -6.0 * PI * 1e-3 * 0.5 * MM * 100.0 * 0.1),

@@ -49,7 +49,7 @@ pub enum TableError {
     /// The finest table is not good enough.
     #[error("the table of liquid bridges is accurate to {reached:.1e} only, not to {wanted:.1e}")]
     Accuracy {
-        /// Relative error that was asked for.
+        /// Requested relative error.
         wanted: f64,
         /// Relative error of the finest table.
         reached: f64,
