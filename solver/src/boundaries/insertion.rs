@@ -17,10 +17,6 @@ use crate::stage::Stage;
 use crate::state::{MaterialIndex, NewParticle, Particles, Plain};
 use crate::walls::WallNow;
 
-/// Tries of a round in a region that has long been full, for each row of particles. Such a round is due every 64 steps, and a try costs about
-/// as much as a row of a step: so a full region costs less than a tenth of a step however few grains there are (`benches/insertion.py`).
-const TRIES_PER_ROW: u64 = 4;
-
 /// Why an insertion did not insert more in the last step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Limit {
@@ -187,10 +183,6 @@ impl Insertion {
             return false;
         }
         let before = particles.len();
-        let tries = match self.state.wait.is_longest() {
-            true => insertion.attempts.min(TRIES_PER_ROW * before.max(1) as u64),
-            false => insertion.attempts,
-        };
         let mut failed = 0;
         self.state.limit = loop {
             let is_complete = match &self.quota {
@@ -221,7 +213,7 @@ impl Insertion {
                 self.state.pending = Some(pending);
                 self.state.failed_attempts += 1;
                 failed += 1;
-                if failed >= tries || !self.may_fit(pending, around.setting) {
+                if failed >= insertion.attempts || !self.may_fit(pending, around.setting) {
                     self.state.wait.failed();
                     break match insertion.total {
                         Some(Total::Full) => Limit::Total,
