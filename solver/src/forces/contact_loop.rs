@@ -1,16 +1,16 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
-mod ahead;
 mod alarming;
 mod block;
 mod bonds;
-mod carrying;
+mod carry_histories;
+mod contact_batch;
 mod contact_point;
-mod found;
 mod joined;
 mod memory;
 mod pairs;
 mod pass;
+mod prefetch;
 mod sharing;
 mod sides;
 mod sleepers;
@@ -34,7 +34,7 @@ use crate::neighbours::CandidateList;
 use crate::state::{Load, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
 use block::Block;
-use found::Numbers;
+use contact_batch::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;

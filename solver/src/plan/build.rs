@@ -10,7 +10,7 @@ use mercury_common::scene::{
 use super::bridges;
 use super::checks;
 use super::closing;
-use super::earlier::{Earlier, Here, carried};
+use super::doubtful_setups;
 use super::fields::fields;
 use super::fluxes::fluxes;
 use super::insertions::{check_among_walls, deletions, insertions};
@@ -19,12 +19,12 @@ use super::membranes::{self, membranes};
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
-use super::prospects;
 use super::regions::regions;
 use super::requests;
 use super::sizes::Sizes;
 use super::sleeping::sleeping;
 use super::sprays::sprays;
+use super::start_from_run::{Earlier, Here, carried};
 use super::time_step::{
     Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
     limits, steps,
@@ -364,11 +364,11 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
         insertion.closing = walls;
     }
-    let units = prospects::forgotten_units(&plan);
-    let turning = prospects::turns_for_ever(&plan);
+    let units = doubtful_setups::forgotten_units(&plan);
+    let turning = doubtful_setups::turns_for_ever(&plan);
     (plan.notes.remarks).extend(units.into_iter().chain(turning));
     let of_disk = Disk::of(&plan).warning();
-    let prospects = prospects::warnings(&plan);
+    let prospects = doubtful_setups::warnings(&plan);
     let of_closing = closing::warnings(&plan);
     plan.notes
         .warnings

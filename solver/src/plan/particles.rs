@@ -8,9 +8,9 @@ use mercury_common::scene::{
     Start,
 };
 
-use super::earlier::{Earlier, take_up};
 use super::expected::LeftOut;
 use super::particle_table::Table;
+use super::start_from_run::{Earlier, take_up};
 use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;

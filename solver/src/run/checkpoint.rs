@@ -14,7 +14,7 @@ use mercury_common::whole_file::FileError;
 use serde_json::{Value, json};
 
 use super::Run;
-use super::rest::Rest;
+use super::rest_criterion::Rest;
 use crate::forces::{SavedSlots, SlotState};
 use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};

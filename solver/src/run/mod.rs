@@ -2,19 +2,19 @@
 
 mod budget;
 pub mod checkpoint;
-mod exits;
+mod exit_report;
+mod failed_state;
 mod insertions;
 mod long_steps;
 mod memory;
 mod pictures;
-mod remaining;
 mod report;
-mod rest;
+mod rest_criterion;
 mod servos;
 mod shortfall;
-mod showing;
 #[cfg(test)]
 mod tests;
+mod time_left;
 mod trial;
 
 use std::collections::BTreeMap;
@@ -34,9 +34,9 @@ pub use trial::{Trial, trial};
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
 use pictures::draw_pictures;
-use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
-use rest::Rest;
+use rest_criterion::Rest;
+use time_left::Cost;
 
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
@@ -555,14 +555,14 @@ impl Run {
         if stopping.is_some() {
             target = step + 1;
         } else if self.rest.is_some() {
-            target = target.min((step / rest::EVERY + 1) * rest::EVERY);
+            target = target.min((step / rest_criterion::EVERY + 1) * rest_criterion::EVERY);
         }
         let count = target - step;
         let before = step;
         let mut step = target;
         let mut due = self.schedule.due(step);
         let planned_end = step == engine.plan().physics().steps();
-        let is_rest_due = step.is_multiple_of(rest::EVERY);
+        let is_rest_due = step.is_multiple_of(rest_criterion::EVERY);
         // A step that may be the last one is observed for this case.
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
         let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;

@@ -299,7 +299,7 @@ pub(super) fn report(
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries(), &have_places),
         servos: servos::told(engine),
-        exits: exits::told(engine, options),
+        exits: exit_report::told(engine, options),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,

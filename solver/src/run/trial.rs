@@ -9,7 +9,7 @@ use mercury_common::readable::{count, counted, duration, rounded};
 use serde::Serialize;
 
 use super::long_steps::{LongStep, long_steps, next_long_step};
-use super::remaining::Cost;
+use super::time_left::Cost;
 use super::{RunOptions, ahead_of};
 use crate::forces::Watch;
 use crate::output::{Exchanged, Moment, Schedule};

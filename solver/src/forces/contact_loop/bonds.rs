@@ -1,7 +1,7 @@
 //! Events of contacts, and the liquid bridges in the slots, for the rules that apply beyond one pair.
 
 use super::block::Block;
-use super::carrying::CarriedFromWall;
+use super::carry_histories::CarriedFromWall;
 use super::slots::{FREE, IMAGE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{Bridge, Event, History};
 use crate::forces::{Bond, BondPlace, ContactEvent, NearWall, Partner};

@@ -14,12 +14,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::ahead::{PORTION, ask_ahead};
 use super::block::Block;
 use super::bonds::SlotEvent;
+use super::contact_batch::{CHUNK, Found, Numbers, ROOM};
 use super::contact_point::mobility;
-use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::pass::{ContactSite, Pass, Rows};
+use super::prefetch::{PORTION, ask_ahead};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::contact::{
     Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,

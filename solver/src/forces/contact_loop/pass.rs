@@ -1,10 +1,10 @@
 //! One pass over the contacts of all blocks, and what it works on.
 
-use super::ahead::BEYOND_CACHE;
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::memory::Memory;
 use super::pairs::Pairs;
+use super::prefetch::BEYOND_CACHE;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};

@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::pass::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};

@@ -13,7 +13,7 @@ use bytemuck::bytes_of;
 use rayon::prelude::*;
 
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::pass::{Pass, Rows};
 use super::slots::WITH_HISTORY;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};

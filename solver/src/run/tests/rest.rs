@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bodies::NewBody;
-use crate::run::rest::Rest;
+use crate::run::rest_criterion::Rest;
 use crate::state::{Particles, PrescribedMotion};
 
 const GRAVITY: f64 = 9.0;
@@ -163,7 +163,7 @@ fn calm_looks_are_counted_in_a_row() {
     }
     assert!((1..=LOOKS).all(|look| rest.look(&still, STEP, |_| false) == (look == LOOKS)));
     // Without particles the run is not at rest.
-    let mut rest = self::rest();
+    let mut rest = self::rest_criterion();
     let nobody = particles(plan(1, 1.0, 0.0));
     assert!((0..200).all(|_| !rest.look(&nobody, STEP, |_| false)));
 }

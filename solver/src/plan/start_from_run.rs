@@ -12,7 +12,7 @@ use mercury_common::formats::clump::Pebble;
 use mercury_common::readable::{printable, rounded};
 use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
 
-use super::head::{Head, checkpoint_paths};
+use super::checkpoint_identity::{Head, checkpoint_paths};
 use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::{BodyStep, Clump};
 use crate::contact::registry::LawTable;
