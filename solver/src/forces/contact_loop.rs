@@ -12,6 +12,7 @@ mod pairs;
 mod pass;
 mod prefetch;
 mod sharing;
+mod sheets;
 mod sides;
 mod sleepers;
 mod slots;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::state::{Load, WallIndex};
+use crate::surface::Place;
 use crate::walls::WallStiffness;
 
 /// What to observe in a force evaluation.
@@ -76,6 +77,8 @@ pub struct Exchange {
     pub row: u32,
     /// The partner B.
     pub partner: Partner,
+    /// The number of the sheet and the point of it, if B is one.
+    pub sheet: Option<(u16, Place)>,
     /// From the centres of A and B to the contact point, m.
     pub arms: [DVec3; 2],
     /// Contact point beside A, at the image by which A meets a wall, m.

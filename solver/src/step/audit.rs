@@ -167,6 +167,9 @@ impl Engine {
                         ..b
                     }
                 }
+                Partner::Wall { .. } if exchange.sheet.is_some() => {
+                    self.moving_sheet(exchange, 0.5 * dt)
+                }
                 Partner::Wall { wall, .. } => {
                     let [before, after] = &fields[wall.index()];
                     let b = Moving {
@@ -283,6 +286,14 @@ impl Engine {
             }
         }
         moving
+    }
+
+    /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.
+    fn moving_sheet(&self, exchange: &Exchange, half: f64) -> Moving {
+        let at = exchange.sheet.unwrap_or_default();
+        let surface = &self.surfaces[usize::from(at.0)];
+        let [velocity, spin] = surface.moving(&at.1, half, self.plan.physics().gravity());
+        Moving { velocity, spin }
     }
 
     /// The same of a body, at the end of `lever` (m) from its centre. What is prescribed of it is not closed by an audit.

@@ -3,6 +3,7 @@
 mod absent;
 mod funnels;
 mod liquid;
+mod sheets;
 mod sides;
 mod sleepers;
 mod spray;

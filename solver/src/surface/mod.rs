@@ -10,7 +10,7 @@ mod place;
 mod plan;
 mod saved;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::sync::Arc;
 
@@ -137,20 +137,35 @@ impl Surface {
         gravity: DVec3,
     ) -> SurfaceMotion {
         let mut motion = SurfaceMotion::default();
-        for (k, position) in self.positions.iter_mut().enumerate() {
-            let (velocity, inverse_mass) = (&mut self.velocities[k], self.inverse_masses[k]);
-            if inverse_mass > 0.0 {
-                let kick = (self.forces[k] * inverse_mass + gravity) * half;
-                for _ in 0..kicks {
-                    *velocity += kick;
-                }
+        for k in 0..self.positions.len() {
+            let kick = self.kick(k, half, gravity);
+            let velocity = &mut self.velocities[k];
+            for _ in 0..kicks {
+                *velocity += kick;
             }
-            *position += *velocity * drift;
+            self.positions[k] += *velocity * drift;
             let squared = velocity.length_squared();
             motion.squared_speed = motion.squared_speed.max(squared);
             motion.sum_of_squares += squared;
         }
         motion
+    }
+
+    /// By how much the present forces and `gravity` (m/s^2) change the velocity of a vertex in `time` (s), m/s.
+    #[inline]
+    fn kick(&self, vertex: usize, time: f64, gravity: DVec3) -> DVec3 {
+        let inverse_mass = self.inverse_masses[vertex];
+        if inverse_mass == 0.0 {
+            return DVec3::ZERO;
+        }
+        (self.forces[vertex] * inverse_mass + gravity) * time
+    }
+
+    /// The vertex at a corner of the mesh.
+    #[inline]
+    #[must_use]
+    pub fn vertex_at(&self, corner: u32) -> usize {
+        self.vertex_of[corner as usize] as usize
     }
 
     /// Positions of the corners of the mesh, m.

@@ -76,6 +76,18 @@ impl Surface {
         self.mean(place, &self.velocities)
     }
 
+    /// Velocity of a point (m/s) and angular velocity of its triangle (rad/s) `half` (s) later, by the present forces and `gravity` (m/s^2).
+    #[must_use]
+    pub fn moving(&self, place: &Place, half: f64, gravity: DVec3) -> [DVec3; 2] {
+        let (arms, inverse) = self.arms(place.triangle);
+        let corners = self.triangles[place.triangle as usize];
+        let velocities =
+            corners.map(|k| self.velocities[k as usize] + self.kick(k as usize, half, gravity));
+        let [a, b, c] = velocities;
+        let [u, v, w] = place.weights;
+        [a * u + b * v + c * w, inverse * moment(arms, velocities)]
+    }
+
     /// The mean of values at the corners, with the weights of a point.
     #[inline]
     fn mean(&self, place: &Place, values: &[DVec3]) -> DVec3 {

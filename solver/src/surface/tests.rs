@@ -8,7 +8,7 @@ use super::*;
 use crate::state::MaterialIndex;
 
 /// A square of `n` by `n` cells of two triangles each, corners shifted by up to `skew` of a cell.
-pub fn square(n: u32, side: f64, skew: f64, seed: u64) -> SurfacePlan {
+pub(crate) fn square(n: u32, side: f64, skew: f64, seed: u64) -> SurfacePlan {
     let mut random = Stream::new(seed, "sheet", 0);
     let cell = side / f64::from(n);
     let mut any = || 2.0 * DVec3::new(random.uniform(), random.uniform(), random.uniform()) - 1.0;

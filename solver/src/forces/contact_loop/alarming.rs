@@ -1,6 +1,7 @@
 //! Contacts beyond a limit: found by a comparison in the loop, named here, apart from it.
 
 use super::pass::{Pass, Rows};
+use super::sheets::AtSheet;
 use super::sides::THROUGH_OR_BEHIND;
 use super::slots::{BEHIND, Slot, THROUGH};
 use super::walls::WallSide;
@@ -53,7 +54,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         &self,
         alarms: &mut Alarms,
         a: &Particle,
-        side: &WallSide<'_>,
+        (side, sheet): (&WallSide<'_>, Option<&AtSheet<'_>>),
         touch: &Touch,
         at: u32,
     ) {
@@ -61,7 +62,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             return;
         }
         let normal = side.state.out_of_wall(touch.normal);
-        let velocity = a.velocity - side.state.velocity.at(side.centre);
+        let velocity = a.velocity - side.velocity(sheet, side.centre);
         // On a surface that acts on both sides the distance has no sign: a step before, it was on the other side.
         let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
         let has_crossed = last < 0.0 && !side.wall.shape().is_one_sided();

@@ -10,6 +10,7 @@ use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
 use crate::lanes::Width;
 use crate::state::{ASLEEP, Bodies, Id, Load, Particle};
+use crate::surface::Place;
 
 /// The data that all blocks of one force evaluation share.
 pub(super) struct Pass<'a, N, T, R, A> {
@@ -180,9 +181,11 @@ pub(super) struct ContactSite<'a> {
     pub(super) partner: Partner,
     /// The partner, if it is a particle.
     pub(super) b: Option<&'a Particle>,
+    /// The number of the sheet and the point of it, if it is one.
+    pub(super) sheet: Option<(u16, Place)>,
     /// Feature of the wall.
     pub(super) feature: u32,
-    /// R_A - overlap/2, m.
+    /// R_A - overlap/2, at a sheet the distance from it, m.
     pub(super) lever: f64,
     /// Overlap over the smaller radius.
     pub(super) depth: f64,

@@ -8,6 +8,7 @@ use super::block::Block;
 use super::bonds::SlotEvent;
 use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
+use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
 use super::slots::{BEHIND, FREE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
@@ -18,6 +19,7 @@ use crate::forces::{
 };
 use crate::lanes::Vector;
 use crate::state::{Load, Particle};
+use crate::surface::SurfaceLoad;
 use crate::walls::{Mesh, NearMeshes, Scratch, Shape, Touch, Touches, WallNow, WallState};
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
@@ -65,7 +67,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     &mut memory,
                     load,
                     &mut block.observation,
-                    (&mut block.feature_loads, &mut block.rubs),
+                    (
+                        &mut block.feature_loads,
+                        &mut block.rubs,
+                        &mut block.surface_loads,
+                    ),
                     &mut block.alarms,
                 );
                 first += near.features as usize;
@@ -83,11 +89,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 Some(touch) => {
                     slot.feature = touch.feature;
                     if self.is_alarming(a, &touch, 0) {
-                        self.alarm_wall(&mut block.alarms, a, &side, &touch, 0);
+                        self.alarm_wall(&mut block.alarms, a, (&side, None), &touch, 0);
                     }
                     let observation = &mut block.observation;
                     let events = (index as u32, &mut block.events);
-                    self.touch_wall(a, &side, &touch, slot, load, observation, None, events);
+                    let side = (&side, None);
+                    self.touch_wall(a, side, &touch, slot, load, observation, None, events);
                 }
                 None => {
                     let event = SlotEvent::forgotten(near, slot);
@@ -111,7 +118,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         (touches, scratch): &mut (Touches, Scratch),
         load: &mut Load,
         observation: &mut Observation,
-        (feature_loads, rubs): (&mut FeatureLoads, &mut Vec<Rub>),
+        (feature_loads, rubs, surface_loads): (
+            &mut FeatureLoads,
+            &mut Vec<Rub>,
+            &mut Vec<SurfaceLoad>,
+        ),
         alarms: &mut Alarms,
     ) -> u32 {
         let (near, state) = (&side.near, side.state);
@@ -156,15 +167,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             shape => assign(slots, touches, shape, &mut forget),
         }
         let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
-        let is_summed = is_mesh && self.context.feature_loads;
-        let mut told = (is_summed || side.wall.wears()).then(|| Told {
+        let is_sheet = side.wall.surface().is_some();
+        let is_summed = is_mesh && !is_sheet && self.context.feature_loads;
+        let mut told = (is_summed || side.wall.wears() || is_sheet).then(|| Told {
             loads: is_summed.then_some(feature_loads),
             rubs: side.wall.wears().then_some(rubs),
+            sheets: is_sheet.then_some(surface_loads),
         });
         for slot in slots {
-            match touches.iter().find(|touch| touch.feature == slot.feature) {
+            let touch = touches.iter().find(|touch| touch.feature == slot.feature);
+            let sheet = touch.and_then(|touch| AtSheet::of(side, self.context.surfaces, touch));
+            let sheet = sheet.as_ref();
+            // What is held on both sides is not moved by a contact.
+            let is_held = sheet.is_some_and(|sheet| sheet.inverse_mass + a.inverse_mass == 0.0);
+            match touch.filter(|_| !is_held) {
                 Some(touch) => {
-                    let told = told.as_mut();
+                    let (told, side) = (told.as_mut(), (side, sheet));
                     let at = self.side_of(a, side, touch, slot.state);
                     if self.is_alarming(a, touch, at) {
                         self.alarm_wall(alarms, a, side, touch, at);
@@ -189,13 +207,19 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
 
     /// On which side of the wall a touch acts, as bits of its slot.
     #[inline]
-    fn side_of(&self, a: &Particle, side: &WallSide<'_>, touch: &Touch, before: u32) -> u32 {
+    fn side_of(
+        &self,
+        a: &Particle,
+        (side, sheet): (&WallSide<'_>, Option<&AtSheet<'_>>),
+        touch: &Touch,
+        before: u32,
+    ) -> u32 {
         if touch.distance >= 0.0 && before & BEHIND == 0 {
             return 0;
         }
         let normal = side.state.out_of_wall(touch.normal);
         let at = side.centre - normal * touch.distance;
-        let velocity = a.velocity - side.state.velocity.at(at);
+        let velocity = a.velocity - side.velocity(sheet, at);
         let last = touch.distance - velocity.dot(normal) * self.context.spring_time;
         sides::side(before, [touch.distance, last])
     }
@@ -211,17 +235,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall; its load and sliding are added to the report.
+    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; what is to be `told` of it is added there.
     #[inline(always)]
     fn touch_wall(
         &self,
         a: &Particle,
-        side: &WallSide<'_>,
+        (side, sheet): (&WallSide<'_>, Option<&AtSheet<'_>>),
         touch: &Touch,
         slot: &mut WallSlot<Histories<N, T, R, A>>,
         load: &mut Load,
         observation: &mut Observation,
-        told: Option<&mut Told<'_>>,
+        mut told: Option<&mut Told<'_>>,
         (at, events): (u32, &mut Vec<SlotEvent>),
     ) {
         let (context, state) = (self.context, side.state);
@@ -239,7 +263,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             None => 1.0 / a.inverse_mass,
             Some(bodies) => 1.0 / mobility(bodies, side.near.row as usize, a, normal),
         };
-        let lever = a.radius - 0.5 * overlap;
+        // A sheet answers with its own mass, and is touched where it is: the lever of the particle and the shares of the vertices mean the
+        // same point.
+        let (effective_mass, lever) = match sheet {
+            None => (effective_mass, a.radius - 0.5 * overlap),
+            Some(sheet) => (
+                1.0 / (1.0 / effective_mass + sheet.inverse_mass),
+                touch.distance,
+            ),
+        };
         let arm = normal * -lever;
         // The place of the centre at the time of these velocities: on a wall that turns they differ from place to place.
         let earlier = side.centre - a.velocity * context.velocity_lag;
@@ -247,12 +279,21 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let velocity = a.velocity + a.angular_velocity.cross(arm);
             if state.moves {
                 velocity - state.velocity.at(earlier + arm)
+            } else if let Some(sheet) = sheet {
+                velocity - sheet.velocity
             } else {
                 velocity
             }
         };
         let velocity = velocity_at(arm);
         let mut spin = a.angular_velocity;
+        let mut spin_of_sheet = DVec3::ZERO;
+        if let Some(sheet) = sheet
+            && (T::ACTIVE || R::ACTIVE)
+        {
+            spin_of_sheet = sheet.spin();
+            spin -= spin_of_sheet;
+        }
         if state.moves {
             spin -= state.velocity.angular_velocity;
         }
@@ -268,6 +309,10 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 way -= state.velocity.at(earlier);
                 turn = state.velocity.angular_velocity.cross(normal);
             }
+            if let Some(sheet) = sheet {
+                way -= sheet.velocity;
+                turn = sheet.turn(normal, spin_of_sheet);
+            }
             if touch.turning.rates != [0.0; 2] {
                 let way = state.turn_into_wall(way);
                 turn += state.out_of_wall(touch.turning.of(touch.normal, way));
@@ -276,7 +321,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 sliding_normal = (normal - turn * lag).normalize();
             }
             sliding_distance -= way.dot(normal) * lag;
-            let at_foot = velocity_at(sliding_normal * (-0.5 * (a.radius + sliding_distance)));
+            let sliding_lever = match sheet {
+                None => 0.5 * (a.radius + sliding_distance),
+                Some(_) => sliding_distance,
+            };
+            let at_foot = velocity_at(sliding_normal * -sliding_lever);
             sliding = at_foot - sliding_normal * at_foot.dot(sliding_normal);
             sliding -= normal * sliding.dot(normal);
         }
@@ -321,7 +370,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let tangential = DVec3::from(action.shear(A::SHEARS));
         load.add(force, couple + arm.cross(tangential));
-        if let Some(told) = told {
+        if let (Some(told), Some(sheet)) = (told.as_deref_mut(), sheet)
+            && let Some(loads) = &mut told.sheets
+        {
+            loads.push(sheet.load(force, couple));
+        } else if let Some(told) = told {
             let slip = if touches {
                 law.sliding_loss(&contact, &action, &before, &slot.history, dt)
             } else {
@@ -375,6 +428,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 row: side.near.row as usize,
                 partner,
                 b: None,
+                sheet: sheet.map(AtSheet::place),
                 feature: touch.feature,
                 lever,
                 depth,
@@ -411,6 +465,8 @@ struct Told<'a> {
     loads: Option<&'a mut FeatureLoads>,
     /// Its contacts, if it wears.
     rubs: Option<&'a mut Vec<Rub>>,
+    /// What they do to it, if it is a sheet.
+    sheets: Option<&'a mut Vec<SurfaceLoad>>,
 }
 
 /// The wall's side of a contact.
@@ -420,6 +476,16 @@ pub(super) struct WallSide<'a> {
     pub(super) state: &'a WallState,
     /// Centre of the particle's image that is near, m.
     pub(super) centre: DVec3,
+}
+
+impl WallSide<'_> {
+    /// Velocity of the wall at a place, m/s; of a `sheet` where it is touched.
+    pub(super) fn velocity(&self, sheet: Option<&AtSheet<'_>>, at: DVec3) -> DVec3 {
+        match sheet {
+            None => self.state.velocity.at(at),
+            Some(sheet) => sheet.velocity,
+        }
+    }
 }
 
 /// The entries of the same particle and wall, from the first of them; none for the others.

@@ -82,6 +82,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         observation.exchanges.push(Exchange {
             row: site.row as u32,
             partner: site.partner,
+            sheet: site.sheet,
             arms: [
                 arm,
                 site.b
