@@ -23,7 +23,8 @@ impl EnergyRow {
     /// What is stored in the system (J).
     #[must_use]
     pub fn stored(&self) -> f64 {
-        self.kinetic + self.rotational + self.gravitational + self.elastic
+        let sheets = self.flows.map_or(0.0, |flows| flows.sheets.stored());
+        self.kinetic + self.rotational + self.gravitational + self.elastic + sheets
     }
 }
 
@@ -52,6 +53,35 @@ pub struct EnergyFlows {
     pub vanished_walls: f64,
     /// Kinetic energy of particles that fell asleep.
     pub put_to_rest: f64,
+    /// Elastic sheets.
+    pub sheets: SheetEnergies,
+}
+
+/// Energies of elastic sheets, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SheetEnergies {
+    /// Kinetic energy of the vertices.
+    pub kinetic: f64,
+    /// Potential energy in gravity, from any level.
+    pub gravitational: f64,
+    /// Elastic energy of stretching.
+    pub stretching: f64,
+    /// Elastic energy of bending.
+    pub bending: f64,
+    /// Dissipated since the start, by dashpots and drag.
+    pub dissipated: f64,
+    /// Work of the pressure since the start.
+    pub pressure_work: f64,
+    /// Work of holds since the start.
+    pub hold_work: f64,
+}
+
+impl SheetEnergies {
+    /// What is stored in them (J).
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.kinetic + self.gravitational + self.stretching + self.bending
+    }
 }
 
 impl EnergyFlows {
@@ -62,6 +92,7 @@ impl EnergyFlows {
             + self.dissipated_tangential
             + self.dissipated_rolling
             + self.dissipated_liquid
+            + self.sheets.dissipated
     }
 
     /// Taken from the system by all of them (J); negative if more was given to it.
@@ -70,6 +101,8 @@ impl EnergyFlows {
         self.dissipated() + self.deleted + self.vanished_walls + self.put_to_rest
             - self.wall_work
             - self.inserted
+            - self.sheets.pressure_work
+            - self.sheets.hold_work
     }
 }
 

@@ -38,7 +38,7 @@ pub use camera::Overview;
 pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
 pub use colour::Colour;
 pub use colour_map::{ColourMap, category_colour};
-pub use energies::{EnergyFlows, EnergyRow, energy_page};
+pub use energies::{EnergyFlows, EnergyRow, SheetEnergies, energy_page};
 pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
 pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};

@@ -2,6 +2,7 @@
 
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
+use super::membrane_files::sheet_energies;
 use crate::boundaries::Tally;
 use crate::plan::{NewBody, NewParticle, Plan};
 use crate::step::Engine;
@@ -57,6 +58,7 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         deleted_elastic: audit.left.total(),
         vanished_walls: audit.vanished.total(),
         put_to_rest: engine.sleepers().map_or(0.0, |(_, counts)| counts.energy),
+        sheets: sheet_energies(engine),
     })
 }
 
@@ -93,6 +95,7 @@ pub struct Gap {
 /// The largest term of a budget, J; of gravitational energy the change since `first`, as it has no zero of its own.
 pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
     let flows = row.flows.unwrap_or_default();
+    let of_first = first.flows.unwrap_or_default();
     [
         row.kinetic,
         row.rotational,
@@ -103,6 +106,12 @@ pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
         flows.deleted,
         flows.vanished_walls,
         flows.dissipated(),
+        flows.sheets.kinetic,
+        flows.sheets.stretching,
+        flows.sheets.bending,
+        flows.sheets.gravitational - of_first.sheets.gravitational,
+        flows.sheets.pressure_work,
+        flows.sheets.hold_work,
     ]
     .into_iter()
     .fold(0.0, |largest: f64, energy| largest.max(energy.abs()))

@@ -90,7 +90,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 28] = [
+const ENDINGS: [&str; 32] = [
     "scene.toml",
     "scene.json",
     "data",
@@ -113,6 +113,10 @@ const ENDINGS: [&str; 28] = [
     "wear.csv",
     "wear.arrow",
     "wear_triangles.arrow",
+    "membranes.csv",
+    "holds.csv",
+    "membranes.arrow",
+    "membrane_triangles.arrow",
     "0.restart",
     "1.restart",
     "final.png",

@@ -5,6 +5,7 @@ use mercury_pictures::EnergyFlows;
 
 use super::Due;
 use super::budget::{Exchanged, energy_flows};
+use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
@@ -53,6 +54,8 @@ pub struct Moment {
     pub droplets: Vec<Droplet>,
     /// Worn walls, in scenes that have any.
     pub wear: Option<WearState>,
+    /// Sheets, in scenes that have any.
+    pub membranes: Option<MembraneState>,
 }
 
 /// A tracked particle or body at one time.
@@ -151,6 +154,7 @@ impl Moment {
             wear: engine
                 .wear()
                 .map(|wear| WearState::new(wear, (engine.time(), engine.steps()))),
+            membranes: MembraneState::of(engine),
         }
     }
 
@@ -175,6 +179,7 @@ impl Moment {
             liquid: None,
             droplets: Vec::new(),
             wear: None,
+            membranes: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
+use super::membrane_files::MembraneState;
 use super::moment::TrackPoint;
 use super::wear_files::WearState;
 use super::{BudgetRow, Due, Moment};
@@ -61,6 +62,8 @@ pub struct State {
     pub droplets: Vec<Droplet>,
     /// Worn walls, in scenes that have any.
     pub wear: Option<WearState>,
+    /// Sheets, in scenes that have any.
+    pub membranes: Option<MembraneState>,
 }
 
 impl State {
@@ -114,6 +117,7 @@ impl State {
             liquid,
             droplets: moment.droplets,
             wear: moment.wear,
+            membranes: moment.membranes,
         }
     }
 

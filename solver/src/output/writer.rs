@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 
 use glam::DVec3;
 use mercury_common::whole_file::{FileError, WholeFile};
-use mercury_pictures::{EnergyFlows, EnergyRow};
+use mercury_pictures::{EnergyFlows, EnergyRow, SheetEnergies};
 use rayon::ThreadPoolBuilder;
 
 use super::body_frames::BodyFrames;
@@ -22,6 +22,7 @@ use super::field_tables::FieldTable;
 use super::flux_counts::FluxCounts;
 use super::fstat_file::FstatFile;
 use super::liquid_file::LiquidFile;
+use super::membrane_files::{HoldCsv, MembraneCsv, MembraneFrames, MembraneTriangles};
 use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
 use super::stream::{Begin, Stream};
@@ -33,6 +34,7 @@ use super::wall_loads::WallLoads;
 use super::wear_files::{WearCsv, WearFrames, WearTriangles};
 use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
+use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::stage::{Event, OutputFile, Stage};
@@ -152,7 +154,17 @@ crate::state::plain!(EnergyFlows {
     deleted,
     deleted_elastic,
     vanished_walls,
-    put_to_rest
+    put_to_rest,
+    sheets
+});
+crate::state::plain!(SheetEnergies {
+    kinetic,
+    gravitational,
+    stretching,
+    bending,
+    dissipated,
+    pressure_work,
+    hold_work
 });
 
 impl Positions {
@@ -369,6 +381,21 @@ fn streams(
             streams.push(Box::new(WearFrames::begin(folder, plan, at)?));
             let at = begin(&streams);
             streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
+        }
+    }
+    if !plan.physics().membranes().is_empty() {
+        let at = begin(&streams);
+        streams.push(Box::new(MembraneCsv::begin(folder, plan, at)?));
+        let has_holds = |membrane: &MembranePlan| !membrane.holds.is_empty();
+        if plan.physics().membranes().iter().any(has_holds) {
+            let at = begin(&streams);
+            streams.push(Box::new(HoldCsv::begin(folder, plan, at)?));
+        }
+        if output.frames {
+            let at = begin(&streams);
+            streams.push(Box::new(MembraneFrames::begin(folder, plan, at)?));
+            let at = begin(&streams);
+            streams.push(Box::new(MembraneTriangles::begin(folder, plan, at)?));
         }
     }
     if !output.fields.is_empty() {
