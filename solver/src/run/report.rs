@@ -6,7 +6,7 @@ use mercury_common::readable::{duration, rounded, significant};
 
 use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
-use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
+use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
 use crate::step::Engine;
