@@ -33,7 +33,7 @@ use crate::contact::{Bridge, HistoryNumber, SlidingNormal};
 use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
-use crate::walls::WallNow;
+use crate::walls::{WallFilms, WallNow};
 
 /// What the force evaluation of one step is told.
 pub struct StepContext<'a> {
@@ -49,6 +49,8 @@ pub struct StepContext<'a> {
     pub walls: &'a [WallNow],
     /// Thickness of the liquid film on each row, m, where bridges form as films meet.
     pub films: Option<&'a [f64]>,
+    /// Films of walls, likewise.
+    pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.

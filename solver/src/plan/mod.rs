@@ -44,6 +44,7 @@ mod tests;
 mod time_step;
 mod unsupported;
 mod usage;
+mod wall_films;
 mod walls;
 mod wear;
 mod workload;

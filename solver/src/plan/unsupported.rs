@@ -1,37 +1,18 @@
 //! What the scene format knows and this version of the solver does not: said before anything runs, with what does instead.
 
-use mercury_common::scene::{AtWalls, Place, Scene, SceneError};
+use mercury_common::scene::{Place, Scene, SceneError};
 
 /// Everything in the scene that cannot be run yet, in the order of the format.
 #[must_use]
 pub(super) fn unsupported(scene: &Scene) -> Vec<SceneError> {
     let mut found = Found(Vec::new());
-    if *scene.liquid.evaporation > 0.0 {
-        found.add(
-            &scene.liquid.evaporation.place,
-            "evaporation is",
-            EVAPORATION,
-        );
-    }
     for membrane in &scene.membranes {
         found.add(&membrane.name.place, "membranes are", MEMBRANE);
-    }
-    for spray in &scene.sprays {
-        if *spray.mass {
-            found.add(&spray.mass.place, "liquid with mass is", MASS);
-        }
-        if spray.at_walls == AtWalls::Film {
-            found.add(&spray.name.place, "a film on walls is", WALL_FILM);
-        }
     }
     found.0
 }
 
-const EVAPORATION: &str =
-    "leave `evaporation` out, or make it 0: films and bridges keep their liquid then";
 const MEMBRANE: &str = "instead: a [[walls]] entry with a servo, which holds a pressure on a plane, box or disc (motion = [{ kind = \"servo\", pressure = 10e3, ... }]), or with shape = \"mesh\", which is rigid";
-const MASS: &str = "leave `mass` out: particles keep their mass, and `momentum = true` gives them that of the droplets";
-const WALL_FILM: &str = "leave `at_walls` out, or make it \"lost\" or \"bounce\"; what walls take is counted in .liquid.csv";
 
 struct Found(Vec<SceneError>);
 
