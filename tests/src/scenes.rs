@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_solver::contact::adhesion::liquid::Tables;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw,
@@ -51,6 +52,7 @@ pub fn add_material(plan: &mut Draft, density: f64) -> u32 {
     plan.laws = LawTable {
         materials: count,
         laws: vec![law; count * count],
+        tables: Tables::default(),
     };
     count as u32 - 1
 }

@@ -54,7 +54,7 @@ pub(crate) enum Command {
         /// none, fast (only what shrinks), or a level from 1 (fast) to 9 (small)
         #[arg(long, default_value = "fast", value_parser = compression, allow_negative_numbers = true)]
         compression: VtuCompression,
-        /// Leave contacts out
+        /// Leave contacts, and the liquid bridges among them, out
         #[arg(long)]
         no_contacts: bool,
         /// Leave walls out

@@ -5,14 +5,16 @@ use std::str::FromStr;
 use clap::Args;
 use glam::DVec3;
 use mercury_export::sinks::pictures::PictureChoice;
-use mercury_pictures::{Background, ColourBy, ColourMap, Framing, Options, Projection, View};
+use mercury_pictures::{
+    Background, ColourBy, ColourMap, ContactStyle, Framing, Options, Projection, View,
+};
 
 use crate::arguments::ClumpsName;
 
 /// How a picture looks.
 #[derive(Debug, Args)]
 pub(crate) struct Look {
-    /// auto (speed; height where nothing moves), none, speed, height, material, body, clump (its kind), depth (of worn walls), or any column or vector of the input
+    /// auto (speed; height where nothing moves), none, speed, height, material, body, clump (its kind), depth (of worn walls), film (volume of the liquid film), or any column or vector of the input
     #[arg(
         long,
         visible_alias = "color",
@@ -52,12 +54,18 @@ pub(crate) struct Look {
     /// light, dark or transparent
     #[arg(long, default_value = "light")]
     background: Background,
-    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts 0.15]
+    /// Opacity of the particles, 0 to 1 [default: 1, with --contacts or --bridges 0.15]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     opacity: Option<f64>,
     /// Contacts as lines, wider and darker with the force (runs with fstat = true)
     #[arg(long)]
     contacts: bool,
+    /// Liquid bridges as lines, wider and darker with the force of the bridge (wet runs with fstat = true)
+    #[arg(long, conflicts_with = "contacts")]
+    bridges: bool,
+    /// Droplets in flight (runs with sprays)
+    #[arg(long)]
+    droplets: bool,
     /// Clumps as spheres, as their own surfaces, or both
     #[arg(long, value_enum, default_value_t)]
     clumps: ClumpsName,
@@ -80,7 +88,8 @@ pub(crate) struct Look {
 
 impl Look {
     pub(crate) fn choice(&self) -> PictureChoice {
-        let opaque = if self.contacts { 0.15 } else { 1.0 };
+        let lines = self.contacts || self.bridges;
+        let opaque = if lines { 0.15 } else { 1.0 };
         PictureChoice {
             options: Options {
                 width: self.size.0,
@@ -97,6 +106,14 @@ impl Look {
                 zoom: self.zoom,
                 target: self.target,
                 colour: ColourBy::Plain,
+                contacts: if self.bridges {
+                    ContactStyle {
+                        label: "bridge force".to_owned(),
+                        ..ContactStyle::default()
+                    }
+                } else {
+                    ContactStyle::default()
+                },
                 sphere_opacity: self.opacity.unwrap_or(opaque),
                 background: self.background,
                 headings: !self.bare,
@@ -110,6 +127,8 @@ impl Look {
             range: self.range,
             map: self.map,
             contacts: self.contacts,
+            bridges: self.bridges,
+            droplets: self.droplets,
             walls: !self.no_walls,
             clumps: self.clumps.into(),
             title: self.title.clone(),

@@ -304,10 +304,20 @@ fn the_script_names_the_series_that_there_are() {
         walls: true,
         bodies: true,
         clumps: true,
+        bridges: true,
+        droplets: true,
     };
     let text = script("my \"run\"", all);
     assert!(text.contains(r#"prefix = "my \"run\"""#));
-    for kind in ["particles", "contacts", "walls", "bodies", "clumps"] {
+    for kind in [
+        "particles",
+        "contacts",
+        "walls",
+        "bodies",
+        "clumps",
+        "bridges",
+        "droplets",
+    ] {
         assert!(text.contains(&format!("series(\"{kind}\")")));
     }
     let text = script(

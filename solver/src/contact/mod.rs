@@ -25,7 +25,9 @@ pub mod tangential;
 #[cfg(test)]
 mod tests;
 
-pub use adhesion::{AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, NoAdhesion};
+pub use adhesion::{
+    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, LiquidLaw, NoAdhesion,
+};
 pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};

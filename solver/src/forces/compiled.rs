@@ -1,10 +1,11 @@
 //! The choice of a contact loop for the laws of a scene.
 
 use super::{ContactForces, ContactLoop};
+use crate::contact::adhesion::liquid::{CURVE, SHORT};
 use crate::contact::registry::LawTable;
 use crate::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Liquid, Mindlin, NoAdhesion, NoRolling, NormalLaw,
-    OneOf, PairLaw, RollingLaw, TangentialLaw,
+    AnyNormal, AnyRolling, AnyTangential, Hertz, LiquidLaw, Mindlin, NoAdhesion, NoRolling,
+    NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
 };
 #[cfg(not(test))]
 use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
@@ -54,10 +55,17 @@ pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
             laws as Vec<Any<NoAdhesion>>,
             table.materials,
         )),
-        None => {
-            let laws: Vec<Any<Liquid>> = table.narrow().unwrap_or_default();
-            Box::new(ContactLoop::new(laws, table.materials))
-        }
+        // Formulas of few numbers keep no room for tables of exact bridges.
+        None => match table.narrow() {
+            Some(laws) => Box::new(ContactLoop::new(
+                laws as Vec<Any<LiquidLaw<SHORT>>>,
+                table.materials,
+            )),
+            None => {
+                let laws: Vec<Any<LiquidLaw<CURVE>>> = table.narrow().unwrap_or_default();
+                Box::new(ContactLoop::new(laws, table.materials))
+            }
+        },
     }
 }
 

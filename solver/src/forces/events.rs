@@ -28,6 +28,8 @@ pub struct Bond {
     pub row: u32,
     /// The other side.
     pub partner: Partner,
+    /// Feature of the wall, if that is one.
+    pub feature: u32,
     /// Whether the two overlapped in the last force evaluation.
     pub touches: bool,
     /// The bridge.

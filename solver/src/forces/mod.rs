@@ -34,7 +34,7 @@ use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::{Surface, SurfaceLoad};
-use crate::walls::WallNow;
+use crate::walls::{WallFilms, WallNow};
 
 /// The inputs of the force evaluation of one step.
 pub struct StepContext<'a> {
@@ -53,6 +53,8 @@ pub struct StepContext<'a> {
     pub surfaces: &'a [Surface],
     /// Thickness of the liquid film on each row, m, where bridges form as films meet.
     pub films: Option<&'a [f64]>,
+    /// Films of walls, likewise.
+    pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.

@@ -14,17 +14,29 @@ pub struct Exchanged {
     pub inserted: Tally,
     /// By deletions and through faces of the domain.
     pub removed: Tally,
+    /// Mass of liquid from outside of the particles, where it has any, kg.
+    pub liquid_mass: f64,
+    /// Energy that droplets, and liquid with mass, brought to particles, J.
+    pub liquid_energy: f64,
 }
 
-crate::state::plain!(Exchanged { inserted, removed });
+crate::state::plain!(Exchanged {
+    inserted,
+    removed,
+    liquid_mass,
+    liquid_energy
+});
 
 impl Exchanged {
     /// By now.
     #[must_use]
     pub fn by_now(engine: &Engine) -> Self {
+        let [of_liquid, of_sprays] = engine.liquid_brought();
         Self {
             inserted: engine.boundaries().inserted(),
             removed: engine.boundaries().removed(),
+            liquid_mass: of_liquid[0] + of_sprays[0],
+            liquid_energy: of_liquid[1] + of_sprays[1],
         }
     }
 }
@@ -53,7 +65,8 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         dissipated_liquid: audit.dissipated_adhesion,
         wall_work: audit.wall_work,
         servo_work: audit.servo_work,
-        inserted: carried(&now.inserted) - carried(&at_start.inserted),
+        inserted: carried(&now.inserted) - carried(&at_start.inserted)
+            + (now.liquid_energy - at_start.liquid_energy),
         deleted: carried(&now.removed) - carried(&at_start.removed) + audit.left.total(),
         deleted_elastic: audit.left.total(),
         vanished_walls: audit.vanished.total(),

@@ -167,6 +167,8 @@ pub struct LiquidSummary {
     pub films: f64,
     /// In bridges.
     pub bridges: f64,
+    /// On walls.
+    pub wall_films: f64,
     /// In droplets in flight.
     pub in_flight: f64,
     /// On particles that were inserted.
@@ -181,6 +183,8 @@ pub struct LiquidSummary {
     pub left: f64,
     /// On particles that were deleted in a region.
     pub deleted: f64,
+    /// Evaporated.
+    pub evaporated: f64,
     /// The present liquid and the losses, less the liquid at the start: round-off.
     pub error: f64,
     /// Bridges at the end.
@@ -189,6 +193,10 @@ pub struct LiquidSummary {
     pub formed: u64,
     /// Bridges that broke.
     pub ruptured: u64,
+    /// Bridges that dried up.
+    pub dried: u64,
+    /// How often a bridge formed or took liquid that lies outside of the table of `young-laplace`.
+    pub clamped: u64,
 }
 
 impl From<LiquidRow> for LiquidSummary {
@@ -198,6 +206,7 @@ impl From<LiquidRow> for LiquidSummary {
             initial: row.balance.initial,
             films: row.films,
             bridges: row.bridges,
+            wall_films: row.wall_films,
             in_flight,
             inserted: row.balance.inserted.value(),
             emitted,
@@ -205,10 +214,13 @@ impl From<LiquidRow> for LiquidSummary {
             lost,
             left: row.balance.left.value() + left,
             deleted: row.balance.deleted.value(),
+            evaporated: row.balance.evaporated.value(),
             error: row.error,
             bridge_count: row.bridge_count,
             formed: row.balance.formed,
             ruptured: row.balance.ruptured,
+            dried: row.balance.dried,
+            clamped: row.balance.clamped,
         }
     }
 }

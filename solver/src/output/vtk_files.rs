@@ -95,6 +95,8 @@ impl VtkFiles {
             })
         });
         let parts = ScriptParts {
+            bridges: false,
+            droplets: false,
             particles: true,
             contacts: true,
             walls: walls.is_some(),

@@ -29,19 +29,20 @@ use super::time_step::{
     Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
     limits, steps,
 };
-use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
+use super::wall_films::wall_films;
 use super::walls::{continue_cylinders, walls};
 use super::wear::wear;
 use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
+use crate::contact::adhesion::liquid::Tables;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
 use crate::contact::normal::rayleigh_time;
 use crate::contact::parameter::short;
 use crate::contact::registry::LawTable;
 use crate::contact::{AdhesionLaw, AnyAdhesion};
-use crate::liquid::LiquidPlan;
+use crate::liquid::{LiquidPlan, Weight};
 use crate::state::MaterialIndex;
 use crate::walls::Wall;
 
@@ -76,7 +77,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         let help = format!("at most {MOST_MATERIALS}: one material may have any number of sizes");
         return Err(SceneErrors(vec![error.with_help(help)]));
     }
-    let mut errors = unsupported(scene);
+    let mut errors: Vec<SceneError> = Vec::new();
     let mut warnings = Vec::new();
     let dimensions = match scene.domain.dimensions {
         Dimensions::Two => 2,
@@ -121,17 +122,23 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         dimensions,
     );
     let mut pairs = plan_pairs(scene, &uses, &mut errors);
-    if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
-        for pair in &mut pairs {
-            if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
-                *liquid = liquid.reaching(sizes.smallest);
-            }
-        }
-    }
-
     let found = errors.len();
     magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
     bridges::larger_than_grains(scene, &start, &clumps, &insertions, &mut errors);
+    let tables = if errors.is_empty() {
+        let radii = bridges::radii_of_materials(scene, &start, &clumps, &insertions);
+        warnings.extend(bridges::wide_ratios(&pairs, &radii));
+        bridges::tables(scene, &mut pairs, &radii, &mut notes, &mut errors)
+    } else {
+        Tables::default()
+    };
+    if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
+        for pair in &mut pairs {
+            if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
+                *liquid = liquid.reaching(sizes.smallest, &tables);
+            }
+        }
+    }
     checks::inside_the_domain(scene, &start, &mut errors);
     checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {
@@ -235,6 +242,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut laws = LawTable {
         materials: scene.materials.len(),
         laws: vec![None; scene.materials.len() * scene.materials.len()],
+        tables,
     };
     for pair in &pairs {
         let [a, b] = pair.materials.map(|material| material.index());
@@ -255,7 +263,9 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
     let wear = wear(scene, &walls);
-    let has_liquid = laws.has_liquid()
+    let wall_films = wall_films(scene, &walls);
+    let has_liquid = !wall_films.is_empty()
+        || laws.has_liquid()
         || sprays.is_some()
         || !start.films.is_empty()
         || !start.films_of_bodies.is_empty()
@@ -266,6 +276,15 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),
         neighbours: scene.liquid.neighbours,
         bridges_form: scene.liquid.bridges_form,
+        evaporation: *scene.liquid.evaporation,
+        weight: (sprays.as_ref())
+            .and_then(|sprays| sprays.nozzles.iter().find(|nozzle| nozzle.mass))
+            .map(|nozzle| Weight {
+                density: nozzle.liquid_density,
+                gravity: *scene.gravity,
+                lag: 0.5 * time_step,
+            }),
+        wall_films,
     });
     let mut plan = Plan {
         physics: Physics {

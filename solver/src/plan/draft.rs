@@ -10,6 +10,7 @@ use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan, Sleeping}
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
+use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
 use crate::membrane::MembranePlan;
@@ -150,6 +151,7 @@ impl Draft {
             laws: LawTable {
                 materials: 1,
                 laws: vec![Some(law)],
+                tables: Tables::default(),
             },
             sliding_normal: SlidingNormal::default(),
             wall_curvature: false,

@@ -43,8 +43,8 @@ mod start_from_run;
 #[cfg(test)]
 mod tests;
 mod time_step;
-mod unsupported;
 mod usage;
+mod wall_films;
 mod walls;
 mod wear;
 mod workload;

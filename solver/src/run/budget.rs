@@ -32,7 +32,10 @@ impl Budget {
             Some(last) => last.mass_and_momentum(),
             None => (0.0, DVec3::ZERO),
         };
-        let Exchanged { inserted, removed } = Exchanged::by_now(engine);
+        let exchanged = Exchanged::by_now(engine);
+        let Exchanged {
+            inserted, removed, ..
+        } = exchanged;
         let particles = plan
             .physics()
             .particles()
@@ -52,7 +55,7 @@ impl Budget {
                 + bodies
                     .map(|body| body.mass(plan.physics().clumps()))
                     .sum::<f64>(),
-            inserted_mass: inserted.mass,
+            inserted_mass: inserted.mass + exchanged.liquid_mass,
             deleted_mass: removed.mass,
             final_mass,
             initial_momentum: written.initial,

@@ -119,13 +119,15 @@ impl fmt::Display for Report {
         if let Some(liquid) = &s.liquid {
             writeln!(
                 f,
-                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} in flight + {:.6e} lost + {:.6e} left and deleted = {:.6e} at the start + {:.6e} inserted + {:.6e} sprayed m3 (error {:.1e} m3); {} bridges formed, {} broke",
+                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} on walls + {:.6e} in flight + {:.6e} lost + {:.6e} left and deleted + {:.6e} evaporated = {:.6e} at the start + {:.6e} inserted + {:.6e} sprayed m3 (error {:.1e} m3); {} bridges formed, {} broke",
                 liquid.films,
                 liquid.bridges,
                 liquid.bridge_count,
+                liquid.wall_films,
                 liquid.in_flight,
                 liquid.lost,
                 liquid.left + liquid.deleted,
+                liquid.evaporated,
                 liquid.initial,
                 liquid.inserted,
                 liquid.emitted,
@@ -133,6 +135,13 @@ impl fmt::Display for Report {
                 liquid.formed,
                 liquid.ruptured
             )?;
+            if liquid.clamped > 0 {
+                writeln!(
+                    f,
+                    "             {} times a bridge formed or took liquid with a volume below those of the table of `young-laplace`: the force of the smallest one there stood for it",
+                    liquid.clamped
+                )?;
+            }
         }
         for wear in &s.wear {
             writeln!(

@@ -35,7 +35,9 @@ impl Engine {
         // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces come
         // after the contacts, the loads are not complete yet. The audit needs the velocities at the time when all forces are
         // known.
-        let fuse = fuse && !self.plan.physics().energy_budget();
+        // Liquid with mass changes masses after them.
+        let has_mass = self.liquid.as_ref().is_some_and(Liquids::has_mass);
+        let fuse = fuse && !self.plan.physics().energy_budget() && !has_mass;
         if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
             self.forces_and_drift(spring_time, (watch, sees_sleepers));
         } else {
@@ -126,6 +128,7 @@ impl Engine {
             walls: &self.walls,
             surfaces: &self.surfaces,
             films: self.liquid.as_ref().and_then(Liquids::film_thicknesses),
+            wall_films: self.liquid.as_ref().and_then(Liquids::films_that_meet),
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: self.plan.outputs().files().triangle_loads,
@@ -154,6 +157,7 @@ impl Engine {
             walls: &self.walls,
             surfaces: &self.surfaces,
             films: None,
+            wall_films: None,
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: false,

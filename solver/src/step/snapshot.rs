@@ -6,7 +6,7 @@ use super::guard::Guard;
 use super::{Audit, AuditedContact, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
-use crate::liquid::LiquidBalance;
+use crate::liquid::{Liquids, SavedLiquid};
 use crate::membrane::SavedMembrane;
 use crate::neighbours::Images;
 use crate::plan::Plan;
@@ -51,7 +51,7 @@ pub struct Snapshot {
     /// The state of sleeping particles, if the plan enables sleeping.
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
-    pub liquid: Option<LiquidBalance>,
+    pub liquid: Option<SavedLiquid>,
     /// Droplets in flight and where others went, in scenes with sprays.
     pub sprays: Option<SprayState>,
     /// Walls that wear, in scenes that have any.
@@ -252,7 +252,7 @@ impl Engine {
             encoder.section(SLEEP, &sleep);
         }
         if let Some(liquid) = &self.liquid {
-            encoder.section(LIQUID, &liquid.balance);
+            encoder.section(LIQUID, &liquid.save());
         }
         if let Some(sprays) = &self.sprays {
             encoder.section(SPRAYS, &sprays.state);
@@ -304,7 +304,7 @@ impl Engine {
             guard: self.guard.save(),
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
-            liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
+            liquid: self.liquid.as_ref().map(Liquids::save),
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
@@ -461,8 +461,11 @@ impl Engine {
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }
-        if let (Some(liquid), Some(balance)) = (&mut engine.liquid, snapshot.liquid) {
-            liquid.balance = balance;
+        if let (Some(liquid), Some(saved)) = (&mut engine.liquid, &snapshot.liquid)
+            && !liquid.restore(saved)
+        {
+            let reason = "its films on walls are not those of the plan".to_owned();
+            return Err(RunError::OtherPlan(reason));
         }
         if let Some(state) = snapshot.sprays {
             engine.sprays = Some(Sprays::restored(state));

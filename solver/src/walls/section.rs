@@ -66,6 +66,12 @@ pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &Room) -> f64 {
     }
 }
 
+/// The area of a plane through `point` (m) within the room, m^2.
+#[must_use]
+pub fn plane_section(point: DVec3, normal: DVec3, room: &Room) -> f64 {
+    plane_area(point, normal, std::iter::empty(), room)
+}
+
 /// Point and normal of a plane where it stands.
 fn standing(wall: &WallNow) -> Option<(DVec3, DVec3)> {
     let Shape::Plane(plane) = wall.shape() else {

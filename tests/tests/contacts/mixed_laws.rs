@@ -3,6 +3,7 @@
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
+use mercury_solver::contact::adhesion::liquid::Tables;
 use mercury_solver::contact::registry::LawTable;
 use mercury_solver::contact::{AnyNormal, Linear};
 use mercury_solver::plan::{Draft, NewParticle};
@@ -28,6 +29,7 @@ fn contacts_of_one_law_after_those_of_several_act_on_their_own_particles() {
         laws: [0, 1, 1, 2]
             .map(|which| Some(law(STIFFNESS[which])))
             .to_vec(),
+        tables: Tables::default(),
     };
     let mut random = Stream::new(3, "mixed bar", 0);
     let particles: Vec<NewParticle> = (0..16 * long)

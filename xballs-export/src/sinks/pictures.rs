@@ -24,7 +24,7 @@ pub struct PictureChoice {
     /// Size, camera, background, what stands around the scene. Its `colour` is replaced by what `quantity` says.
     pub options: Options,
     /// What the colours of the particles show: `auto` (speed; height where nothing moves), `none`, `speed`, `height`,
-    /// `material`, `body`, `clump`, `depth` (of worn walls), or the name of a column or of a vector, whose length is shown.
+    /// `material`, `body`, `clump`, `depth` (of worn walls), `film` (`film_volume`), or the name of a column or of a vector, whose length is shown.
     pub quantity: String,
     /// Values at the ends of the colour bar; `None`: from the frames.
     pub range: Option<(f64, f64)>,
@@ -32,6 +32,10 @@ pub struct PictureChoice {
     pub map: ColourMap,
     /// With contacts as lines whose width shows the force, where the run has them.
     pub contacts: bool,
+    /// With contacts that have a liquid bridge alone, as lines whose width shows the force of the bridge.
+    pub bridges: bool,
+    /// With droplets in flight.
+    pub droplets: bool,
     /// With walls, where the run has them.
     pub walls: bool,
     /// How clumps are shown.

@@ -1,7 +1,7 @@
 //! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
 //!
-//! Kinds: `particles`, `contacts` (as lines), `walls` (as triangles where they stand), `bodies` (centres of mass of clumps), `clumps` (their own
-//! surfaces). A further kind is a further series.
+//! Kinds: `particles`, `contacts` (as lines), `bridges` (those with liquid, as lines), `walls` (as triangles where they stand), `bodies` (centres of
+//! mass of clumps), `clumps` (their own surfaces), `droplets`. A further kind is a further series.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use mercury_common::formats::vtu::{VtuError, VtuOptions};
 use mercury_common::frames::{
-    BodyReader, Column, ContactReader, FrameReader, TriangleLoadFrame, TriangleLoadReader,
-    WallReader, WearReader,
+    BodyReader, Column, ContactReader, DropletReader, FrameReader, TriangleLoadFrame,
+    TriangleLoadReader, WallReader, WearReader,
 };
 use mercury_common::paraview::{self, ScriptParts, Series, WallScene};
 
@@ -59,6 +59,7 @@ struct Tables<'a> {
     loads: Option<&'a TriangleLoadReader>,
     wear: Option<&'a WearReader>,
     bodies: Option<&'a BodyReader>,
+    droplets: Option<&'a DropletReader>,
     /// The bodies again, where they are shown as their surfaces.
     surfaces: Option<&'a BodyReader>,
 }
@@ -98,9 +99,18 @@ impl<'a> Vtu<'a> {
             found => found?,
         };
         let surfaces = bodies::reader_for(&job.source, choice.clumps)?;
+        let droplets =
+            run.map(|run| run.droplets("without it droplets are left out: move the file away"));
+        let droplets = droplets.transpose()?.flatten();
         let output = &job.output;
         let mut files = vec![output.path("paraview.py"), output.path("particles.pvd")];
         files.extend(contacts.map(|_| output.path("contacts.pvd")));
+        files.extend(
+            contacts
+                .filter(|table| has_bridges(table))
+                .map(|_| output.path("bridges.pvd")),
+        );
+        files.extend(droplets.map(|_| output.path("droplets.pvd")));
         files.extend(walls.map(|_| output.path("walls.pvd")));
         files.extend(bodies.map(|_| output.path("bodies.pvd")));
         files.extend(surfaces.map(|_| output.path("clumps.pvd")));
@@ -113,6 +123,7 @@ impl<'a> Vtu<'a> {
                 loads,
                 wear,
                 bodies,
+                droplets,
                 surfaces,
             },
             warnings,
@@ -195,10 +206,10 @@ impl<'a> Vtu<'a> {
         Ok(())
     }
 
-    /// All contacts that are wanted; whether there are any.
-    fn write_contacts(&self, outcome: &mut Outcome) -> Result<bool, ExportError> {
+    /// All contacts that are wanted, and the liquid bridges among them; whether there are any of each.
+    fn write_contacts(&self, outcome: &mut Outcome) -> Result<[bool; 2], ExportError> {
         let (Some(reader), Some(run)) = (self.beside.contacts, run_of(&self.job.source)) else {
-            return Ok(false);
+            return Ok([false; 2]);
         };
         let path = reader.frames().path().display();
         let wanted = |number: &usize| {
@@ -215,9 +226,14 @@ impl<'a> Vtu<'a> {
                     "{path}: no contacts were written at the times of these frames"
                 ));
             }
-            return Ok(false);
+            return Ok([false; 2]);
         }
         let mut list = self.series("contacts")?;
+        let mut bridges = if has_bridges(reader) {
+            Some(self.series("bridges")?)
+        } else {
+            None
+        };
         for number in numbers {
             let mut frame = reader.frames().frame(number)?;
             let step = frame.step;
@@ -226,11 +242,42 @@ impl<'a> Vtu<'a> {
                 keep_contacts(specs, &mut frame.columns, ids);
             }
             let centres = centres(run, step)?;
-            let grid = paraview::contacts(specs, frame, &centres)
-                .map_err(|reason| ExportError::Input(format!("{path}: {reason}")))?;
+            let unfit = |reason| ExportError::Input(format!("{path}: {reason}"));
+            if let Some(bridges) = &mut bridges {
+                let mut wet = frame.clone();
+                keep_bridges(specs, &mut wet.columns);
+                let grid = paraview::contacts(specs, wet, &centres).map_err(unfit)?;
+                bridges.write(number, &grid)?;
+            }
+            let grid = paraview::contacts(specs, frame, &centres).map_err(unfit)?;
             list.write(number, &grid)?;
         }
-        Ok(true)
+        Ok([true, bridges.is_some()])
+    }
+
+    /// The droplets in flight at the steps of the particles; whether there are any.
+    fn write_droplets(&self) -> Result<bool, ExportError> {
+        let Some(reader) = self.beside.droplets else {
+            return Ok(false);
+        };
+        let frames = reader.frames();
+        let mut list = None;
+        for number in 0..frames.len() {
+            let step = frames.info(number).map(|info| info.step);
+            let Some((particles, _)) = step.and_then(|step| self.steps.get(&step)) else {
+                continue;
+            };
+            let frame = frames.frame(number)?;
+            let path = frames.path();
+            let grid = paraview::particles(frames.schema().columns(), frame);
+            let grid = grid.map_err(|reason| unfit(path, number, &reason))?;
+            let list = match &mut list {
+                Some(list) => list,
+                None => list.insert(self.series("droplets")?),
+            };
+            list.write(*particles, &grid)?;
+        }
+        Ok(list.is_some())
     }
 
     /// The walls at the steps of the particles; whether there are any.
@@ -283,6 +330,10 @@ impl<'a> Vtu<'a> {
             let lost = "later ones are left out";
             warnings.extend(cut(reader.frames(), "contacts", lost));
         }
+        if let Some(reader) = self.beside.droplets {
+            let lost = "later ones are left out";
+            warnings.extend(cut(reader.frames(), "droplets", lost));
+        }
         if let Some(reader) = self.beside.walls {
             let lost = "walls are left out of later frames";
             warnings.extend(cut(reader.frames(), "walls", lost));
@@ -327,9 +378,12 @@ impl Sink for Vtu<'_> {
         if self.choice.clumps != ClumpsAs::Surface || self.clumps.is_none() {
             self.write_empty()?;
         }
+        let [contacts, bridges] = self.write_contacts(outcome)?;
         let parts = ScriptParts {
             particles: self.particles.is_some(),
-            contacts: self.write_contacts(outcome)?,
+            contacts,
+            bridges,
+            droplets: self.write_droplets()?,
             walls: self.write_walls()?,
             bodies: self.bodies.is_some(),
             clumps: self.clumps.is_some(),
@@ -344,6 +398,12 @@ impl Sink for Vtu<'_> {
         for (kind, was_asked, is_written) in [
             ("particles", true, parts.particles),
             ("contacts", self.beside.contacts.is_some(), parts.contacts),
+            (
+                "bridges",
+                self.beside.contacts.is_some_and(has_bridges),
+                parts.bridges,
+            ),
+            ("droplets", self.beside.droplets.is_some(), parts.droplets),
             ("walls", self.beside.walls.is_some(), parts.walls),
             ("bodies", self.beside.bodies.is_some(), parts.bodies),
             ("clumps", self.beside.surfaces.is_some(), parts.clumps),
@@ -376,6 +436,29 @@ fn is_wanted(time: f64, beside: bool, span: Option<(f64, f64)>, selection: &Sele
     let within = span.is_some_and(|(first, last)| first <= time && time <= last);
     let every = matches!(selection.frames, FrameChoice::All | FrameChoice::Range(..));
     beside || (within && every && !selection.is_partial())
+}
+
+/// Whether a table of contacts has those of liquid bridges.
+fn has_bridges(contacts: &ContactReader) -> bool {
+    contacts
+        .frames()
+        .schema()
+        .index_of("bridge_volume")
+        .is_some()
+}
+
+/// Leaves out contacts without a liquid bridge.
+fn keep_bridges(specs: &[mercury_common::frames::ColumnSpec], columns: &mut [Column]) {
+    let place = specs.iter().position(|spec| spec.name == "bridge_volume");
+    let volumes = place.and_then(|place| columns[place].as_f64());
+    let keep: Vec<bool> = volumes
+        .unwrap_or_default()
+        .iter()
+        .map(|&volume| volume > 0.0)
+        .collect();
+    for column in columns {
+        retain(column, &keep);
+    }
 }
 
 /// Leaves out contacts of particles that are not selected.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
 use mercury_common::frames::{
-    BodyReader, ContactReader, FrameReader, ParticleReader, TriangleLoadReader, WallReader,
-    WearReader,
+    BodyReader, ContactReader, DropletReader, FrameReader, ParticleReader, TriangleLoadReader,
+    WallReader, WearReader,
 };
 
 use super::Item;
@@ -25,6 +25,7 @@ pub struct RunSource {
     surfaces: Option<FormatError>,
     triangle_loads: Beside<TriangleLoadReader>,
     wear: Beside<WearReader>,
+    droplets: Beside<DropletReader>,
 }
 
 /// A table beside the particles: there or not, and what is wrong with it. A caller that does not need the table can ignore it.
@@ -62,6 +63,7 @@ impl RunSource {
                 .map(TriangleLoadReader::open)
                 .transpose(),
             wear: beside("wear").map(WearReader::open).transpose(),
+            droplets: beside("droplets").map(DropletReader::open).transpose(),
             prefix: prefix.to_owned(),
         })
     }
@@ -107,6 +109,11 @@ impl RunSource {
 
     pub(crate) fn wear(&self, help: &str) -> Result<Option<&WearReader>, FormatError> {
         there(&self.wear, help)
+    }
+
+    /// Droplets in flight.
+    pub(crate) fn droplets(&self, help: &str) -> Result<Option<&DropletReader>, FormatError> {
+        there(&self.droplets, help)
     }
 
     pub(crate) fn triangle_loads(

@@ -89,6 +89,8 @@ fn choice(quantity: &str) -> PictureChoice {
         range: None,
         map: ColourMap::Viridis,
         contacts: true,
+        bridges: false,
+        droplets: false,
         walls: true,
         clumps: Default::default(),
         title: None,

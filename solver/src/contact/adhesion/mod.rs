@@ -5,7 +5,7 @@ pub mod liquid;
 pub mod young_laplace;
 
 pub use any::AnyAdhesion;
-pub use liquid::{Bridge, Liquid};
+pub use liquid::{Bridge, Liquid, LiquidLaw};
 
 use super::{Contact, History, HistoryNumber, NormalForce};
 use crate::lanes::{Real, Vector};

@@ -22,6 +22,7 @@ pub(super) enum SlotEvent {
     Gone {
         row: u32,
         partner: Partner,
+        feature: u32,
         bridge: Bridge,
     },
 }
@@ -37,6 +38,7 @@ impl SlotEvent {
                 wall: near.wall,
                 image: near.image,
             },
+            feature: slot.feature,
             bridge,
         })
     }
@@ -81,12 +83,14 @@ impl<H: History> Block<H> {
                 SlotEvent::Gone {
                     row,
                     partner,
+                    feature,
                     bridge,
                 } => {
                     let bond = Bond {
                         place: None,
                         row,
                         partner,
+                        feature,
                         touches: false,
                         bridge,
                     };
@@ -117,6 +121,7 @@ impl<H: History> Block<H> {
                 row: slot.partner,
                 image: slot.state & IMAGE,
             },
+            feature: FREE,
             touches: slot.state & TOUCHING != 0,
             bridge: slot.history.bridge(),
         }
@@ -131,6 +136,7 @@ impl<H: History> Block<H> {
                 wall: near.wall,
                 image: near.image,
             },
+            feature: slot.feature,
             touches: slot.state & TOUCHING != 0,
             bridge: slot.history.bridge(),
         }
@@ -216,6 +222,7 @@ impl<H: History> Block<H> {
                             row: *partner,
                             image: crate::neighbours::NO_SHIFT,
                         },
+                        feature: FREE,
                         bridge,
                     });
                 }

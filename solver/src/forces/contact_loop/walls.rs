@@ -253,7 +253,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let touches = !A::ACTIVE || overlap > 0.0;
         if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
             let films = context.films.filter(|_| A::HAS_EVENTS);
-            if films.is_none_or(|films| films[side.near.row as usize] < -overlap) {
+            let on_wall = || {
+                let films = context.wall_films?;
+                let place = films.place(side.near.wall.index(), touch.feature, context.walls)?;
+                Some(films.thickness(place))
+            };
+            let meet = |films: &[f64]| {
+                let film = films[side.near.row as usize];
+                film >= -overlap || film + on_wall().unwrap_or(0.0) >= -overlap
+            };
+            if !films.is_some_and(meet) {
                 return;
             }
         }

@@ -59,6 +59,9 @@ impl Quantity {
             CLUMP if has(snapshot, CLUMP) => vec![Self::Clump {
                 names: clumps.to_vec(),
             }],
+            "film" if has(snapshot, "film_volume") => {
+                Self::column("film_volume", snapshot).into_iter().collect()
+            }
             "depth" if wears => vec![Self::Depth],
             "speed" if speed().is_some() => speed().into_iter().collect(),
             _ => {

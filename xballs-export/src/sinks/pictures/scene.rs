@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use mercury_common::frames::{
-    BodyReader, ClumpKind, Column, ContactReader, WallReader, WearFrame, WearReader,
+    BodyReader, ClumpKind, Column, ContactReader, DropletReader, WallReader, WearFrame, WearReader,
 };
 use mercury_common::readable::counted;
 use mercury_common::surfaces::{Placement, Surface as Shape};
@@ -21,6 +21,9 @@ use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 /// What a run has beside its particles.
 pub(super) struct Scenery<'a> {
     contacts: Option<&'a ContactReader>,
+    /// Whether those with a liquid bridge alone are drawn.
+    bridges: bool,
+    droplets: Option<&'a DropletReader>,
     walls: Option<&'a WallReader>,
     wear: Option<&'a WearReader>,
     /// Where clumps are shown as surfaces.
@@ -46,12 +49,29 @@ impl<'a> Scenery<'a> {
             Source::Run(run) => Some(run.as_ref()),
             Source::Data(_) | Source::Lammps(_) => None,
         };
-        let contacts = if choice.contacts {
+        let contacts = if choice.contacts || choice.bridges {
             let found = run.map(|run| run.contacts("without --contacts the particles are drawn"));
             let found = found.transpose()?.flatten();
             let help = "fstat = true in [output] of the scene writes them; without --contacts the particles are drawn";
             let missing = || beside::missing(source, "contacts", "", help);
             Some(found.ok_or_else(missing)?)
+        } else {
+            None
+        };
+        let dry = contacts.filter(|table| {
+            choice.bridges && table.frames().schema().index_of("bridge_volume").is_none()
+        });
+        if let Some(table) = dry {
+            return Err(ExportError::Input(format!(
+                "{}: these contacts have no liquid bridges\nhelp: --contacts draws all contacts; bridges need a `liquid` law at the materials of the scene",
+                table.frames().path().display()
+            )));
+        }
+        let droplets = if choice.droplets {
+            let help = "without --droplets the particles are drawn";
+            let found = run.map(|run| run.droplets(help)).transpose()?.flatten();
+            let help = "a scene with [[sprays]] and droplets = true in [output] writes them; without --droplets the particles are drawn";
+            Some(found.ok_or_else(|| beside::missing(source, "droplets", "", help))?)
         } else {
             None
         };
@@ -75,6 +95,8 @@ impl<'a> Scenery<'a> {
         Ok(Self {
             kinds,
             contacts,
+            bridges: choice.bridges,
+            droplets,
             walls,
             wear,
             bodies: bodies::reader_for(source, choice.clumps)?,
@@ -162,11 +184,12 @@ impl<'a> Scenery<'a> {
         } else {
             &header.title
         });
-        let (spheres, mut grains) = self.spheres_and_grains(snapshot, quantity)?;
+        let (mut spheres, mut grains) = self.spheres_and_grains(snapshot, quantity)?;
         let wear = worn_at(self.wear, snapshot.frame.step)?;
         if let (Quantity::Depth, Some(wear)) = (quantity, &wear) {
             grains.extend(self.worn_triangles(snapshot, wear)?);
         }
+        spheres.extend(self.droplets(snapshot, quantity)?);
         let contacts = self.contacts(snapshot)?;
         self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
         let contacts = contacts.unwrap_or_default();
@@ -298,6 +321,10 @@ impl<'a> Scenery<'a> {
             .unwrap_or_default();
         let centres: HashMap<u32, DVec3> = ids.iter().copied().zip(centres(snapshot)?).collect();
         let shown = |k: usize| {
+            let volumes = frame.bridge_volume.as_ref().filter(|_| self.bridges);
+            if volumes.is_some_and(|volumes| volumes[k] <= 0.0) {
+                return None;
+            }
             let from = *centres.get(&frame.i[k])?;
             if let Some(j) = frame.j[k] {
                 centres.get(&j)?;
@@ -305,10 +332,46 @@ impl<'a> Scenery<'a> {
             Some(Contact {
                 from,
                 to: from - frame.branch[k],
-                strength: frame.force[k].length(),
+                strength: match (&frame.bridge_normal, &frame.bridge_shear) {
+                    (Some(normal), Some(shear)) if self.bridges => {
+                        normal[k].hypot(shear[k].length())
+                    }
+                    _ => frame.force[k].length(),
+                },
             })
         };
         Ok(Some((0..frame.len()).filter_map(shown).collect()))
+    }
+}
+
+impl Scenery<'_> {
+    /// The droplets in flight at this step; where colours show films, they show the volumes of droplets, too.
+    fn droplets(
+        &self,
+        snapshot: &Snapshot,
+        quantity: &Quantity,
+    ) -> Result<Vec<Sphere>, ExportError> {
+        let Some(reader) = self.droplets else {
+            return Ok(Vec::new());
+        };
+        let mut infos = reader.frames().infos();
+        let Some(number) = infos.position(|info| info.step == snapshot.frame.step) else {
+            return Ok(Vec::new());
+        };
+        let frame = reader.frame(number)?;
+        let is_film = matches!(quantity, Quantity::Column { name, .. } if name == "film_volume");
+        let droplets = frame.position.iter().zip(&frame.radius);
+        let sphere = |(centre, radius): (&DVec3, &f64)| Sphere {
+            centre: *centre,
+            radius: *radius,
+            value: if is_film {
+                4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius
+            } else {
+                f64::NAN
+            },
+            fixed: false,
+        };
+        Ok(droplets.map(sphere).collect())
     }
 }
 
