@@ -1,6 +1,6 @@
 """Acceptance of Mercury Cloud: whole programs, killed at random. Each check is a function named check_NAME.
 
-Standard library only. Every check has a server on a free port, with data in a folder of its own, and leaves nothing.
+Standard library only; moto's server (PyPI) and s3s-fs (crates.io) are used where they are on the path. Every check has a server on a free port, with data in a folder of its own, and leaves nothing.
 The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the cloud must have.
 """
 
@@ -11,6 +11,7 @@ import http.server
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import socket
@@ -68,15 +69,123 @@ def wait_for(what, seconds, message):
     raise Failed(f"{message} within {seconds} s")
 
 
+def free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+class Line:
+    """A line to a server that can be cut: connections end, and new ones are closed at once. Nothing is sent any more, and
+    answers that are on their way are lost."""
+
+    def __init__(self, to):
+        self.to, self.cut, self.pairs = to, False, []
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                near, _ = self.listener.accept()
+            except OSError:
+                return
+            if self.cut:
+                near.close()
+                continue
+            far = socket.create_connection(("127.0.0.1", self.to))
+            self.pairs.append((near, far))
+            for a, b in ((near, far), (far, near)):
+                threading.Thread(target=self.pump, args=(a, b), daemon=True).start()
+
+    def pump(self, a, b):
+        with contextlib.suppress(OSError):
+            while (data := a.recv(1 << 16)) and not self.cut:
+                b.sendall(data)
+        for one in (a, b):
+            with contextlib.suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+
+    def down(self):
+        self.cut = True
+        for pair in self.pairs:
+            for one in pair:
+                with contextlib.suppress(OSError):
+                    one.shutdown(socket.SHUT_RDWR)
+        self.pairs.clear()
+
+    def up(self):
+        self.cut = False
+
+
+class Bucket:
+    """An S3 server with a bucket, behind a line."""
+
+    def __init__(self, kind):
+        program = {"moto": "moto_server", "s3s-fs": "s3s-fs"}[kind]
+        if not shutil.which(program):
+            raise Skipped(f"{program} is not on the path")
+        self.folder = tempfile.mkdtemp(prefix="accept-s3-")
+        self.port = free_port()
+        command = [program, "-p", str(self.port)] if kind == "moto" else [
+            program, "--host", "127.0.0.1", "--port", str(self.port), "--access-key", "test", "--secret-key", "test", self.folder]
+        self.log = open(Path(self.folder).with_suffix(".log"), "w")
+        self.kind = kind
+        self.process = subprocess.Popen(command, stdout=self.log, stderr=self.log)
+        wait_for(lambda: self.is_up(), 60, f"{program} does not start")
+        self.line = Line(self.port)
+        self.environment = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{self.line.port}", "AWS_ACCESS_KEY_ID": "test",
+                            "AWS_SECRET_ACCESS_KEY": "test", "AWS_REGION": "us-east-1"}
+        if kind == "moto":
+            self.http("PUT", "/bucket")
+        else:
+            (Path(self.folder) / "bucket").mkdir()
+        self.url = "s3://bucket/mercury"
+
+    def is_up(self):
+        with contextlib.suppress(OSError):
+            return self.http("GET", "/") is not None
+
+    def http(self, method, path):
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        # moto does not look at signatures, but at whether there is one.
+        signed = {"Authorization": "AWS4-HMAC-SHA256 Credential=test/20260101/us-east-1/s3/aws4_request, SignedHeaders=host, Signature=0"}
+        connection.request(method, path, headers=signed)
+        answer = connection.getresponse()
+        return answer.read()
+
+    def read(self, key):
+        if self.kind == "moto":
+            return self.http("GET", f"/bucket/{key}")
+        return (Path(self.folder) / "bucket" / key).read_bytes()
+
+    def keys(self, prefix):
+        if self.kind == "moto":
+            return re.findall("<Key>(.*?)</Key>", self.http("GET", f"/bucket?list-type=2&prefix={prefix}").decode())
+        return [path for path in (Path(self.folder) / "bucket" / prefix).rglob("*") if path.is_file()]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait()
+        self.line.listener.close()
+        shutil.rmtree(self.folder)
+        os.unlink(self.log.name)
+
+
 class Server:
     """`mercury-cloud serve` on a free port, and requests to it."""
 
-    def __init__(self, folder, *options, environment=None):
-        self.folder, self.options = Path(folder), options
+    def __init__(self, folder, *options, environment=None, bucket=None):
+        self.folder, self.options, self.bucket = Path(folder), options, bucket
         self.environment = dict(os.environ) | (environment or {})
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port = free.getsockname()[1]
+        if bucket:
+            self.options += ("--store", bucket.url, "--beat", "1")
+            self.environment |= bucket.environment
+        self.port = free_port()
         self.process = None
         self.start()
 
@@ -135,6 +244,8 @@ class Server:
         return self.json("GET", f"/runs/{run}/attempts")
 
     def head(self, run):
+        if self.bucket:
+            return json.loads(self.bucket.read(f"mercury/runs/{run}/head.json"))
         return json.loads((self.folder / "data/store/runs" / run / "head.json").read_text())
 
     def fetch(self, run, to):
@@ -300,7 +411,8 @@ def check_split():
 
 
 def check_store_gone():
-    """The store is away for a while in the middle: nothing fails, nothing runs twice, and it goes on."""
+    """The store is away for a while in the middle: nothing fails, nothing runs twice, and it goes on. A folder that was
+    moved; and moto, which hangs for 30 s and then is out of reach for 30 s."""
     reference = alone()
     with server("--store", tempfile.mkdtemp(prefix="accept-store-") + "/store") as served:
         store = Path(served.options[served.options.index("--store") + 1])
@@ -316,6 +428,97 @@ def check_store_gone():
         must(len(served.attempts(run)) == 1, f"attempts: {served.attempts(run)}")
         served.same_as_alone(run, reference)
         shutil.rmtree(store.parent)
+    if not with_s3():
+        print("    folder alone: no moto_server on the path, or built without --features s3")
+        return
+    with Bucket("moto") as bucket, server(bucket=bucket) as served:
+        run = served.submit()
+        wait_for(lambda: committed(served, run) > 0, 60, "no checkpoint")
+        bucket.process.send_signal(signal.SIGSTOP)
+        time.sleep(30)
+        bucket.process.send_signal(signal.SIGCONT)
+        bucket.line.down()
+        time.sleep(30)
+        bucket.line.up()
+        served.wait(run)
+        must(len(served.attempts(run)) == 1, f"attempts: {served.attempts(run)}")
+        served.same_as_alone(run, reference)
+
+
+def with_s3():
+    """Whether the program can use buckets, and moto is there."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [CLOUD, "serve", "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://"]
+        text = subprocess.run(command, capture_output=True, text=True).stderr
+    return "built without" not in text and shutil.which("moto_server") is not None
+
+
+def need_s3():
+    if not with_s3():
+        raise Skipped("no moto_server on the path, or built without --features s3")
+
+
+def check_s3():
+    """Object storage: runs with a worker killed, stopped and resumed, extended and deleted; the same bytes, on two servers
+    that have nothing in common. A server without conditional writes is refused."""
+    need_s3()
+    class Plain(http.server.BaseHTTPRequestHandler):
+        """Takes no notice of If-Match and If-None-Match."""
+        protocol_version = "HTTP/1.1"
+        contents = {}
+        def answer(self, status, body=b""):
+            self.send_response(status)
+            self.send_header("ETag", f'"{hashlib.md5(body).hexdigest()}"')
+            self.send_header("Last-Modified", "Mon, 01 Jan 2024 00:00:00 GMT")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+        def do_PUT(self):
+            Plain.contents[self.path] = self.rfile.read(int(self.headers["Content-Length"]))
+            self.answer(200)
+        def do_GET(self):
+            self.answer(200, Plain.contents[self.path]) if self.path in Plain.contents else self.answer(404)
+        def do_DELETE(self):
+            Plain.contents.pop(self.path, None)
+            self.answer(204)
+        def log_message(self, *_):
+            pass
+    plain = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Plain)
+    threading.Thread(target=plain.serve_forever, daemon=True).start()
+    with tempfile.TemporaryDirectory() as folder:
+        environment = dict(os.environ) | {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{plain.server_port}", "AWS_ACCESS_KEY_ID": "x",
+                                          "AWS_SECRET_ACCESS_KEY": "x", "AWS_REGION": "us-east-1"}
+        command = [CLOUD, "serve", "--data", folder, "--port", "0", "--solver", SOLVE, "--store", "s3://bucket/x"]
+        refused = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+        must(refused.returncode == 1 and "conditional writes" in refused.stderr, f"{refused}")
+    plain.shutdown()
+    reference = alone()
+    for kind in ("moto", "s3s-fs"):
+        try:
+            bucket = Bucket(kind)
+        except Skipped as reason:
+            print(f"    {reason}")
+            continue
+        with bucket, server(bucket=bucket) as served:
+            run = served.submit()
+            wait_for(lambda: committed(served, run) > 0, 60, "no checkpoint")
+            for pid in served.worker(run):
+                os.kill(pid, signal.SIGKILL)
+            wait_for(lambda: len(served.attempts(run)) == 2 and served.worker(run), 60, "no second attempt")
+            time.sleep(1)
+            served.kill()
+            served.start()
+            served.json("POST", f"/runs/{run}/stop", {})
+            wait_for(lambda: served.run(run)["state"] in ("stopped", "finished"), 60, "not stopped")
+            if served.run(run)["state"] == "stopped":
+                served.json("POST", f"/runs/{run}/resume", {})
+            served.wait(run)
+            served.same_as_alone(run, reference)
+            must(served.json("GET", f"/runs/{run}/frames")["frames"], "no frames")
+            served.request("DELETE", f"/runs/{run}", expect=204)
+            must(bucket.keys(f"mercury/runs/{run}/head.json") == [], "the head is still there")
+            left = bucket.keys(f"mercury/runs/{run}/")
+            must(left == [], f"left in the bucket: {left[:5]}")
 
 
 class Metadata(http.server.BaseHTTPRequestHandler):
@@ -345,23 +548,27 @@ class Metadata(http.server.BaseHTTPRequestHandler):
 
 def check_spot():
     """A notice of the provider: the attempt ends within 20 s with cause `spot`, and the next one, in another folder,
-    goes on to the same bytes."""
+    goes on to the same bytes. The store is moto's S3 where it is there."""
     reference = alone()
     service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Metadata)
     threading.Thread(target=service.serve_forever, daemon=True).start()
     endpoint = {"AWS_EC2_METADATA_SERVICE_ENDPOINT": f"http://127.0.0.1:{service.server_port}"}
     Metadata.taken = False
-    with server(environment=endpoint) as served:
+    with contextlib.ExitStack() as stack:
+        bucket = stack.enter_context(Bucket("moto")) if with_s3() else None
+        served = stack.enter_context(server(environment=endpoint, bucket=bucket))
         run = served.submit()
-        wait_for(lambda: served.worker(run), 30, "no worker")
-        time.sleep(1)
+        folder = lambda: [path.name for path in (served.folder / "data/scratch").glob(f"{run}.*")]
+        wait_for(lambda: served.run(run)["step"] >= 0.4 * (served.run(run)["of_steps"] or 1e30), 120, "not at 40 %")
+        first = folder()
         Metadata.taken = True
         begin = time.monotonic()
         wait_for(lambda: served.attempts(run)[0]["ended"], 20, "the attempt did not end")
         Metadata.taken = False
-        print(f"    {time.monotonic() - begin:.1f} s from the notice to the end of the attempt")
+        print(f"    {time.monotonic() - begin:.1f} s from the notice to the end of the attempt, with {'moto' if bucket else 'a folder'}")
+        wait_for(lambda: len(served.attempts(run)) == 2 and folder() not in ([], first), 60, "no second folder")
         served.wait(run)
-        must(served.attempts(run)[0]["cause"] == "spot", f"{served.attempts(run)}")
+        must([one["cause"] for one in served.attempts(run)] == ["spot", "finished"], f"{served.attempts(run)}")
         served.same_as_alone(run, reference)
     service.shutdown()
 
