@@ -10,7 +10,7 @@ use mercury_common::scene::{
 use super::bridges;
 use super::checks;
 use super::closing;
-use super::doubtful_setups;
+use super::doubtful::{Doubt, doubts};
 use super::fields::fields;
 use super::fluxes::fluxes;
 use super::insertions::{check_among_walls, deletions, insertions};
@@ -33,7 +33,7 @@ use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
 use super::wall_films::wall_films;
 use super::walls::{continue_cylinders, walls};
 use super::wear::wear;
-use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::contact::adhesion::liquid::Tables;
@@ -383,15 +383,13 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
         insertion.closing = walls;
     }
-    let units = doubtful_setups::forgotten_units(&plan);
-    let turning = doubtful_setups::turns_for_ever(&plan);
-    (plan.notes.remarks).extend(units.into_iter().chain(turning));
-    let of_disk = Disk::of(&plan).warning();
-    let prospects = doubtful_setups::warnings(&plan);
-    let of_closing = closing::warnings(&plan);
-    plan.notes
-        .warnings
-        .extend(of_disk.into_iter().chain(prospects).chain(of_closing));
+    let doubts: Vec<Doubt> = doubts(&plan).collect();
+    for doubt in doubts {
+        match doubt {
+            Doubt::Warning(text) => plan.notes.warnings.push(text),
+            Doubt::Remark(text) => plan.notes.remarks.push(text),
+        }
+    }
     Ok(plan)
 }
 

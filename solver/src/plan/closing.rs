@@ -7,7 +7,7 @@ use super::Plan;
 use super::insertions::{expected_number, grains_per_unit};
 use crate::boundaries::{InsertionPlan, Quantity, Total, overlaps_wall, places, volume_within};
 use crate::neighbours::Images;
-use crate::walls::{Component, ServoState, Shape, Target, Wall, WallNow};
+use crate::walls::{Component, ServoState, Target, Wall, WallNow};
 
 /// Places of the region that are compared with the wall at each time.
 const PLACES: usize = 256;
@@ -32,28 +32,6 @@ pub(super) fn closing_walls(plan: &Plan) -> Vec<Vec<usize>> {
         .map(|insertion| {
             let crossing = walls().filter(|(_, wall)| crosses(plan, insertion, wall));
             crossing.map(|(index, _)| index).collect()
-        })
-        .collect()
-}
-
-/// A warning for each of them: the reason, and advice.
-pub(super) fn warnings(plan: &Plan) -> Vec<String> {
-    let physics = plan.physics();
-    let insertions = physics.insertions().iter();
-    let pairs = insertions.flat_map(|insertion| {
-        let walls = insertion.closing.iter();
-        walls.map(move |&wall| (insertion, &physics.walls()[wall]))
-    });
-    pairs
-        .map(|(insertion, wall)| {
-            let way_out = match wall.shape {
-                Shape::Mesh(_) => "give it side = \"front\", the side to which the normals of its triangles point, so that nothing is placed behind it; or use a plane",
-                _ => "use a plane, behind which nothing is placed",
-            };
-            format!(
-                "walls.{}: it acts on both sides and moves through the region of \"{}\" while that inserts, so that particles are placed behind it too; {way_out}; or end the insertion before (`until`)",
-                wall.name, insertion.name
-            )
         })
         .collect()
 }

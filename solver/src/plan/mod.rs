@@ -8,7 +8,7 @@ mod closing;
 mod clumps;
 mod disk;
 mod document;
-mod doubtful_setups;
+mod doubtful;
 mod draft;
 mod event;
 mod expected;
