@@ -8,7 +8,7 @@ use super::facets::Facet;
 use super::spheres::{SeenSphere, hit};
 
 /// Owner of a sample that shows nothing.
-pub(super) const NOBODY: u32 = u32::MAX;
+pub(super) const NO_OWNER: u32 = u32::MAX;
 /// Added to the numbers of triangles, to tell them from spheres.
 pub(super) const FACET: u32 = 1 << 31;
 /// After so many spheres a tile looks whether it is full.
@@ -50,7 +50,7 @@ impl Opaque {
             .collect();
         let rects: Vec<Rect> = opaque.iter().map(|facet| facets[*facet].rect).collect();
         let facet_bins = Bins::new(columns, rows, &rects);
-        let mut owner = vec![NOBODY; columns * rows];
+        let mut owner = vec![NO_OWNER; columns * rows];
         let mut depth = vec![f32::INFINITY; columns * rows];
         owner
             .par_chunks_mut(columns * TILE)

@@ -93,7 +93,7 @@ struct Crosser {
 /// A particle or body near a plane.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
-    who: Who,
+    grain: Grain,
     plane: u32,
     /// Code of the image that is near it.
     image: u32,
@@ -102,7 +102,7 @@ struct Watched {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Who {
+enum Grain {
     Row(u32),
     Body(u32),
 }
@@ -151,12 +151,12 @@ impl Fluxes {
     pub(super) fn listed(&mut self, particles: &Particles, images: &Images, margin: f64) {
         self.watched.clear();
         for (index, plane) in self.planes.iter().enumerate() {
-            let mut watch = |who: Who, position: DVec3, margin: f64| {
+            let mut watch = |grain: Grain, position: DVec3, margin: f64| {
                 for &image in &self.codes[index] {
                     let distance = plane.ahead(position + images.shift(image));
                     if distance.abs() <= margin {
                         self.watched.push(Watched {
-                            who,
+                            grain,
                             plane: index as u32,
                             image,
                             ahead: distance >= 0.0,
@@ -166,12 +166,12 @@ impl Fluxes {
             };
             for (row, record) in particles.records.iter().enumerate() {
                 if record.flags & (FIXED | PEBBLE) == 0 {
-                    watch(Who::Row(row as u32), record.position, margin);
+                    watch(Grain::Row(row as u32), record.position, margin);
                 }
             }
             for (body, state) in particles.bodies().iter().enumerate() {
                 if !state.is_fixed() {
-                    watch(Who::Body(body as u32), state.position, f64::INFINITY);
+                    watch(Grain::Body(body as u32), state.position, f64::INFINITY);
                 }
             }
         }
@@ -181,16 +181,16 @@ impl Fluxes {
     pub(super) fn count(&mut self, particles: &Particles, images: &Images) {
         for watched in &mut self.watched {
             let plane = &self.planes[watched.plane as usize];
-            let position = match watched.who {
-                Who::Row(row) => particles.records[row as usize].position,
-                Who::Body(body) => particles.bodies()[body as usize].position,
+            let position = match watched.grain {
+                Grain::Row(row) => particles.records[row as usize].position,
+                Grain::Body(body) => particles.bodies()[body as usize].position,
             } + images.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
             if ahead == watched.ahead {
                 continue;
             }
             watched.ahead = ahead;
-            let what = crosser(particles, watched.who, self.dimensions);
+            let what = crosser(particles, watched.grain, self.dimensions);
             if plane.is_crossed_at(position, what.velocity, images) {
                 let place = watched.plane as usize * self.materials + what.material.index();
                 self.crossed[place].count(&what, ahead);
@@ -218,9 +218,9 @@ impl Fluxes {
     }
 }
 
-fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
-    match who {
-        Who::Row(row) => {
+fn crosser(particles: &Particles, grain: Grain, dimensions: u8) -> Crosser {
+    match grain {
+        Grain::Row(row) => {
             let record = &particles.records[row as usize];
             Crosser {
                 velocity: record.velocity,
@@ -230,7 +230,7 @@ fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
                 diameter: 2.0 * record.radius,
             }
         }
-        Who::Body(index) => {
+        Grain::Body(index) => {
             let body = &particles.bodies()[index as usize];
             Crosser {
                 velocity: body.velocity,
