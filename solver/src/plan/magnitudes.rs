@@ -72,8 +72,8 @@ pub(super) fn magnitudes(
                 .map(|diameter| Matter::of_sphere(0.5 * diameter, density, dimensions))
                 .find(|matter| !matter.is_divisible());
             if let Some(matter) = bad {
-                let who = format!("a particle of `{}`", plan.name);
-                errors.push(matter.error(&typed.place, &who));
+                let subject = format!("a particle of `{}`", plan.name);
+                errors.push(matter.error(&typed.place, &subject));
                 break;
             }
         }
@@ -114,9 +114,9 @@ impl Matter {
         numbers.into_iter().all(f64::is_normal)
     }
 
-    fn error(&self, place: &Place, who: &str) -> SceneError {
+    fn error(&self, place: &Place, subject: &str) -> SceneError {
         let message = format!(
-            "{who} has a mass of {} kg and a moment of inertia of {} kg m2: these and one over them must lie within the range of numbers, 2.2e-308 to 1.8e308",
+            "{subject} has a mass of {} kg and a moment of inertia of {} kg m2: these and one over them must lie within the range of numbers, 2.2e-308 to 1.8e308",
             short(self.mass),
             short(self.moment)
         );

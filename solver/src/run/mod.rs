@@ -547,7 +547,7 @@ impl Run {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
-        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
+        // Steps without output are made at once, but not so many that a request to stop has to wait.
         let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let mut target = (step + most)
             .min(self.schedule.next_step())

@@ -220,12 +220,12 @@ impl Particles {
 
     /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
     #[must_use]
-    pub fn may_sleep_so(&self, anybody: bool) -> bool {
+    pub fn may_sleep_so(&self, is_enabled: bool) -> bool {
         const SLEEP: u32 = ASLEEP | ROUSED;
         let can = |flags: u32| match flags & SLEEP {
             0 => true,
             SLEEP => false,
-            _ => anybody && flags & (FIXED | PRESCRIBED) == 0,
+            _ => is_enabled && flags & (FIXED | PRESCRIBED) == 0,
         };
         let as_body = |(row, record): (usize, &Particle)| {
             let body =

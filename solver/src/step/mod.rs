@@ -5,7 +5,7 @@
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
 //! | vertices of sheets move, and their meshes follow; loads on them | `surfaces` |
-//! | who is out of balance is roused, who is calm put to rest | `sleep` |
+//! | particles out of balance are woken, calm ones put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | droplets leave, fly and are caught | `spray` |

@@ -164,6 +164,6 @@ fn calm_looks_are_counted_in_a_row() {
     assert!((1..=LOOKS).all(|look| rest.look(&still, STEP, |_| false) == (look == LOOKS)));
     // Without particles the run is not at rest.
     let mut rest = self::rest();
-    let nobody = particles(plan(1, 1.0, 0.0));
-    assert!((0..200).all(|_| !rest.look(&nobody, STEP, |_| false)));
+    let empty = particles(plan(1, 1.0, 0.0));
+    assert!((0..200).all(|_| !rest.look(&empty, STEP, |_| false)));
 }
