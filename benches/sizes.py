@@ -7,6 +7,7 @@
     benches/sizes.py count                       # instructions, which do not depend on other programs on the machine
     benches/sizes.py time                        # nanoseconds; needs a machine that has nothing else to do
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
+    benches/sizes.py peers --states adrift       # beside LIGGGHTS and LAMMPS (Debian's packages): benches/results/sizes_peers.csv
 
 Packings are periodic along all axes. Numbers follow N(> r) ~ r^-2.5 between the smallest radius and the largest, which is Fuller's grading: the
 mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 62,000 spheres and one of
@@ -23,6 +24,7 @@ import json
 import math
 import pathlib
 import re
+import resource
 import statistics
 import subprocess
 import sys
@@ -341,6 +343,56 @@ def clock(options):
         keep(row)
 
 
+def processor_time(command):
+    """User time of a command, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+# Skins over the smallest radius that are tried for the peers, and how their lists are made.
+SKINS = [0.2, 0.4, 0.8]
+PEERS = {"liggghts": ["liggghts"], "lammps": ["lammps"], "lammps multi": ["lammps", "--multi"]}
+
+
+def peers(options):
+    """Processor time per particle-step of Mercury and of the peers with the skin that suits each best: a run of some more steps less one of fewer, so
+    that start-up is left out. The codes run in turn; the least of the rounds."""
+    fewer, more = 50, 50 + options.steps
+    rows = []
+    for ratio in options.ratios:
+        for state in options.states:
+            scene = options.folder / f"ratio-{ratio}" / f"{state}.toml"
+            spheres = sum(1 for _ in open(scene.parent / f"{state}.csv")) - 1
+            mercury = [options.solver, scene, "--output", scene.parent / "run", "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", *options.lanes]
+            ways = {"mercury": lambda steps: [*mercury, "--set", f"time.end={steps * STEP:.12g}"]}
+            for name, arguments in PEERS.items():
+                # With equal spheres both kinds of lists of LAMMPS are the same.
+                if name == "lammps multi" and ratio == 1:
+                    continue
+                for skin in SKINS:
+                    ways[f"{name}, skin {skin}"] = lambda steps, arguments=arguments, skin=skin: [ROOT / "benches" / "peers.py", *arguments, scene, "--warm", "1", "--steps", steps, "--skin", skin]
+            found = {}
+            for _ in range(options.rounds):
+                for way, command in ways.items():
+                    spent = processor_time(command(more)) - processor_time(command(fewer))
+                    found.setdefault(way, []).append(1e9 * spent / spheres / options.steps)
+            row = {"ratio": ratio, "state": state, "spheres": spheres, "mercury": min(found["mercury"])}
+            for name in PEERS:
+                of_skins = {way: min(times) for way, times in found.items() if way.startswith(f"{name}, ")}
+                best = min(of_skins, key=of_skins.get, default=None)
+                row[name] = of_skins[best] if best else ""
+                row[f"{name}, skin"] = best.rsplit(" ", 1)[1] if best else ""
+            print(", ".join(f"{key} {value:.0f}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()), flush=True)
+            rows.append(row)
+    with open(RESULTS.parent / "sizes_peers.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: f"{value:.1f}" if isinstance(value, float) else value for key, value in row.items()} for row in rows)
+
+
 def what_is_in(packing):
     return {
         "particles": int(packing["particles"]),
@@ -415,7 +467,7 @@ def draw(options):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["make", "count", "time", "draw"])
+    parser.add_argument("what", choices=["make", "count", "time", "draw", "peers"])
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "target" / "sizes")
     parser.add_argument("--ratios", type=int, nargs="+", default=RATIOS)
     parser.add_argument("--states", nargs="+", choices=STATES, default=STATES[:2])
@@ -428,7 +480,7 @@ def main():
     options = parser.parse_args()
     if options.what == "count" and not options.lanes:
         options.lanes = ["--lanes", "4"]
-    {"make": make, "count": count, "time": clock, "draw": draw}[options.what](options)
+    {"make": make, "count": count, "time": clock, "draw": draw, "peers": peers}[options.what](options)
 
 
 if __name__ == "__main__":
