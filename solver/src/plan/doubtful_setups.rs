@@ -237,7 +237,11 @@ fn nothing_holds(plan: &Plan) -> Option<String> {
     let is_fixed = physics.particles().iter().any(|particle| particle.fixed)
         || physics.bodies().iter().any(|body| body.fixed);
     let is_open = !physics.periodic()[axis] && (axis < 2 || physics.dimensions() == 3);
-    if gravity == DVec3::ZERO || !is_open || is_fixed || !physics.walls().is_empty() || !physics.membranes().is_empty()
+    if gravity == DVec3::ZERO
+        || !is_open
+        || is_fixed
+        || !physics.walls().is_empty()
+        || !physics.membranes().is_empty()
     {
         return None;
     }
