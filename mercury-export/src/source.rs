@@ -16,7 +16,7 @@ use crate::{ExportError, FrameChoice};
 use data::DataSource;
 pub(crate) use data::EULER;
 pub use lammps::LammpsSource;
-pub(crate) use run::RunSource;
+pub(crate) use run::{RunSource, SheetTables};
 pub(crate) use tables::Frames;
 pub use tables::Table;
 

@@ -41,7 +41,7 @@ pub use colour_map::{ColourMap, category_colour};
 pub use energies::{EnergyFlows, EnergyRow, SheetEnergies, energy_page};
 pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
-pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};
+pub use frame::{Contact, Frame, Grain, Line, SHEET_OPACITY, Sphere, Surface, upwards};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;

@@ -19,6 +19,8 @@ pub struct ScriptParts {
     pub bridges: bool,
     /// `<prefix>.droplets.pvd`.
     pub droplets: bool,
+    /// `<prefix>.membranes.pvd`.
+    pub membranes: bool,
 }
 
 /// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
@@ -66,6 +68,16 @@ if "diameter" in names:
 if "speed" in names:
     ColorBy(shown, ("POINTS", "speed"))
     shown.SetScalarBarVisibility(view, True)
+"#,
+        );
+    }
+    if parts.membranes {
+        text.push_str(
+            r#"
+membranes = series("membranes")
+sheet_display = Show(membranes, view)
+ColorBy(sheet_display, ("CELLS", "tension_1"))
+sheet_display.SetScalarBarVisibility(view, True)
 "#,
         );
     }

@@ -306,6 +306,7 @@ fn the_script_names_the_series_that_there_are() {
         clumps: true,
         bridges: true,
         droplets: true,
+        membranes: true,
     };
     let text = script("my \"run\"", all);
     assert!(text.contains(r#"prefix = "my \"run\"""#));
@@ -317,6 +318,7 @@ fn the_script_names_the_series_that_there_are() {
         "clumps",
         "bridges",
         "droplets",
+        "membranes",
     ] {
         assert!(text.contains(&format!("series(\"{kind}\")")));
     }

@@ -205,7 +205,12 @@ pub(super) fn read(item: &Item<'_>) -> Option<Membrane> {
     let shape = read_shape(&fields);
     let rest = fields.get("rest").map(|item| item.file());
     let prestrain = number_or(&fields, "prestrain", 0.0, |item| {
-        item.above(-0.5, f64::MAX.sqrt())
+        let number = item.number()?;
+        if *number <= -0.5 {
+            item.report(format!("must be > -0.5, got {}", *number));
+            return None;
+        }
+        Some(number)
     });
     let material = fields.need("material").and_then(|item| item.material());
     let positive = |key| fields.need(key).and_then(|item| item.positive());

@@ -218,8 +218,9 @@ impl Sink for Pictures<'_> {
         let snapshot = &*self.scenery.with_clumps(snapshot)?;
         if self.candidates.is_empty() {
             let clumps = self.scenery.clumps();
-            let wears = self.scenery.wears();
-            for quantity in Quantity::candidates(&self.choice.quantity, snapshot, &clumps, wears)? {
+            let of_run = self.scenery.of_run();
+            for quantity in Quantity::candidates(&self.choice.quantity, snapshot, &clumps, of_run)?
+            {
                 let options = self.options(&quantity, snapshot);
                 self.candidates
                     .push((quantity, options, Overview::default()));

@@ -1,7 +1,7 @@
 //! For ParaView, pyvista and meshio: series of `.vtu` with a `.pvd` for each kind, and a script that opens them.
 //!
 //! Kinds: `particles`, `contacts` (as lines), `bridges` (those with liquid, as lines), `walls` (as triangles where they stand), `bodies` (centres of
-//! mass of clumps), `clumps` (their own surfaces), `droplets`. A further kind is a further series.
+//! mass of clumps), `clumps` (their own surfaces), `droplets`, `membranes` (elastic sheets). A further kind is a further series.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use super::stl::worn_at;
 use crate::beside;
 use crate::bodies;
 use crate::selection::retain;
-use crate::source::RunSource;
+use crate::source::{RunSource, SheetTables};
 use crate::{ClumpsAs, ExportError, FrameChoice, Job, Outcome, Selection, Sink, Snapshot, Source};
 
 /// What goes into the files, and how.
@@ -62,6 +62,7 @@ struct Tables<'a> {
     droplets: Option<&'a DropletReader>,
     /// The bodies again, where they are shown as their surfaces.
     surfaces: Option<&'a BodyReader>,
+    membranes: Option<&'a SheetTables>,
 }
 
 impl<'a> Vtu<'a> {
@@ -98,6 +99,10 @@ impl<'a> Vtu<'a> {
             }
             found => found?,
         };
+        let membranes = walled
+            .map(|run| run.membranes("--no-walls leaves walls and membranes out"))
+            .transpose()?
+            .flatten();
         let surfaces = bodies::reader_for(&job.source, choice.clumps)?;
         let droplets =
             run.map(|run| run.droplets("without it droplets are left out: move the file away"));
@@ -112,6 +117,7 @@ impl<'a> Vtu<'a> {
         );
         files.extend(droplets.map(|_| output.path("droplets.pvd")));
         files.extend(walls.map(|_| output.path("walls.pvd")));
+        files.extend(membranes.map(|_| output.path("membranes.pvd")));
         files.extend(bodies.map(|_| output.path("bodies.pvd")));
         files.extend(surfaces.map(|_| output.path("clumps.pvd")));
         Ok(Self {
@@ -125,6 +131,7 @@ impl<'a> Vtu<'a> {
                 bodies,
                 droplets,
                 surfaces,
+                membranes,
             },
             warnings,
             files,
@@ -313,6 +320,32 @@ impl<'a> Vtu<'a> {
         Ok(list.is_some())
     }
 
+    /// The sheets at the steps of the particles; whether there are any.
+    fn write_membranes(&self) -> Result<bool, ExportError> {
+        let Some(tables) = self.beside.membranes else {
+            return Ok(false);
+        };
+        let mut list = None;
+        for info in tables.vertices.frames().infos() {
+            let Some((particles, _)) = self.steps.get(&info.step) else {
+                continue;
+            };
+            let Some((vertices, triangles)) = tables.at_step(info.step)? else {
+                continue;
+            };
+            let grid = paraview::membranes(&vertices, &triangles).map_err(|reason| {
+                let path = tables.triangles.frames().path().display();
+                ExportError::Input(format!("{path}: at step {}: {reason}", info.step))
+            })?;
+            let list = match &mut list {
+                Some(list) => list,
+                None => list.insert(self.series("membranes")?),
+            };
+            list.write(*particles, &grid)?;
+        }
+        Ok(list.is_some())
+    }
+
     /// Which tables end before the frames do.
     fn cut(&self) -> Vec<String> {
         let last = self.span.map(|(_, last)| last);
@@ -333,6 +366,12 @@ impl<'a> Vtu<'a> {
         if let Some(reader) = self.beside.droplets {
             let lost = "later ones are left out";
             warnings.extend(cut(reader.frames(), "droplets", lost));
+        }
+        if let Some(tables) = self.beside.membranes {
+            let lost = "later ones are left out";
+            warnings.extend(cut(tables.vertices.frames(), "membranes", lost));
+            let what = "triangles of membranes";
+            warnings.extend(cut(tables.triangles.frames(), what, lost));
         }
         if let Some(reader) = self.beside.walls {
             let lost = "walls are left out of later frames";
@@ -387,6 +426,7 @@ impl Sink for Vtu<'_> {
             walls: self.write_walls()?,
             bodies: self.bodies.is_some(),
             clumps: self.clumps.is_some(),
+            membranes: self.write_membranes()?,
         };
         outcome.notes.extend(bodies::notes(self.beside.surfaces));
         let cut = self.cut();
@@ -407,6 +447,11 @@ impl Sink for Vtu<'_> {
             ("walls", self.beside.walls.is_some(), parts.walls),
             ("bodies", self.beside.bodies.is_some(), parts.bodies),
             ("clumps", self.beside.surfaces.is_some(), parts.clumps),
+            (
+                "membranes",
+                self.beside.membranes.is_some(),
+                parts.membranes,
+            ),
         ] {
             if was_asked && !is_written {
                 files.retain(|file| *file != output.path(&format!("{kind}.pvd")));

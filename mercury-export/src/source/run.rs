@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use mercury_common::error::FormatError;
 use mercury_common::frames::{
-    BodyReader, ContactReader, DropletReader, FrameReader, ParticleReader, TriangleLoadReader,
-    WallReader, WearReader,
+    BodyReader, ContactReader, DropletReader, FrameReader, MembraneFrame, MembraneReader,
+    MembraneTriangleFrame, MembraneTriangleReader, ParticleReader, TriangleLoadReader, WallReader,
+    WearReader,
 };
 
 use super::Item;
@@ -26,6 +27,41 @@ pub struct RunSource {
     triangle_loads: Beside<TriangleLoadReader>,
     wear: Beside<WearReader>,
     droplets: Beside<DropletReader>,
+    membranes: Beside<SheetTables>,
+}
+
+/// The tables of elastic sheets, whose frames belong together.
+#[derive(Debug)]
+pub(crate) struct SheetTables {
+    /// Vertices.
+    pub(crate) vertices: MembraneReader,
+    /// Triangles.
+    pub(crate) triangles: MembraneTriangleReader,
+}
+
+impl SheetTables {
+    /// Both frames of a step, where both were written.
+    pub(crate) fn at_step(
+        &self,
+        step: u64,
+    ) -> Result<Option<(MembraneFrame, MembraneTriangleFrame)>, FormatError> {
+        let of_step = |table: &FrameReader| table.infos().position(|info| info.step == step);
+        let numbers = of_step(self.vertices.frames()).zip(of_step(self.triangles.frames()));
+        let Some((vertices, triangles)) = numbers else {
+            return Ok(None);
+        };
+        Ok(Some((
+            self.vertices.frame(vertices)?,
+            self.triangles.frame(triangles)?,
+        )))
+    }
+
+    fn open(vertices: &Path, triangles: &Path) -> Result<Self, FormatError> {
+        Ok(Self {
+            vertices: MembraneReader::open(vertices)?,
+            triangles: MembraneTriangleReader::open(triangles)?,
+        })
+    }
 }
 
 /// A table beside the particles: there or not, and what is wrong with it. A caller that does not need the table can ignore it.
@@ -64,6 +100,10 @@ impl RunSource {
                 .transpose(),
             wear: beside("wear").map(WearReader::open).transpose(),
             droplets: beside("droplets").map(DropletReader::open).transpose(),
+            membranes: beside("membranes")
+                .zip(beside("membrane_triangles"))
+                .map(|(vertices, triangles)| SheetTables::open(&vertices, &triangles))
+                .transpose(),
             prefix: prefix.to_owned(),
         })
     }
@@ -114,6 +154,11 @@ impl RunSource {
     /// Droplets in flight.
     pub(crate) fn droplets(&self, help: &str) -> Result<Option<&DropletReader>, FormatError> {
         there(&self.droplets, help)
+    }
+
+    /// Elastic sheets.
+    pub(crate) fn membranes(&self, help: &str) -> Result<Option<&SheetTables>, FormatError> {
+        there(&self.membranes, help)
     }
 
     pub(crate) fn triangle_loads(

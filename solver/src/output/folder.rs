@@ -90,7 +90,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 32] = [
+const ENDINGS: &[&str] = &[
     "scene.toml",
     "scene.json",
     "data",

@@ -40,6 +40,7 @@ pub(super) struct VtkFiles {
     contacts: Series,
     contact_columns: ContactColumns,
     walls: Option<Walls>,
+    membranes: Option<Series>,
     bodies: Option<Bodies>,
 }
 
@@ -102,6 +103,7 @@ impl VtkFiles {
             walls: walls.is_some(),
             bodies: plan.physics().has_bodies(),
             clumps: false,
+            membranes: !plan.physics().membranes().is_empty(),
         };
         let script = folder.join(format!("{}.paraview.py", plan.outputs().prefix()));
         write_whole(
@@ -122,6 +124,9 @@ impl VtkFiles {
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, history),
             walls: walls.transpose()?,
+            membranes: (!plan.physics().membranes().is_empty())
+                .then(|| series("membranes"))
+                .transpose()?,
             bodies: bodies.transpose()?,
             folder,
         })
@@ -157,6 +162,14 @@ impl Stream for VtkFiles {
                 reason,
             })?;
             walls.series.write(number, &grid)?;
+        }
+        if let (Some(series), Some(sheets)) = (&mut self.membranes, &state.membranes) {
+            let grid = paraview::membranes(&sheets.vertices, &sheets.triangles);
+            let grid = grid.map_err(|reason| VtuError::Grid {
+                path: self.folder.clone(),
+                reason,
+            })?;
+            series.write(number, &grid)?;
         }
         let centres: HashMap<u32, DVec3> = state
             .ids

@@ -1,5 +1,5 @@
-//! The page of the scene format says what the program does: each of its keys runs, or stands there as one that this version does not
-//! run and is refused with a way out; and each number with a unit may be written with another one.
+//! The page of the scene format says what the program does: each of its keys runs, each key that runs is described; and each number with a
+//! unit may be written with another one.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,14 +13,13 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// `scenes/keys.toml`, which has every key once, without what this version does not run.
+/// `scenes/keys.toml`, which has every key once.
 fn all_keys() -> String {
-    let text = fs::read_to_string(repository().join("scenes/keys.toml")).unwrap();
-    text
+    fs::read_to_string(repository().join("scenes/keys.toml")).unwrap()
 }
 
 /// What excludes something of that scene, and is put into its place; a line for each key.
-const ALTERNATIVES: [&str; 59] = [
+const ALTERNATIVES: &[&str] = &[
     "materials.a.normal={ law = \"hertz\", effective_modulus = 1e7, damping = 0.1 }\nmaterials.a.tangential={ law = \"mindlin\", friction = 0.5, effective_shear_modulus = 1e6 }",
     "materials.b.normal={ law = \"linear\", collision_time = 1e-3, mass = 1e-3, restitution = 0.5 }",
     "materials.b.tangential={ law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }",
@@ -67,6 +66,9 @@ const ALTERNATIVES: [&str; 59] = [
     "sprays.nozzle.flow_rate={ table = \"flow.csv\" }",
     "sprays.nozzle.speed=2.0",
     "sprays=[{ name = \"list\", pattern = { kind = \"points\", file = \"droplets.csv\" }, liquid_density = 1000.0 }]",
+    "membranes=[{ name = \"ball\", shape = \"sphere\", origin = [0.5, 0.5, 0.5], radius = 0.1, edge = 0.05, material = \"b\", thickness = 1e-3, youngs_modulus = 1e6, pressure = { fluid = 1e4, bulk_modulus = 1e6, ambient = 0.0 } }]",
+    "membranes.patch.pressure=[[0.0, 1.0], [1.0, 2.0]]",
+    "membranes.patch.fixed=[\"rim\", { shape = \"half-space\", point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }]",
     "output.fstat=true",
     "output.vtk_interval=0.1",
     "time.until_at_rest=true",
@@ -80,11 +82,6 @@ const ALTERNATIVES: [&str; 59] = [
     "contact.overlap_error=0.6",
     "contact.overlap_warning=0.2",
     "contact.clump_mass=contact-point",
-];
-
-/// What this version does not run.
-const REFUSED: [&str; 1] = [
-    "membranes=[{ name = \"skin\", file = \"plate.stl\", scale = 1.0, rotate = { axis = [0, 0, 1], degrees = 0.0 }, offset = [0, 0, 0], material = \"a\", thickness = 1e-4, youngs_modulus = 1e6, damping_ratio = 0.1, bending = { law = \"bridson\", stiffness = 1e-6, damping = 0.0 }, fixed = \"rim\" }]",
 ];
 
 fn settings(lines: &str) -> Vec<String> {
@@ -175,7 +172,6 @@ struct Line {
     words: Vec<String>,
     /// Of a table, those of the column of keys.
     keys: Vec<String>,
-    is_of_this_version: bool,
 }
 
 /// Words of a text between backticks that may be keys: without values in quotes and brackets.
@@ -211,7 +207,6 @@ fn page() -> Vec<Line> {
     let mut lines = Vec::new();
     let mut parts: Vec<String> = Vec::new();
     let mut column = None;
-    let mut whole_section = true;
     for line in text.lines() {
         if let Some(heading) = line.strip_prefix("## ") {
             parts = match heading {
@@ -224,10 +219,6 @@ fn page() -> Vec<Line> {
                     .map(|code| code.split('.').next().unwrap_or_default().to_owned())
                     .collect(),
             };
-            whole_section = true;
-        }
-        if line == "Not in this version." {
-            whole_section = false;
         }
         let cells: Vec<&str> = line.trim_matches('|').split(" | ").map(str::trim).collect();
         if !line.starts_with('|') {
@@ -242,7 +233,6 @@ fn page() -> Vec<Line> {
             parts: parts.clone(),
             words: words(line),
             keys: of_column.map_or(Vec::new(), |place| words(cells.get(place).unwrap_or(&""))),
-            is_of_this_version: whole_section && !line.contains("not in this version"),
         });
     }
     lines
@@ -254,7 +244,7 @@ fn each_key_of_the_page_runs_or_says_that_it_does_not() {
     let base = all_keys();
     let mut run = BTreeSet::new();
     let mut wrong = Vec::new();
-    for setting in std::iter::once("seed=1").chain(ALTERNATIVES) {
+    for setting in std::iter::once("seed=1").chain(ALTERNATIVES.iter().copied()) {
         let scene = read(folder.path(), &base, &settings(setting));
         match scene.and_then(|scene| plan(&scene).map(|_| scene)) {
             Ok(scene) => keys_of(&scene, &mut run),
@@ -265,61 +255,17 @@ fn each_key_of_the_page_runs_or_says_that_it_does_not() {
     // The last state of another run: one that is there.
     run.insert(("particles".to_owned(), started_from_a_run(folder.path())));
 
-    let mut refused = BTreeSet::new();
-    for setting in REFUSED {
-        let overrides = settings(setting);
-        let scene =
-            read(folder.path(), &base, &overrides).unwrap_or_else(|e| panic!("{setting}\n{e}"));
-        let errors = plan(&scene).expect_err(setting);
-        assert_eq!(errors.0.len(), 1, "{errors}");
-        let error = &errors.0[0];
-        assert!(
-            error
-                .message
-                .ends_with("not in this version of mercury-solve"),
-            "{error}"
-        );
-        assert!(error.help.is_some(), "no way out: {error}");
-        let mut with = BTreeSet::new();
-        keys_of(&scene, &mut with);
-        // The keys of the part, without those that run elsewhere and are described there; and the refused key itself.
-        let runs = |key: &String| run.iter().any(|(_, other)| other == key);
-        refused.extend(with.difference(&run).filter(|(_, key)| !runs(key)).cloned());
-        let (part, names) = parts_of(error.path());
-        let key = names.last().cloned();
-        refused.extend(key.filter(|key| key != "name").map(|key| (part, key)));
-    }
-
     let page = page();
     let mut wrong = Vec::new();
     for line in &page {
-        for (key, known) in line.keys.iter().flat_map(|key| {
-            let in_part = |keys: &BTreeSet<(String, String)>| {
-                line.parts
-                    .iter()
-                    .any(|part| keys.contains(&(part.clone(), key.clone())))
-            };
-            let known = if line.is_of_this_version {
-                in_part(&run)
-            } else {
-                in_part(&refused)
-            };
-            [(key, known)]
-        }) {
-            if !known {
-                let what = if line.is_of_this_version {
-                    "run"
-                } else {
-                    "refused"
-                };
-                wrong.push(format!(
-                    "{:?}: `{key}` of the page is not {what}",
-                    line.parts
-                ));
+        for key in &line.keys {
+            let is_in = |part: &String| run.contains(&(part.clone(), key.clone()));
+            if !line.parts.iter().any(is_in) {
+                wrong.push(format!("{:?}: `{key}` of the page is not run", line.parts));
             }
         }
     }
-    let told = |part: &String, key: &String, of_this_version: bool| {
+    let is_described = |part: &String, key: &String| {
         // Regions have the keys of walls, whatever they are for; contacts those of materials.
         let also: &[&str] = match part.as_str() {
             "regions" | "deletions" | "fluxes" => &["insertions", "walls"],
@@ -329,24 +275,16 @@ fn each_key_of_the_page_runs_or_says_that_it_does_not() {
         };
         let of = |line: &&Line| {
             let is_part = |of: &String| of == part || also.contains(&of.as_str());
-            line.parts.iter().any(is_part) && line.is_of_this_version == of_this_version
+            line.parts.iter().any(is_part)
         };
         page.iter().filter(of).any(|line| line.words.contains(key))
     };
     for (part, key) in &run {
         // A section of its own says it.
         let is_section = part.is_empty() && page.iter().any(|line| line.parts.contains(key));
-        if !is_section && !told(part, key, true) {
+        if !is_section && !is_described(part, key) {
             wrong.push(format!(
                 "`{part}`: the page does not know `{key}`, which runs"
-            ));
-        }
-    }
-    for (part, key) in &refused {
-        // The tables of laws are marked as a whole, `law` is a word of all of them.
-        if !told(part, key, false) && key != "law" {
-            wrong.push(format!(
-                "`{part}`: the page does not say that `{key}` is not in this version"
             ));
         }
     }
@@ -380,7 +318,7 @@ fn started_from_a_run(folder: &Path) -> String {
 }
 
 /// Keys whose numbers are counts, ratios or exponents. A new key that is none must take units.
-const WITHOUT_UNIT: [&str; 52] = [
+const WITHOUT_UNIT: &[&str] = &[
     "seed",
     "axis",
     "normal",
@@ -440,7 +378,7 @@ fn each_number_with_a_unit_takes_one_in_a_text() {
     let folder = folder();
     let base = all_keys();
     let mut with_units = 0;
-    for setting in std::iter::once("seed=1").chain(ALTERNATIVES).chain(REFUSED) {
+    for setting in std::iter::once("seed=1").chain(ALTERNATIVES.iter().copied()) {
         let overrides = settings(setting);
         let stated = |overrides: &[String]| {
             read(folder.path(), &base, overrides).map(|s| s.statement.entries().unwrap())

@@ -27,6 +27,8 @@ pub(super) enum Quantity {
     },
     /// Depth of worn walls; particles have none.
     Depth,
+    /// Something of the triangles of elastic sheets; particles have none.
+    Sheet(SheetQuantity),
     /// A column of numbers.
     Column { name: String, unit: String },
     /// The length of a vector of three columns.
@@ -37,14 +39,57 @@ pub(super) enum Quantity {
     },
 }
 
+/// What a run has beside its particles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct OfRun {
+    /// Walls that wear.
+    pub(super) wears: bool,
+    /// Elastic sheets.
+    pub(super) has_sheets: bool,
+}
+
+/// What colours of the triangles of elastic sheets show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SheetQuantity {
+    /// The larger principal tension.
+    LargerTension,
+    /// The smaller principal tension.
+    SmallerTension,
+    /// Root of the area over that of the first frame.
+    Stretch,
+    /// Force of the grains along the normal over the area.
+    Pressure,
+}
+
+impl SheetQuantity {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "tension_1" => Self::LargerTension,
+            "tension_2" => Self::SmallerTension,
+            "stretch" => Self::Stretch,
+            "pressure" => Self::Pressure,
+            _ => return None,
+        })
+    }
+
+    fn colour(self) -> ColourBy {
+        match self {
+            Self::LargerTension => ColourBy::scalar("larger tension", "N/m"),
+            Self::SmallerTension => ColourBy::scalar("smaller tension", "N/m"),
+            Self::Stretch => ColourBy::scalar("stretch", ""),
+            Self::Pressure => ColourBy::scalar("pressure", "Pa"),
+        }
+    }
+}
+
 impl Quantity {
     /// What `wanted` may mean: one thing, or for `auto` what to show if something moves and what if nothing does.
-    /// `clumps`: names of the kinds of clumps that the run has; `wears`: whether it has walls that wear.
+    /// `clumps`: names of the kinds of clumps that the run has; `of_run`: what else it has.
     pub(super) fn candidates(
         wanted: &str,
         snapshot: &Snapshot,
         clumps: &[String],
-        wears: bool,
+        of_run: OfRun,
     ) -> Result<Vec<Self>, ExportError> {
         let speed = || Self::vector("velocity", "speed", snapshot);
         Ok(match wanted {
@@ -62,7 +107,13 @@ impl Quantity {
             "film" if has(snapshot, "film_volume") => {
                 Self::column("film_volume", snapshot).into_iter().collect()
             }
-            "depth" if wears => vec![Self::Depth],
+            "depth" if of_run.wears => vec![Self::Depth],
+            _ if of_run.has_sheets && SheetQuantity::named(wanted).is_some() => {
+                SheetQuantity::named(wanted)
+                    .into_iter()
+                    .map(Self::Sheet)
+                    .collect()
+            }
             "speed" if speed().is_some() => speed().into_iter().collect(),
             _ => {
                 let found = Self::column(wanted, snapshot);
@@ -116,6 +167,7 @@ impl Quantity {
                 names: names.clone(),
             },
             Self::Depth => ColourBy::scalar("depth", "m"),
+            Self::Sheet(quantity) => quantity.colour(),
             Self::Column { name, unit } => ColourBy::scalar(&name.replace('_', " "), unit),
             Self::Length { name, unit, .. } => ColourBy::scalar(name, unit),
         }
@@ -124,7 +176,7 @@ impl Quantity {
     /// Whether a table has what it takes.
     pub(super) fn is_of(&self, snapshot: &Snapshot) -> bool {
         match self {
-            Self::None | Self::Height | Self::Depth => true,
+            Self::None | Self::Height | Self::Depth | Self::Sheet(_) => true,
             Self::Material => has(snapshot, "material"),
             Self::Body => has(snapshot, "body"),
             Self::Clump { .. } => has(snapshot, CLUMP),
@@ -143,7 +195,7 @@ impl Quantity {
         };
         Ok(match self {
             Self::None => vec![0.0; snapshot.frame.rows()],
-            Self::Depth => vec![f64::NAN; snapshot.frame.rows()],
+            Self::Depth | Self::Sheet(_) => vec![f64::NAN; snapshot.frame.rows()],
             Self::Height => {
                 let gravity = snapshot.header.gravity.unwrap_or_default();
                 let up = upwards(gravity, snapshot.dimensions() == 2);

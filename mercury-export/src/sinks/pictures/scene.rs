@@ -5,17 +5,19 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 use mercury_common::frames::{
-    BodyReader, ClumpKind, Column, ContactReader, DropletReader, WallReader, WearFrame, WearReader,
+    BodyReader, ClumpKind, Column, ContactReader, DropletReader, SheetNow, WallReader, WearFrame,
+    WearReader, sheets as sheets_of,
 };
 use mercury_common::readable::counted;
 use mercury_common::surfaces::{Placement, Surface as Shape};
-use mercury_pictures::{Contact, Frame, Grain, Sphere, Surface, wall_surfaces};
+use mercury_pictures::{Contact, Frame, Grain, SHEET_OPACITY, Sphere, Surface, wall_surfaces};
 
 use super::super::stl::worn_at;
 use super::PictureChoice;
-use super::quantity::{CLUMP, Quantity};
+use super::quantity::{CLUMP, OfRun, Quantity, SheetQuantity};
 use crate::beside;
 use crate::bodies::{self, Shown};
+use crate::source::SheetTables;
 use crate::{ClumpsAs, ExportError, Selection, Snapshot, Source};
 
 /// What a run has beside its particles.
@@ -26,6 +28,9 @@ pub(super) struct Scenery<'a> {
     droplets: Option<&'a DropletReader>,
     walls: Option<&'a WallReader>,
     wear: Option<&'a WearReader>,
+    membranes: Option<&'a SheetTables>,
+    /// Areas of the triangles in the first frame, m^2.
+    first_areas: Option<Vec<f64>>,
     /// Where clumps are shown as surfaces.
     bodies: Option<&'a BodyReader>,
     hide_pebbles: bool,
@@ -92,6 +97,11 @@ impl<'a> Scenery<'a> {
             .map(|run| run.wear("--no-walls leaves walls out"))
             .transpose()?
             .flatten();
+        let membranes = run
+            .filter(|_| choice.walls)
+            .map(|run| run.membranes("--no-walls leaves walls and membranes out"))
+            .transpose()?
+            .flatten();
         Ok(Self {
             kinds,
             contacts,
@@ -99,6 +109,8 @@ impl<'a> Scenery<'a> {
             droplets,
             walls,
             wear,
+            membranes,
+            first_areas: None,
             bodies: bodies::reader_for(source, choice.clumps)?,
             hide_pebbles: choice.clumps == ClumpsAs::Surface,
             without_contacts: 0,
@@ -126,9 +138,12 @@ impl<'a> Scenery<'a> {
         Ok(snapshot)
     }
 
-    /// Whether there are walls that wear.
-    pub(super) fn wears(&self) -> bool {
-        self.walls.is_some() && self.wear.is_some()
+    /// What the run has beside its particles.
+    pub(super) fn of_run(&self) -> OfRun {
+        OfRun {
+            wears: self.walls.is_some() && self.wear.is_some(),
+            has_sheets: self.membranes.is_some(),
+        }
     }
 
     /// Counts from nothing again.
@@ -178,6 +193,7 @@ impl<'a> Scenery<'a> {
         snapshot: &Snapshot,
         quantity: &Quantity,
     ) -> Result<Frame, ExportError> {
+        let (coloured, sheets) = self.sheets(snapshot, quantity)?;
         let header = &snapshot.header;
         let title = self.title.as_deref().unwrap_or(if header.title.is_empty() {
             &self.name
@@ -189,7 +205,10 @@ impl<'a> Scenery<'a> {
         if let (Quantity::Depth, Some(wear)) = (quantity, &wear) {
             grains.extend(self.worn_triangles(snapshot, wear)?);
         }
+        grains.extend(coloured);
         spheres.extend(self.droplets(snapshot, quantity)?);
+        let mut surfaces = self.surfaces(snapshot, wear.as_ref())?;
+        surfaces.extend(sheets);
         let contacts = self.contacts(snapshot)?;
         self.without_contacts += usize::from(self.contacts.is_some() && contacts.is_none());
         let contacts = contacts.unwrap_or_default();
@@ -201,10 +220,72 @@ impl<'a> Scenery<'a> {
             domain: header.domain,
             spheres,
             grains,
-            surfaces: self.surfaces(snapshot, wear.as_ref())?,
+            surfaces,
             lines: Vec::new(),
             contacts,
         })
+    }
+
+    /// The triangles of elastic sheets at this step where they are coloured, else as surfaces.
+    fn sheets(
+        &mut self,
+        snapshot: &Snapshot,
+        quantity: &Quantity,
+    ) -> Result<(Vec<Grain>, Vec<Surface>), ExportError> {
+        let nothing = (Vec::new(), Vec::new());
+        let Some(tables) = self.membranes else {
+            return Ok(nothing);
+        };
+        let Some((vertices, triangles)) = tables.at_step(snapshot.frame.step)? else {
+            return Ok(nothing);
+        };
+        let sheets = sheets_of(&vertices, &triangles).map_err(|reason| {
+            let path = tables.triangles.frames().path().display();
+            ExportError::Input(format!("{path}: {reason}"))
+        })?;
+        let corners = |sheet: &SheetNow, k: usize| sheet.mesh.corners(k);
+        let Quantity::Sheet(quantity) = quantity else {
+            let surface = |sheet: &SheetNow| Surface {
+                opacity: SHEET_OPACITY,
+                ..Surface::wall(
+                    (0..sheet.mesh.triangles.len())
+                        .map(|k| corners(sheet, k))
+                        .collect(),
+                )
+            };
+            return Ok((Vec::new(), sheets.iter().map(surface).collect()));
+        };
+        if self.first_areas.is_none() {
+            let first = tables.triangles.frame(0)?;
+            self.first_areas = Some(first.area);
+        }
+        let first_areas = self.first_areas.as_deref().unwrap_or_default();
+        let mut grains = Vec::new();
+        for sheet in &sheets {
+            for (k, &row) in sheet.triangle_rows.iter().enumerate() {
+                let place = corners(sheet, k);
+                let [a, b, c] = place;
+                let value = match quantity {
+                    SheetQuantity::LargerTension => triangles.tensions[0][row],
+                    SheetQuantity::SmallerTension => triangles.tensions[1][row],
+                    SheetQuantity::Stretch => {
+                        let first = first_areas.get(row).copied().unwrap_or(f64::NAN);
+                        (triangles.area[row] / first).sqrt()
+                    }
+                    SheetQuantity::Pressure => {
+                        let normal = (b - a).cross(c - a).normalize_or_zero();
+                        triangles.load[row].dot(normal).abs() / triangles.area[row]
+                    }
+                };
+                grains.push(Grain {
+                    triangles: vec![place],
+                    value,
+                    fixed: false,
+                    of_wall: true,
+                });
+            }
+        }
+        Ok((grains, Vec::new()))
     }
 
     /// Particles, and what stands for some of them.
