@@ -956,7 +956,7 @@ pub(crate) async fn run_archive(
             held: Vec::new(),
         };
         if let Err(error) = archive(&app, &id, &head, &spec, sender) {
-            // The listener sees an archive that ends too early, and is told so by the connection.
+            // The listener sees an archive that ends too early, and the connection says so.
             let _ = send.blocking_send(Err(io::Error::other(error.to_string())));
         }
     });
@@ -1151,7 +1151,7 @@ pub(crate) async fn events(
                 Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
                 Ok(message) if wanted.is_empty() && message.owner != user.id => continue,
                 Ok(message) => match message.id {
-                    // Told in the replay already.
+                    // Part of the replay already.
                     Some(id) if id <= at => continue,
                     Some(id) => Sse::default().id(id.to_string()).data(&message.text),
                     None => Sse::default().data(&message.text),
