@@ -355,7 +355,11 @@ fn launch(app: &App, live: &Live) -> Result<Launch> {
     add("--beat", beat.to_string().into());
     add("--commit", COMMIT.0.max(COMMIT.1 * beat).to_string().into());
     add("--checkpoint-every", (&options.checkpoint_every).into());
-    if !options.sandbox {
+    if !app
+        .engine
+        .place()
+        .map_or(options.sandbox, |place| place.sandbox)
+    {
         command.push("--no-sandbox".into());
     }
     let log = options.data.join("log").join(format!("{job}.log"));
