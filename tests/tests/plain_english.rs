@@ -19,10 +19,12 @@ const FORBIDDEN: [&str; 8] = [
 ];
 
 /// Phrases about people, which may contain a forbidden word.
-const ABOUT_PEOPLE: [&str; 8] = [
+const ABOUT_PEOPLE: [&str; 10] = [
     "users who",
     "user who",
     "people who",
+    "researchers who",
+    "students who",
     "everyone who",
     // From the licence of a font.
     "persons to whom",
