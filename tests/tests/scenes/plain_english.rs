@@ -19,16 +19,20 @@ const FORBIDDEN: [&str; 8] = [
 ];
 
 /// Phrases about people, which may contain a forbidden word.
-const ABOUT_PEOPLE: [&str; 7] = [
+const ABOUT_PEOPLE: [&str; 10] = [
     "users who",
     "user who",
     "people who",
+    "researchers who",
+    "students who",
     "everyone who",
     // From the licence of a font.
     "persons to whom",
     // Authors of sources.
     "Wadell (1932), who",
     "Korn and Graubard 1998, Survey Methodology 24, 193, who",
+    // The rule itself, in CONTRIBUTING.md.
+    "is not *who* or *nobody*",
 ];
 
 /// Endings of the files that are read.
