@@ -78,6 +78,10 @@ pub struct Engine {
     walls: Vec<WallNow>,
     /// One for each sheet of the plan.
     surfaces: Vec<Surface>,
+    /// Whether particles of the present candidate list are near each of them.
+    is_near: Vec<bool>,
+    /// Whether the mesh of each of them was left behind, as no particle is near.
+    stale: Vec<bool>,
     /// Their mechanics, one for each, or none at all.
     membranes: Vec<MembraneNow>,
     /// How the sheets moved in this step.
@@ -186,7 +190,7 @@ impl Engine {
         self.guard_ways(speed);
         self.move_walls();
         self.reshape_walls()?;
-        self.advance_surfaces(kicks)?;
+        self.advance_surfaces(kicks, speed)?;
         self.guard_crossings(speed);
         let fastest = self.rouse_and_put_to_rest(fastest);
         self.exchange_particles()?;

@@ -180,6 +180,8 @@ impl Engine {
             &images,
         )?;
         walls.extend(borrowing);
+        let is_near = vec![true; surfaces.len()];
+        let stale = vec![false; surfaces.len()];
         let membranes = surfaces::start_membranes(
             (plan.physics().membranes(), &mut surfaces),
             &Moment {
@@ -228,6 +230,8 @@ impl Engine {
             surfaces,
             surface_motion: SurfaceMotion::default(),
             membranes,
+            is_near,
+            stale,
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,

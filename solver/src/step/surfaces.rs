@@ -1,8 +1,9 @@
 //! Sheets: what contacts do to their vertices, how these move, and the meshes that follow.
 
+use super::crossings::SEEN;
 use super::{Engine, RunError};
 use crate::contact::parameter::short;
-use crate::forces::Observation;
+use crate::forces::{NearWall, Observation};
 use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::neighbours::Images;
 use crate::plan::GuardPolicy;
@@ -58,25 +59,69 @@ macro_rules! moment {
 }
 
 impl Engine {
-    /// Half kicks of the vertices, as many as particles get in this step, and their drift; then the meshes follow.
-    pub(super) fn advance_surfaces(&mut self, kicks: u32) -> Result<(), RunError> {
+    /// Half kicks of the vertices, as many as particles get in this step, and their drift; then the meshes follow. A mesh that no particle is
+    /// near is left where it was until the candidate list is built. `fastest`: of the particles, m/s.
+    pub(super) fn advance_surfaces(&mut self, kicks: u32, fastest: f64) -> Result<(), RunError> {
         if self.surfaces.is_empty() {
             return Ok(());
         }
         self.surface_motion = self.kick_surfaces(kicks, self.plan.physics().time_step());
-        let first = self.plan.physics().walls().len();
-        for (number, surface) in self.surfaces.iter().enumerate() {
-            let wall = &mut self.walls[first + number];
-            let followed =
-                wall.follow(&surface.corners(), surface.way_since_listed(), &self.images);
-            followed.map_err(|error| RunError::Surface {
-                surface: self.plan.physics().surfaces()[number].name.clone(),
-                step: self.step,
-                time: self.time(),
-                error,
-            })?;
+        let physics = self.plan.physics();
+        let first = physics.walls().len();
+        // Others than contacts look for walls, too.
+        let is_fast = fastest * physics.time_step() > SEEN * physics.smallest_radius();
+        let all = is_fast || self.sprays.is_some() || self.boundaries.expects_more();
+        for number in 0..self.surfaces.len() {
+            if all || self.is_near[number] {
+                self.follow_surface(number)?;
+            } else {
+                let way = self.surfaces[number].way_since_listed();
+                self.walls[first + number].note_way(way);
+                self.stale[number] = true;
+            }
         }
         Ok(())
+    }
+
+    /// Puts the mesh of a sheet to where its vertices are.
+    fn follow_surface(&mut self, number: usize) -> Result<(), RunError> {
+        let first = self.plan.physics().walls().len();
+        let surface = &self.surfaces[number];
+        let wall = &mut self.walls[first + number];
+        let (corners, way) = (surface.corners(), surface.way_since_listed());
+        // Triangles that were left behind for many steps may have turned.
+        let followed = if std::mem::take(&mut self.stale[number]) {
+            wall.follow_anew(&corners, way, &self.images)
+        } else {
+            wall.follow(&corners, way, &self.images)
+        };
+        followed.map_err(|error| RunError::Surface {
+            surface: self.plan.physics().surfaces()[number].name.clone(),
+            step: self.step,
+            time: self.step as f64 * self.plan.physics().time_step(),
+            error,
+        })
+    }
+
+    /// The candidate list is to be built: meshes that were left behind follow.
+    pub(super) fn freshen_surfaces(&mut self) -> Result<(), RunError> {
+        for number in 0..self.surfaces.len() {
+            if self.stale[number] && !self.particles.is_empty() {
+                self.follow_surface(number)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes which sheets the particles of a new list are near.
+    pub(super) fn note_near_surfaces(&mut self, near: &[NearWall]) {
+        let first = self.plan.physics().walls().len();
+        self.is_near.fill(false);
+        for near in near {
+            if let Some(is_near) = near.wall.index().checked_sub(first) {
+                self.is_near[is_near] = true;
+            }
+        }
     }
 
     /// Half kicks of the vertices, and a drift of `drift` seconds.

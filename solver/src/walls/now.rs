@@ -130,6 +130,11 @@ impl WallNow {
         Ok(())
     }
 
+    /// Points of the surface are at most so far from where they were when the candidate list was built, m, although the mesh stays.
+    pub fn note_way(&mut self, since_listed: f64) {
+        self.reshaped_by = since_listed;
+    }
+
     /// The same in one go from any earlier shape.
     ///
     /// # Errors
