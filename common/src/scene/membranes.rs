@@ -454,7 +454,9 @@ fn read_hold(item: &Item<'_>) -> Option<Hold> {
         None => Some(false),
     };
     let region = fields.get("region").map(|item| region::read(&item));
-    let is_one = fields.exactly_one(&["wall", "velocity", "motion"], false);
+    let keys = ["wall", "velocity", "motion"];
+    let is_still = !keys.iter().any(|key| fields.has(key));
+    let is_one = is_still || fields.exactly_one(&keys, false);
     let motion = if let Some(item) = fields.get("wall") {
         item.name().map(HoldMotion::Wall)
     } else if let Some(item) = fields.get("velocity") {
@@ -464,6 +466,10 @@ fn read_hold(item: &Item<'_>) -> Option<Hold> {
     } else {
         Some(HoldMotion::Still)
     };
+    for key in keys {
+        // Known, also where it is one too many.
+        fields.get(key);
+    }
     let (from, until) = interval(&fields);
     fields.finish();
     if name.as_ref().is_some_and(|name| name.value == "fixed") {

@@ -47,7 +47,7 @@ pub enum TopologyError {
         vertices: usize,
     },
     /// More than two triangles at an edge.
-    #[error("triangle {triangle} is the third at the edge between the vertices {} and {}, after {} and {}: a sheet has two at most", .ends[0], .ends[1], .others[0], .others[1])]
+    #[error("triangle {triangle} is the third at the edge between the vertices {} and {}, after the triangles {} and {}: a sheet has two at most", .ends[0], .ends[1], .others[0], .others[1])]
     ThirdTriangle {
         /// Its number.
         triangle: usize,

@@ -51,7 +51,7 @@ impl Planned {
         let all = self.surfaces.iter().zip(&self.membranes);
         let limits = all.map(|(surface, membrane)| Limit {
             time: rates(membrane, &surface.vertices).critical_step(),
-            of: format!("the sheet {}", surface.name),
+            of: format!("membranes.{}", surface.name),
         });
         limits.min_by(|one, other| one.time.total_cmp(&other.time))
     }

@@ -163,6 +163,14 @@ pub(super) const SUBJECTS: &[Subject] = &[
         }],
     },
     Subject {
+        title: "Elastic sheets",
+        about: "",
+        sections: &[Section {
+            about: "Sheets of rubber of 0.3 mm with E = 1.25 MPa in the whole engine ([theory](theory/membranes.md)). Uniform strains, bent sheets, balloons, laws of gas and fluid and the largest stable step are tested beside the code of the sheet.",
+            ..section("T24 ", "Sheets under loads")
+        }],
+    },
+    Subject {
         title: "Rigid clumps",
         about: "",
         sections: &[
