@@ -1,6 +1,6 @@
 //! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
 //!
-//! A row names its case (T1 to T23, by the physics it tests), what is measured, the expected value, how near the solver must
+//! A row names its case (T1 to T24, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
 
@@ -21,6 +21,7 @@ mod slope;
 mod squeezed;
 mod three_beads;
 mod wear;
+mod wet;
 
 pub(crate) use collision::lag;
 
@@ -140,5 +141,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(decay::cases());
     cases.extend(three_beads::cases());
     cases.extend(wear::cases());
+    cases.extend(wet::cases());
     cases
 }
