@@ -41,7 +41,6 @@ const ENDINGS: [&str; 6] = ["rs", "md", "py", "sh", "toml", "txt"];
 /// Folders that hold no text of the project, wherever they are.
 const FOREIGN: [&str; 3] = ["target", "vendor", "node_modules"];
 
-
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
