@@ -55,7 +55,7 @@ fn forces() -> Vec<Case> {
     ];
     for (fit, tension, degrees, gap, force) in rows {
         cases.push(Case::new(
-            format!("T24 law: {}, force at a gap of {gap} m (N)", fit.name()),
+            format!("T25 law: {}, force at a gap of {gap} m (N)", fit.name()),
             force,
             // Printed with 13 digits.
             Relative(1e-11),
@@ -73,7 +73,7 @@ fn forces() -> Vec<Case> {
         (Fit::WillettClassical, -3.12564937e-8),
     ] {
         cases.push(Case::new(
-            format!("T24 law: {}, energy at the touch (J)", fit.name()),
+            format!("T25 law: {}, energy at the touch (J)", fit.name()),
             energy,
             Relative(1e-8),
             "closed form or quadrature by another program",
@@ -99,7 +99,7 @@ fn forces() -> Vec<Case> {
         ),
     ] {
         cases.push(Case::new(
-            format!("T24 law: largest {part} viscous coefficient of a film of 1 um (kg/s)"),
+            format!("T25 law: largest {part} viscous coefficient of a film of 1 um (kg/s)"),
             expected,
             Relative(1e-12),
             "Adams & Perchard (1985); Goldman, Cox & Brenner (1967)",
@@ -107,7 +107,7 @@ fn forces() -> Vec<Case> {
         ));
     }
     cases.push(Case::new(
-        "T24 law: thickness of a film of 6e-11 m3 on a sphere of 1 mm (m)",
+        "T25 law: thickness of a film of 6e-11 m3 on a sphere of 1 mm (m)",
         4.752030727e-6,
         Relative(2e-10),
         "volume of a shell",
@@ -191,7 +191,7 @@ fn exact() -> Vec<Case> {
                 "{degrees} degrees, V/R_D^3 = {volume}, radii 1 to {ratio} (0: a plane), gap {share} S0"
             );
             cases.push(Case::new(
-                format!("T24 law: exact bridge, {place}: force over gamma R_D"),
+                format!("T25 law: exact bridge, {place}: force over gamma R_D"),
                 force,
                 // Printed with six digits.
                 Absolute(6e-6),
@@ -203,7 +203,7 @@ fn exact() -> Vec<Case> {
                 },
             ));
             cases.push(Case::new(
-                format!("T24 law: young-laplace, {place}: force over gamma R_D"),
+                format!("T25 law: young-laplace, {place}: force over gamma R_D"),
                 force,
                 // What the scene asks for.
                 Relative(1e-3),
@@ -252,7 +252,7 @@ fn collisions() -> Vec<Case> {
             let set_up =
                 format!("{what}, bridge {form}, {tension} N/m, {speed} m/s: wet restitution");
             cases.push(Case::new(
-                format!("T24 engine: {set_up}"),
+                format!("T25 engine: {set_up}"),
                 expected,
                 Absolute(4e-3),
                 INTEGRATED,
@@ -260,7 +260,7 @@ fn collisions() -> Vec<Case> {
             ));
             if tension == 0.0 {
                 cases.push(Case::new(
-                    format!("T24 engine: {set_up}, beside the theory"),
+                    format!("T25 engine: {set_up}, beside the theory"),
                     collision.theory(),
                     // A soft contact lasts; its film acts a little longer than that of rigid grains.
                     Absolute(4e-3),
@@ -332,7 +332,7 @@ prescribed = { velocity = [-1e-3, 0, 0], angular_velocity = [0, 0, 0] }
         ("third", 2, 0.0),
     ] {
         cases.push(Case::new(
-            format!("T24 engine: film of the {name} of three grains (m3)"),
+            format!("T25 engine: film of the {name} of three grains (m3)"),
             expected,
             Absolute(1e-24),
             RULES,
@@ -340,7 +340,7 @@ prescribed = { velocity = [-1e-3, 0, 0], angular_velocity = [0, 0, 0] }
         ));
     }
     cases.push(Case::new(
-        "T24 engine: bridge of the second and the third of three grains (m3)",
+        "T25 engine: bridge of the second and the third of three grains (m3)",
         2.5e-12,
         Absolute(1e-24),
         RULES,

@@ -170,12 +170,15 @@ pub(super) const SUBJECTS: &[Subject] = &[
         sections: &[Section {
             about: "Sheets of rubber of 0.3 mm with E = 1.25 MPa in the whole engine ([theory](theory/membranes.md)). Uniform strains, bent sheets, balloons, laws of gas and fluid and the largest stable step are tested beside the code of the sheet.",
             ..section("T24 ", "Sheets under loads")
+        }],
+    },
+    Subject {
         title: "Liquid bridges",
         about: "",
         sections: &[Section {
             about: WET,
             pictures: "![Restitution of wet collisions over the Stokes number](pictures/wet-restitution.svg)",
-            ..section("T24 ", "Forces, wet collisions and how liquid moves")
+            ..section("T25 ", "Forces, wet collisions and how liquid moves")
         }],
     },
     Subject {
