@@ -48,8 +48,8 @@ def main():
                     for way, threads in ways.items():
                         found[way].append(seconds(solver, folder, spheres, threads))
                 for way, all_seconds in found.items():
-                    told = ", ".join(f"{s:.3f}" for s in all_seconds)
-                    print(f"{spheres} spheres, {way}: {statistics.median(all_seconds):.3f} s in the time loop ({told})", flush=True)
+                    shown = ", ".join(f"{s:.3f}" for s in all_seconds)
+                    print(f"{spheres} spheres, {way}: {statistics.median(all_seconds):.3f} s in the time loop ({shown})", flush=True)
     finally:
         for other in others:
             other.kill()

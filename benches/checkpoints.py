@@ -50,8 +50,8 @@ def main():
             count, held, unit = re.search(r"checkpoints: (\d+), for which the steps were held for ([\d.]+) (\w+)", log).groups()
             held = float(held) * {"s": 1.0, "ms": 1e-3}[unit] / int(count)
             size = max(file.stat().st_size for file in output.glob("*.restart"))
-            told = ", ".join(f"{seconds:.2f}" for seconds in writing)
-            print(f"{count} checkpoints of {size / 1e6:.0f} MB: steps held for {held:.3f} s each; written in {told} s")
+            shown = ", ".join(f"{seconds:.2f}" for seconds in writing)
+            print(f"{count} checkpoints of {size / 1e6:.0f} MB: steps held for {held:.3f} s each; written in {shown} s")
 
 
 if __name__ == "__main__":

@@ -118,8 +118,8 @@ def main():
             for scene, costs in found.items():
                 first, last = (seconds(solver, folder, scene, end) for end in (SETTLED, options.time))
                 costs.append(1e9 * (last - first) / (40000 * (options.time - SETTLED) / 2e-5))
-                told = json.loads((folder / "run" / "summary.json").read_text())
-                print(f"{scene}: {costs[-1]:.1f} ns, coordination {told['coordination_number']:.2f}", flush=True)
+                result = json.loads((folder / "run" / "summary.json").read_text())
+                print(f"{scene}: {costs[-1]:.1f} ns, coordination {result['coordination_number']:.2f}", flush=True)
         clumps, spheres = (min(costs) for costs in found.values())
         print(f"clumps {clumps:.1f} ns per pebble and step, spheres {spheres:.1f}: ratio {clumps / spheres:.2f}")
 

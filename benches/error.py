@@ -40,16 +40,16 @@ class Program:
         out = self.folder / "run"
         sets = [word for change in [*QUIET, *changes, f"seed={seed}"] for word in ("--set", change)]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        told = subprocess.run([self.solver, scene, "--output", out, "--force", "--quiet", "--threads", "1", *sets], capture_output=True, text=True)
-        if told.returncode != 0:
-            raise RuntimeError(told.stderr.strip().splitlines()[0])
+        result = subprocess.run([self.solver, scene, "--output", out, "--force", "--quiet", "--threads", "1", *sets], capture_output=True, text=True)
+        if result.returncode != 0:
+            raise RuntimeError(result.stderr.strip().splitlines()[0])
         return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, out
 
     def automatic_step(self, scene, changes):
         """The step that `auto` takes, s."""
         sets = [word for change in changes for word in ("--set", change)]
-        told = subprocess.run([self.solver, scene, "--check", "--json", *sets], capture_output=True, text=True, check=True)
-        return float(json.loads(told.stdout)["time"]["step"])
+        result = subprocess.run([self.solver, scene, "--check", "--json", *sets], capture_output=True, text=True, check=True)
+        return float(json.loads(result.stdout)["time"]["step"])
 
 
 def rows(folder, suffix):

@@ -8,7 +8,7 @@
 Makes a run of random particles (positions, velocities, spins, forces: digits that do not shrink; ids, materials, four radii, zero torques: digits
 that do) as Arrow frames, and turns it into .vtu files: by mercury-export with each compression, and by pyvista from the same Arrow file with VTK's
 writer (appended binary, zlib, its default; and without compression). Both read the Arrow file and write all arrays, diameter and speed too. The two take turns;
-printed are medians, s per frame, and MB. A plain copy of as many bytes as the uncompressed frame has, and sync, tells what the disk does.
+printed are medians, s per frame, and MB. A plain copy of as many bytes as the uncompressed frame has, and sync, shows the speed of the disk.
 """
 import argparse, os, shutil, statistics, subprocess, sys, tempfile, time
 import numpy as np, pyarrow as pa, pyvista as pv, vtk

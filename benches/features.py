@@ -25,7 +25,7 @@ BOX = re.compile(r"\[\[walls\]\].*?\n\n", re.DOTALL)
 
 def base():
     text = (BENCH / "dense-2k.toml").read_text().replace("dense-2k.csv", str(BENCH / "dense-2k.csv"))
-    # Files only where a row asks for them.
+    # Files only for rows that need them.
     return text.replace("data = false", "data = false\nframes = false\npictures = false\nwalls = false")
 
 
@@ -142,14 +142,14 @@ def groups(folder):
         ("walls", "floor that moves", lambda text: add('[[walls]]\nname = "floor"\nshape = "plane"\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nmaterial = "bead"\nmotion = [{ kind = "translation", velocity = [0, 0, -1e-4] }]\n\n')(text.replace(FACES, '["-x", "+x", "-y", "+y"]'))),
         ("meshes", "2,432 triangles that nothing is near", add(mesh("drum", BENCH / "mesh-drum.stl", "offset = [0.0, 0.0, 0.3]"))),
         ("meshes", "10 triangles instead of the box", lambda text: BOX.sub(mesh("box", box, 'side = "both"'), text, count=1)),
-        ("periodic axis", "nobody near its ends (two discs as walls)", lambda text: periodic(text, 0.1)),
+        ("periodic axis", "no particle near its ends (two discs as walls)", lambda text: periodic(text, 0.1)),
         ("periodic axis", "instead of two walls", lambda text: periodic(text, 0.0)),
         ("clumps", "one of 3 pebbles, alone", add(rods(1))),
         ("clumps", "16 of 3 pebbles, falling", add(rods(3))),
         ("insertion", "waits for its time", add(INSERTION.format(low=0.06, high=0.074, more="from = 1.0"))),
-        ("insertion", "finds no room", add(INSERTION.format(low=0.01, high=0.03, more=""))),
-        ("deletion", "nobody near", add(DELETION % -0.1)),
-        ("fluxes", "nobody near", add(FLUX % 0.07)),
+        ("insertion", "finds no space", add(INSERTION.format(low=0.01, high=0.03, more=""))),
+        ("deletion", "no particle near", add(DELETION % -0.1)),
+        ("fluxes", "no particle near", add(FLUX % 0.07)),
         ("fluxes", "through the bed", add(FLUX % 0.02)),
         ("regions", "not yet due", add(REGION)),
         ("regions", "every 10 steps", both(every, add(REGION))),
@@ -163,7 +163,7 @@ def groups(folder):
         ("loads of walls", "every 10 steps", lambda text: every(text).replace("walls = false", "walls = true")),
         ("energies (`.ene`)", "every 10 steps", every),
         ("energy audit", "every step", keys("energy_budget = true")),
-        ("sleeping", "there, nobody asleep yet", lambda text: "sleeping = {}\n" + text),
+        ("sleeping", "on, no particle asleep yet", lambda text: "sleeping = {}\n" + text),
         ("sleeping", "nearly all asleep", lambda text: f"sleeping = {{ after = {10 * STEP}, speed = 10.0, imbalance = 0.9 }}\n" + text),
         ("guard", "off", add('[guard]\npolicy = "off"\n')),
     ]
@@ -171,16 +171,16 @@ def groups(folder):
 
 def run(solver, folder, scene, steps, wrapper=()):
     command = [*wrapper, solver, scene, "--threads", "1", "--quiet", "--force", "--output", folder / "run", "--set", f"time.end={steps * STEP:.9g}"]
-    told = subprocess.run(command, capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(f"{scene}:\n{told.stderr}")
-    return told.stderr
+    result = subprocess.run(command, capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(f"{scene}:\n{result.stderr}")
+    return result.stderr
 
 
 def count(solver, folder, scene, steps):
     wrapper = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder / 'callgrind.out'}"]
-    told = run(solver, folder, scene, steps, wrapper)
-    return int(re.search(r"Collected : (\d+)", told)[1])
+    result = run(solver, folder, scene, steps, wrapper)
+    return int(re.search(r"Collected : (\d+)", result)[1])
 
 
 def seconds(solver, folder, scene):

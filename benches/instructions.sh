@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Instructions per particle and step of dense-2k (steps 20 to 60, one thread), with two lanes and with four, counted by callgrind. They do not depend on who else
-# is on the machine. Compared with the last row of each in benches/results/instructions.csv: more than 3 % above it is an error, until a row with the
-# reason is added. Rows of another compiler say nothing.
+# Instructions per particle and step of dense-2k (steps 20 to 60, one thread), with two lanes and with four, counted by callgrind.
+# They do not depend on other programs on the machine. Compared with the last row of each in benches/results/instructions.csv:
+# more than 3 % above it is an error, until a row with the reason is added. Rows of another compiler say nothing.
 #
 # usage: benches/instructions.sh [--solver PROGRAM] [--record REASON]
 set -euo pipefail

@@ -53,8 +53,8 @@ def main():
         scenes = [BENCH / f"{scene}.toml" for scene in ("dense-2k", "dense-20k", "dense-20k-frictionless", "poly-20k", "mesh-drum-6k")]
         for scene in [*scenes, write_mixed(folder)]:
             rounds = [[cost(solver, scene, folder, lanes) for _, solver, lanes in ways] for _ in range(options.rounds)]
-            told = [f"{way} {statistics.median(costs):.1f}" for (way, _, _), costs in zip(ways, zip(*rounds)) if None not in costs]
-            print(f"{scene.stem}: {', '.join(told)}", flush=True)
+            shown = [f"{way} {statistics.median(costs):.1f}" for (way, _, _), costs in zip(ways, zip(*rounds)) if None not in costs]
+            print(f"{scene.stem}: {', '.join(shown)}", flush=True)
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def neighbours(code, rmin, rmax, skin, multi):
         return ["neighbor %g bin" % skin, "neigh_modify delay 0"]
     levels = max(1, math.ceil(math.log2(rmax / rmin)))
     bounds = [rmin * 2 ** (k + 1) for k in range(levels - 1)] + [rmax]
-    # Collections are told apart by the cutoff of a particle with its like, twice the radius.
+    # Collections are distinguished by the cutoff of a particle with its like, twice the radius.
     return ["neighbor %g multi" % skin, "neigh_modify delay 0 collection/interval %d %s" % (len(bounds), " ".join("%.9g" % (2 * b * (1 + 1e-9)) for b in bounds)),
             "comm_modify mode multi vel yes"]
 

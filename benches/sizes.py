@@ -4,9 +4,10 @@
     cargo build --release --bin mercury-solve && cargo build --release -p mercury-solver --example size_levels
     pip install numpy matplotlib && apt-get install valgrind
     benches/sizes.py make                        # packings into target/sizes; `--folder` puts them elsewhere
-    benches/sizes.py count                       # instructions, which do not depend on who else is on the machine
+    benches/sizes.py count                       # instructions, which do not depend on other programs on the machine
     benches/sizes.py time                        # nanoseconds; needs a machine that has nothing else to do
     benches/sizes.py draw                        # docs/pictures/size-ratio.svg from benches/results/sizes.csv
+    benches/sizes.py peers --states adrift       # beside LIGGGHTS and LAMMPS (Debian's packages): benches/results/sizes_peers.csv
 
 Packings are periodic along all axes. Numbers follow N(> r) ~ r^-2.5 between the smallest radius and the largest, which is Fuller's grading: the
 mass below a size grows with its root. The domain must be as wide as twice the largest diameter, so a ratio of 50 needs 62,000 spheres and one of
@@ -23,6 +24,7 @@ import json
 import math
 import pathlib
 import re
+import resource
 import statistics
 import subprocess
 import sys
@@ -58,7 +60,7 @@ def volume(sizes):
 
 def number(ratio):
     """Of spheres: a packed domain, of which they fill 0.85 at a ratio of 50 and up to 0.9 beyond, is 4.2 of the largest radii wide or a hundredth less, so that
-    nobody is met through two images."""
+    no particle meets another through two images."""
     if ratio == 1:
         return 30_000
     mean = FULLER / (3 - FULLER) * (ratio ** (3 - FULLER) - 1) / (1 - ratio**-FULLER)
@@ -77,7 +79,7 @@ def place(sizes, edge, seed):
     for radius in map(float, sizes):
         if octave is None or radius < 0.5 * largest:
             largest = radius
-            # Whoever is smaller meets a sphere of this octave in its own cell or the next.
+            # A smaller sphere meets a sphere of this octave in its own cell or the next.
             cells = max(1, int(edge / (2.001 * largest)))
             octave = (cells, edge / cells, {})
             placed.append(octave)
@@ -175,9 +177,9 @@ class Relaxed:
         (self.folder / "packing.toml").write_text(scene)
         out = self.folder / "packing"
         command = [self.solver, self.folder / "packing.toml", "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode != 0:
-            sys.exit(told.stderr)
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(result.stderr)
         count = len(self.sizes)
         with open(out / "packing.data") as file:
             lines = file.readlines()[-count:]
@@ -265,21 +267,21 @@ def run(options, scene, steps, wrapper=()):
     """Summary, number of lists built, pairs listed at the end, and what was said on standard error."""
     out = scene.parent / "run"
     command = [*wrapper, options.solver, scene, "--output", out, "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", "--set", f"time.end={steps * STEP:.12g}"]
-    told = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
+    result = subprocess.run([*command, *options.lanes], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
     log = (out / "run.log").read_text()
     builds, listed = re.search(r"built (\d+) times.*, (\d+) pairs listed", log).groups()
-    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), told.stderr
+    return json.loads((out / "summary.json").read_text()), int(builds), int(listed), result.stderr
 
 
 def about(options, ratio):
     """What size_levels says of the packing; beyond a ratio of 50 nothing of a single grid, which compares all with all there for minutes."""
     folder = options.folder / f"ratio-{ratio}"
-    told = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
-    if told.returncode != 0:
-        sys.exit(told.stderr)
-    return dict(line.split(" ", 1) for line in told.stdout.splitlines())
+    result = subprocess.run([options.size_levels, folder / "rest.toml", *["--levels"] * (ratio > 50)], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return dict(line.split(" ", 1) for line in result.stdout.splitlines())
 
 
 # First and last step of what is counted: lists are built at the start, then, adrift, every 20 steps or so.
@@ -287,8 +289,8 @@ WINDOWS = {"rest": (2, 12), "adrift": (30, 90), "random": (30, 90)}
 COUNTED = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null"]
 
 
-def collected(told):
-    return int(re.search(r"Collected : (\d+)", told)[1])
+def collected(result):
+    return int(re.search(r"Collected : (\d+)", result)[1])
 
 
 def count(options):
@@ -339,6 +341,56 @@ def clock(options):
         row.update({state: statistics.median(times) for state, times in found[ratio].items()})
         print(f"ratio {ratio}: " + ", ".join(f"{key} {value:.4g}" for key, value in row.items() if not isinstance(value, str)), flush=True)
         keep(row)
+
+
+def processor_time(command):
+    """User time of a command, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    result = subprocess.run([*map(str, command)], capture_output=True, text=True)
+    if result.returncode != 0:
+        sys.exit(result.stderr)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+# Skins over the smallest radius that are tried for the peers, and how their lists are made.
+SKINS = [0.2, 0.4, 0.8]
+PEERS = {"liggghts": ["liggghts"], "lammps": ["lammps"], "lammps multi": ["lammps", "--multi"]}
+
+
+def peers(options):
+    """Processor time per particle-step of Mercury and of the peers with the skin that suits each best: a run of some more steps less one of fewer, so
+    that start-up is left out. The codes run in turn; the least of the rounds."""
+    fewer, more = 50, 50 + options.steps
+    rows = []
+    for ratio in options.ratios:
+        for state in options.states:
+            scene = options.folder / f"ratio-{ratio}" / f"{state}.toml"
+            spheres = sum(1 for _ in open(scene.parent / f"{state}.csv")) - 1
+            mercury = [options.solver, scene, "--output", scene.parent / "run", "--force", "--quiet", "--threads", "1", "--checkpoint-every", "never", *options.lanes]
+            ways = {"mercury": lambda steps: [*mercury, "--set", f"time.end={steps * STEP:.12g}"]}
+            for name, arguments in PEERS.items():
+                # With equal spheres both kinds of lists of LAMMPS are the same.
+                if name == "lammps multi" and ratio == 1:
+                    continue
+                for skin in SKINS:
+                    ways[f"{name}, skin {skin}"] = lambda steps, arguments=arguments, skin=skin: [ROOT / "benches" / "peers.py", *arguments, scene, "--warm", "1", "--steps", steps, "--skin", skin]
+            found = {}
+            for _ in range(options.rounds):
+                for way, command in ways.items():
+                    spent = processor_time(command(more)) - processor_time(command(fewer))
+                    found.setdefault(way, []).append(1e9 * spent / spheres / options.steps)
+            row = {"ratio": ratio, "state": state, "spheres": spheres, "mercury": min(found["mercury"])}
+            for name in PEERS:
+                of_skins = {way: min(times) for way, times in found.items() if way.startswith(f"{name}, ")}
+                best = min(of_skins, key=of_skins.get, default=None)
+                row[name] = of_skins[best] if best else ""
+                row[f"{name}, skin"] = best.rsplit(" ", 1)[1] if best else ""
+            print(", ".join(f"{key} {value:.0f}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()), flush=True)
+            rows.append(row)
+    with open(RESULTS.parent / "sizes_peers.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: f"{value:.1f}" if isinstance(value, float) else value for key, value in row.items()} for row in rows)
 
 
 def what_is_in(packing):
@@ -415,7 +467,7 @@ def draw(options):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["make", "count", "time", "draw"])
+    parser.add_argument("what", choices=["make", "count", "time", "draw", "peers"])
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "target" / "sizes")
     parser.add_argument("--ratios", type=int, nargs="+", default=RATIOS)
     parser.add_argument("--states", nargs="+", choices=STATES, default=STATES[:2])
@@ -428,7 +480,7 @@ def main():
     options = parser.parse_args()
     if options.what == "count" and not options.lanes:
         options.lanes = ["--lanes", "4"]
-    {"make": make, "count": count, "time": clock, "draw": draw}[options.what](options)
+    {"make": make, "count": count, "time": clock, "draw": draw, "peers": peers}[options.what](options)
 
 
 if __name__ == "__main__":

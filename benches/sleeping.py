@@ -8,7 +8,7 @@ chance, without them from places that differ by a thousandth of a micrometre.
 
 `left out`: share of all steps of particles that were not made. `time`: over that without sleepers, processor time on one thread without output but at the
 end. Particles and kinetic energy are those at the end, height, load of the floor, places and contacts the difference to the run without sleepers there; `roused`: how often one was; `energy
-lost`: what those who fell asleep had, over m g d.
+lost`: the energy of the particles that fell asleep, over m g d.
 """
 
 import argparse
@@ -142,12 +142,12 @@ class Runs:
         if self.count:
             command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command]
         before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        told = subprocess.run(command, capture_output=True, text=True)
-        if told.returncode != 0:
-            sys.exit(told.stderr)
+        result = subprocess.run(command, capture_output=True, text=True)
+        if result.returncode != 0:
+            sys.exit(result.stderr)
         cost = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
         if self.count:
-            cost = float(re.search(r"Collected : (\d+)", told.stderr)[1])
+            cost = float(re.search(r"Collected : (\d+)", result.stderr)[1])
         return cost, self.read(out, wall)
 
     def read(self, out, wall):

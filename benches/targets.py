@@ -41,8 +41,8 @@ def processor():
 
 def commit():
     """That of the checkout, with a + if that is changed."""
-    told = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty=+", "--exclude=*"], capture_output=True, text=True)
-    return told.stdout.strip()
+    result = subprocess.run(["git", "-C", ROOT, "describe", "--always", "--dirty=+", "--exclude=*"], capture_output=True, text=True)
+    return result.stdout.strip()
 
 
 def mercury(options, scene, settings=(), lanes=None, threads=1):
@@ -110,11 +110,11 @@ def main():
                 runs.setdefault(way, []).append(found)
                 rows.append([begun, commit(), processor(), scene, way, turn, *(f"{number:.6g}" for number in found)])
         medians = {way: statistics.median(run[0] for run in found) for way, found in runs.items()}
-        told = ", ".join(f"{way} {median:.1f} ({min(run[0] for run in runs[way]):.1f})" for way, median in medians.items())
+        shown = ", ".join(f"{way} {median:.1f} ({min(run[0] for run in runs[way]):.1f})" for way, median in medians.items())
         last = [*medians.values()][-1]
         parts = ", ".join(f"{median / last:.2f}" for median in [*medians.values()][:-1])
         same = [", ".join(f"{found[0][k]:.5g}" for found in runs.values()) for k in (1, 2)]
-        print(f"| {scene} | {told} | {parts} | {same[0]} | {same[1]} |", flush=True)
+        print(f"| {scene} | {shown} | {parts} | {same[0]} | {same[1]} |", flush=True)
         with open(RESULTS, "a", newline="") as table:
             write = csv.writer(table)
             if table.tell() == 0:

@@ -415,7 +415,7 @@ impl Evaluator {
             for k in first..first + count {
                 let at = points[k];
                 let radius = libm::hypot(at.x, at.y);
-                // On the axis itself the direction is that of the angle 0, or of the angle asked for.
+                // On the axis itself the direction is that of the angle 0, or of the requested angle.
                 let (cos, sin) = if radius > 0.0 {
                     (at.x / radius, at.y / radius)
                 } else {

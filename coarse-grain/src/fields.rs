@@ -56,7 +56,7 @@ impl Components {
 pub struct Field {
     /// The name in options, tables and files.
     pub name: &'static str,
-    /// The SI unit; that of powers is told by the definition.
+    /// The SI unit; the definition gives that of powers.
     pub unit: &'static str,
     /// What it has.
     pub components: Components,
@@ -186,7 +186,7 @@ impl Field {
     }
 }
 
-/// The names of the fields that are written unless told otherwise, those of contacts where contacts are known.
+/// The names of the fields that are written by default, those of contacts only where contacts are known.
 pub const STANDARD: [&str; 10] = [
     "volume_fraction",
     "density",

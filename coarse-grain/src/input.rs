@@ -53,7 +53,7 @@ pub struct Needs {
     pub couples: bool,
     /// Angular velocities.
     pub rotation: bool,
-    /// Who is who from frame to frame.
+    /// The identity of particles from frame to frame.
     pub identity: bool,
 }
 

@@ -71,9 +71,9 @@ pub struct KernelChoice {
     pub line_cut: LineCut,
 }
 
-/// The cut-off of a Gaussian unless told otherwise, in widths.
+/// The default cut-off of a Gaussian, in widths.
 pub const DEFAULT_CUTOFF: f64 = 4.0;
-/// The tolerance of line integrals unless told otherwise.
+/// The default tolerance of line integrals.
 pub const DEFAULT_TOLERANCE: f64 = 1e-3;
 /// The cut-off of coarse answers, in widths.
 pub const FAST_CUTOFF: f64 = 2.5;

@@ -21,7 +21,7 @@ use mercury_common::scene::nearest;
 pub struct Wanted {
     /// Names of fields; `standard` and `all` stand for several. Empty: standard.
     pub fields: Vec<String>,
-    /// Resolved coordinates; unless told otherwise all that the input has.
+    /// Resolved coordinates; by default all that the input has.
     pub coordinates: Option<Coordinates>,
     /// Cells of each coordinate.
     pub grid: Option<Cells>,
@@ -33,7 +33,7 @@ pub struct Wanted {
     pub points: Option<PathBuf>,
     /// The function.
     pub shape: KernelShape,
-    /// Its width; one mean diameter unless told otherwise.
+    /// Its width; one mean diameter by default.
     pub width: Option<Width>,
     /// Where a Gaussian is cut, in widths.
     pub cutoff: Option<f64>,
@@ -45,7 +45,7 @@ pub struct Wanted {
     pub mirrors: Mirrors,
     /// Direction of the axis of cylindrical coordinates.
     pub axis: Option<usize>,
-    /// A point on it; the middle of the domain unless told otherwise.
+    /// A point on it; the middle of the domain by default.
     pub through: Option<DVec3>,
     /// Names or indices of materials to be looked at one by one.
     pub materials: Vec<String>,
@@ -61,7 +61,7 @@ pub struct Wanted {
     pub stat: bool,
 }
 
-/// Most points of a grid that nobody has asked for.
+/// The largest number of points of a default grid.
 const MOST_POINTS: usize = 2_000_000;
 
 /// Most images of a particle: a kernel that sees more is so wide that fields are means over the domain, which other coordinates give at once.
@@ -74,7 +74,7 @@ const MOST_OPEN: f64 = 600.0;
 const MOST_MATERIALS: usize = 256;
 
 impl Wanted {
-    /// The fields that were asked for; of the standard ones and of `all` those that the input has.
+    /// The requested fields; of the standard ones and of `all` those that the input has.
     ///
     /// # Errors
     /// When a name is not known, or the kernel cannot have a field.
@@ -143,7 +143,7 @@ impl Wanted {
         path: &Path,
         given: &Given,
     ) -> Result<(Source, Vec<&'static Field>), CgError> {
-        // Fields of contacts that nobody named are left out where there are none.
+        // Fields of contacts that were not named are left out where there are none.
         let explicit =
             |fields: &[&'static Field]| fields.iter().any(|field| field.needs_contacts());
         let without = self.chosen(false)?;
@@ -403,7 +403,7 @@ impl Wanted {
         if total > MOST_POINTS as f64 && self.grid.is_none() {
             let found = format!("a grid of {total:.0} points");
             return Err(CgError::Input(format!(
-                "{found}\nhelp: a larger --spacing, or --grid, which takes what it is told"
+                "{found}\nhelp: a larger --spacing, or --grid, which has no limit"
             )));
         }
         if total > u32::MAX as f64 {
@@ -475,7 +475,7 @@ impl Wanted {
     }
 }
 
-/// Refuses kernels that see so many periodic and mirror images that nobody would wait for them.
+/// Refuses kernels that see so many periodic and mirror images that the analysis would not end in a reasonable time.
 ///
 /// # Errors
 /// Where there are more than 10,000 of each particle.

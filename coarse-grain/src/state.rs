@@ -41,7 +41,7 @@ impl Particles {
     }
 }
 
-/// Whom a particle touches.
+/// The contact partner of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Partner {
     /// A particle, by its row.

@@ -1,7 +1,7 @@
 //! What the command lines of all Mercury programs have in common: how a program ends and what it says then, completions,
 //! progress, Ctrl-C, and the values of options.
 //!
-//! A program's `main.rs` holds its arguments and what they mean, and hands the rest to this room:
+//! A program's `main.rs` holds its arguments and what they mean. The rest is in this module:
 //!
 //! ```no_run
 //! use clap::Parser;
@@ -21,7 +21,7 @@
 //!     #[arg(value_name = "FILE", required_unless_present = "completions")]
 //!     file: Option<std::path::PathBuf>,
 //!
-//!     /// Print completions for a shell and stop
+//!     /// Print completions for a shell and exit
 //!     #[arg(long, value_name = "SHELL")]
 //!     completions: Option<cli::Shell>,
 //! }
@@ -82,7 +82,7 @@ pub fn main_told<A: Parser>(
             if error.use_stderr() {
                 tell(&Failure::input(wrong_usage(&error.to_string())));
             }
-            // Whoever closed the stream does not want to know; the exit code tells.
+            // A closed stream is not an error here: the exit code carries the result.
             let _ = error.print();
             u8::try_from(error.exit_code()).map_or(Exit::Input.into(), ExitCode::from)
         }

@@ -1,30 +1,21 @@
-//! Who writes into the folder of a run: a file there names the machine and the process, and its time is a sign of life.
-//!
-//! The solver takes and keeps it; others only look.
+//! Which process writes into the folder of a run: a run holds a lock on a file there, which names its machine and process.
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::Read as _;
 use std::path::Path;
-use std::time::{Duration, SystemTime};
 
-/// The file that a run holds a lock on as long as it writes into its folder. It says which machine and process that is.
+/// The file that a run holds a lock on as long as it writes into its folder. It names the machine and the process.
 pub const LOCK: &str = ".lock";
 
-/// How often a run gives a sign of life: it writes the file again.
-pub const PULSE: Duration = Duration::from_secs(30);
-
-/// After so long without a sign, a run on another machine counts as dead.
-pub const DEAD_AFTER: Duration = Duration::from_secs(300);
-
-/// What the file says is shorter than this, in bytes: a name of 255 characters, a blank and a number.
+/// Longest text of the file, bytes: a name of 255 characters, a blank and a number.
 const LONGEST: u64 = 1100;
 
-/// Who has the folder.
+/// The process that writes into a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Owner {
-    /// The machine; empty if not known.
+    /// Name of the machine; empty if not known.
     pub host: String,
-    /// The process; 0 if not known.
+    /// Number of the process; 0 if not known.
     pub process: u32,
 }
 
@@ -38,10 +29,9 @@ impl Owner {
         }
     }
 
-    /// What the file says; nothing if there is none, or what is in it is not that.
+    /// The owner that the file names; `None` if there is no file, or it holds something else.
     #[must_use]
     pub fn read(path: &Path) -> Option<Self> {
-        // Whatever lies there under this name: only so much of it can be ours.
         let mut text = String::new();
         let file = File::open(path).ok()?;
         file.take(LONGEST).read_to_string(&mut text).ok()?;
@@ -55,13 +45,13 @@ impl Owner {
         })
     }
 
-    /// What the file is to say.
+    /// The text of the file.
     #[must_use]
     pub fn text(&self) -> String {
         format!("{} {}\n", self.host, self.process)
     }
 
-    /// Whether a process of that number is there, on a machine that this is; nothing where that cannot be seen.
+    /// Whether the process runs; `None` where that cannot be seen, as for processes of other machines.
     #[must_use]
     pub fn is_running(&self) -> Option<bool> {
         let seen = self.host == host() && Path::new("/proc/self").exists();
@@ -69,19 +59,22 @@ impl Owner {
     }
 }
 
-/// Whether a run writes into a folder, as far as its last sign of life tells.
+/// Whether a run writes into a folder: whether its lock is held. On file systems without locks a run on another machine counts as running
+/// while its file is there.
 #[must_use]
 pub fn is_written(folder: &Path) -> bool {
     let path = folder.join(LOCK);
-    let Some(owner) = Owner::read(&path) else {
+    let Ok(file) = File::open(&path) else {
         return false;
     };
-    owner.is_running().unwrap_or_else(|| {
-        let sign = fs::metadata(&path).and_then(|data| data.modified());
-        // A sign from the future is one of a machine whose clock is ahead.
-        let silent = |sign| SystemTime::now().duration_since(sign).unwrap_or_default();
-        sign.is_ok_and(|sign| silent(sign) < DEAD_AFTER)
-    })
+    // The lock taken here ends with the file, at the end of this function.
+    match file.try_lock_shared() {
+        Ok(()) => false,
+        Err(TryLockError::WouldBlock) => true,
+        Err(TryLockError::Error(_)) => {
+            Owner::read(&path).is_some_and(|owner| owner.is_running().unwrap_or(true))
+        }
+    }
 }
 
 /// The name of this machine.
@@ -102,28 +95,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_is_written_while_its_owner_lives() {
+    fn a_folder_is_written_while_its_lock_is_held() {
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join(LOCK);
+        let path = folder.path().join(LOCK);
         assert!(!is_written(folder.path()));
-        fs::write(&file, Owner::myself().text()).unwrap();
+        fs::write(&path, Owner::myself().text()).unwrap();
+        // A killed run leaves its file behind, but no lock.
+        assert!(!is_written(folder.path()));
+        let file = File::open(&path).unwrap();
+        file.lock().unwrap();
         assert!(is_written(folder.path()));
-        for left in ["", "half of a na", "a\u{7}b 5"] {
-            fs::write(&file, left).unwrap();
-            assert!(!is_written(folder.path()), "{left:?}");
+        drop(file);
+        assert!(!is_written(folder.path()));
+    }
+
+    #[test]
+    fn only_whole_files_name_an_owner() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(LOCK);
+        for other in ["", "half of a na", "a\u{7}b 5"] {
+            fs::write(&path, other).unwrap();
+            assert_eq!(Owner::read(&path), None, "{other:?}");
         }
-        // No process has that number.
-        let mut owner = Owner::myself();
-        owner.process = u32::MAX;
-        fs::write(&file, owner.text()).unwrap();
-        assert_eq!(is_written(folder.path()), owner.is_running().is_none());
-        // On another machine only signs tell.
-        owner.host = "node 17".to_owned();
-        fs::write(&file, owner.text()).unwrap();
-        assert!(is_written(folder.path()));
-        let open = File::options().write(true).open(&file).unwrap();
-        open.set_modified(SystemTime::now() - DEAD_AFTER - Duration::from_secs(1))
-            .unwrap();
-        assert!(!is_written(folder.path()));
+        let owner = Owner {
+            host: "node 17".to_owned(),
+            process: 4711,
+        };
+        fs::write(&path, owner.text()).unwrap();
+        assert_eq!(Owner::read(&path), Some(owner.clone()));
+        assert_eq!(owner.is_running(), None);
+        assert_ne!(Owner::myself().is_running(), Some(false));
     }
 }

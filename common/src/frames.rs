@@ -7,11 +7,12 @@
 //! * **Every frame knows its time**, the empty one too: time and step stand in the message of the batch, besides the
 //!   column `time`.
 //!
-//! The rooms: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
+//! The modules: [`FrameSchema`], [`Frame`] and [`Column`] say what is stored; [`FrameWriter`] and [`FrameReader`] move it;
 //! a [`Table`] is a type whose rows a file of frames holds, and says its columns once. [`ParticleFrame`], [`ContactFrame`],
-//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`] and [`WearTriangleFrame`] are the tables that the Mercury tools exchange.
+//! [`BodyFrame`], [`WallFrame`], [`TriangleLoadFrame`], [`WearFrame`], [`WearTriangleFrame`],
+//! [`MembraneFrame`] and [`MembraneTriangleFrame`] are the tables that the Mercury tools exchange.
 
-// A `FormatError` tells where and what and what to do about it; it is made once per file, never in a loop.
+// A `FormatError` says where the error is, what is wrong and what to do about it. It is made once per file, never in a loop.
 #![allow(clippy::result_large_err)]
 
 mod bodies;
@@ -21,6 +22,7 @@ mod contacts;
 mod droplets;
 mod frame;
 mod header;
+mod membranes;
 mod message;
 mod particles;
 mod positioned;
@@ -40,6 +42,10 @@ pub use contacts::{ContactColumns, ContactFrame, ContactReader, ContactWriter, H
 pub use droplets::{DropletFrame, DropletReader, DropletWriter};
 pub use frame::{Column, Frame};
 pub use header::FramesHeader;
+pub use membranes::{
+    MembraneFrame, MembraneReader, MembraneTriangleFrame, MembraneTriangleReader,
+    MembraneTriangleWriter, MembraneWriter, SheetNow, VERTEX_HELD, sheets,
+};
 pub use particles::{
     FLAG_FIXED, FLAG_PRESCRIBED, ParticleColumns, ParticleFrame, ParticleReader, ParticleWriter,
 };

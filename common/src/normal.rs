@@ -1,4 +1,4 @@
-//! The standard normal law: cumulative distribution and its inverse, once for everybody who draws or judges.
+//! The standard normal law: cumulative distribution and its inverse, shared by all code that samples or tests it.
 //!
 //! Elementary functions are libm's: what is drawn through them is the same on every system.
 #![expect(

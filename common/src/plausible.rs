@@ -76,7 +76,7 @@ mod tests {
                 .unwrap()
                 .starts_with("a domain of 60 m:")
         );
-        // Sand, foam, osmium, a silo of 20 m, dust in a room.
+        // Sand, foam, osmium, a silo of 20 m, dust in air.
         for (diameter, density, edge) in [
             (4e-3, 2500.0, 0.06),
             (4e-3, 15.0, 0.06),

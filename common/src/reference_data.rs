@@ -8,10 +8,7 @@ use std::path::{Path, PathBuf};
 /// # Panics
 /// Where `CI` is set and there is no such file.
 #[must_use]
-#[allow(
-    clippy::print_stdout,
-    reason = "only tests ask, and theirs is the output"
-)]
+#[allow(clippy::print_stdout, reason = "used by tests alone, for their output")]
 pub fn shared(relative: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../shared")

@@ -128,7 +128,7 @@ impl WholeFile {
         synced.map_err(FileError::of(&self.name.path, WRITE))
     }
 
-    /// Hands the file to the disk and gives it its name. Who wants to go on writing gets the open file.
+    /// Hands the file to the disk and gives it its name. Returns the open file, so that writing can continue.
     ///
     /// # Errors
     /// If the disk does not take it, or it cannot be renamed; a file that was there before is still there then.
@@ -145,7 +145,7 @@ impl WholeFile {
 impl Drop for Name {
     fn drop(&mut self) {
         if !self.given {
-            // Whoever stopped half-way has an error to tell already.
+            // The caller stopped half-way and has an error to report already.
             let _ = fs::remove_file(&self.temporary);
         }
     }

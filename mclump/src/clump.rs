@@ -32,7 +32,7 @@ pub struct Input {
     pub pebbles: Vec<Pebble>,
 }
 
-/// What is asked for.
+/// The requested quantities.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Density in kg/m3; default 1.
@@ -122,7 +122,7 @@ pub enum BuildError {
     },
     /// Pebbles that do not stand for the surface.
     #[error(
-        "the pebbles cover {} % of the volume that the surface encloses, expected at least {} %: they do not stand for the body\nhelp: {}",
+        "the pebbles cover {} % of the volume that the surface encloses, expected at least {} %: they do not represent the body\nhelp: {}",
         rounded(100.0 * share),
         100.0 * LEAST_COVERED,
         if *generated {

@@ -29,10 +29,10 @@ use mercury_common::formats::mesh::TriangleMesh;
 use body::Body;
 pub use error::GenerateError;
 
-/// No generator makes more pebbles than this when only a fidelity is asked for.
+/// The largest number of pebbles that a generator makes when only a fidelity is given.
 pub const MOST_PEBBLES: usize = 100_000;
 
-/// What is asked of a generator.
+/// The request to a generator.
 ///
 /// ```
 /// use mclump::generate::{Method, Request, Stop, Tangent};
@@ -149,12 +149,11 @@ pub enum SlabRadius {
 
 /// Makes pebbles for a closed surface with outward normals.
 ///
-/// The pebbles come in the frame of the mesh with radii that do not increase, and depend on mesh and request only, not on the number of
-/// threads. `progress` is called with the number of pebbles so far and the number asked for (0 if there is none).
+/// The pebbles come in the frame of the mesh with radii that do not increase, and depend on mesh and request only, not on the
+/// number of threads. `progress` is called with the number of pebbles so far and the requested number (0 if there is none).
 ///
-/// # Errors
-/// If the surface is not closed or not oriented outward, a parameter is outside its range, no pebble fits, or the
-/// volume error asked for (without number of pebbles) cannot be reached.
+/// # Errors If the surface is not closed or not oriented outward, a parameter is outside its range, no pebble fits, or the
+/// requested volume error (without number of pebbles) cannot be reached.
 pub fn generate(
     mesh: &TriangleMesh,
     request: &Request,

@@ -1,7 +1,7 @@
 //! Is the surface fit for volume integrals? Report and repair.
 //!
 //! The volume inside a surface is defined where every edge is passed as often in one direction as in the other. [`inspect`] says
-//! whether it is, and what else is odd; [`prepare`] refuses what is not closed, or repairs it if asked, and says what it did.
+//! whether it is, and what else is odd; [`prepare`] refuses what is not closed, or repairs it on request, and says what it did.
 //! Whether a surface cuts through itself is not checked.
 
 mod edges;
@@ -25,7 +25,7 @@ pub const WELD_FRACTION: f64 = 1e-6;
 /// Repair closes a hole if its patch has at most this share of the surface's area.
 pub const LARGEST_HOLE: f64 = 0.1;
 
-/// A surface without the volume that was asked for.
+/// A surface without the requested volume.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SurfaceError {
     /// Edges are not passed equally in both directions.

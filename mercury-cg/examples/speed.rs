@@ -162,7 +162,7 @@ struct Times {
     wall: [f64; 2],
     /// Processor time of one on one thread, mean; where the system does not tell, that of the clock.
     processor: f64,
-    /// Processor time of the busier of two threads, mean: what the clock would show if nobody else used the processors.
+    /// Processor time of the busier of two threads, mean: what the clock would show if no other program used the processors.
     busier: f64,
     /// What the last one gave.
     sums: Sums,

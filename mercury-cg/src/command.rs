@@ -170,7 +170,7 @@ fn end_of_run(input: &Path) -> PathBuf {
     }
 }
 
-/// Refuses what the machine's memory cannot hold, before it is asked for.
+/// Refuses what does not fit into the memory of the machine, before it is allocated.
 fn refuse_beyond_memory(analysis: &Analysis, first: &State, frames: usize) -> Result<(), CgError> {
     let particles = first.particles.len() as f64;
     let contacts = first.contacts.as_ref().map_or(0, Contacts::len) as f64;
@@ -220,10 +220,10 @@ fn succession(arguments: &Arguments, analysis: &Analysis) -> Succession {
     }
 }
 
-/// Tells what the user must know of the input.
+/// Prints the notes on the input that the user has to know.
 fn warn(source: &Source, empty: bool, damage: Option<CgError>, frames: usize) {
     let say = |text: String| {
-        // Whoever closed standard error does not want to know.
+        // A closed standard error is not an error here.
         let _ = writeln!(std::io::stderr(), "warning: {text}");
     };
     if empty {

@@ -10,7 +10,7 @@ use mercury_tables::{Kind, ParquetWriter, Spec, Values, WriteError};
 /// Rows of a table that are put together before they are written: many small groups of rows make long and slow files.
 const GROUP: usize = 1 << 16;
 
-/// Whether the name asks for a Parquet file.
+/// Whether the name ends as that of a Parquet file.
 pub(crate) fn is_parquet(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "parquet")
 }

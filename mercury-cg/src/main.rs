@@ -172,7 +172,7 @@ struct Arguments {
     /// No progress and no report, only errors and warnings
     #[arg(long)]
     quiet: bool,
-    /// Print completions for a shell and stop
+    /// Print completions for a shell and exit
     #[arg(long, value_name = "SHELL")]
     completions: Option<cli::Shell>,
 }

@@ -613,7 +613,7 @@ fn mistakes_are_told_with_a_way_out() {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         bad(&words, folder.path(), expected);
     }
-    // The name asked for, not the one that the file has until it is complete.
+    // The requested name, not the temporary one of the unfinished file.
     let words = with(&["--coordinates", "O", "-o", "nowhere/b.csv"]);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let output = run(&words, folder.path());
@@ -723,7 +723,7 @@ fn a_run_is_followed_from_a_time_that_it_has_not_reached() {
         .stderr(std::process::Stdio::piped())
         .spawn();
     let mut child = child.unwrap();
-    // Long enough for who does not wait to give up.
+    // Long enough for a program without a wait limit to give up.
     for _ in 0..20 {
         std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(child.try_wait().unwrap().is_none(), "it did not wait");

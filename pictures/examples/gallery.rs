@@ -254,7 +254,8 @@ fn main() -> Result<(), PictureError> {
         &frame("Nothing left", Vec::new(), DVec3::new(0.3, 0.1, 0.1)),
         &speed,
     )?;
-    let long = "A title that goes on and on, for nobody told its author that the world is wide but pictures are not, ".repeat(3);
+    let long = "A title that is much longer than the picture is wide, so that it has to be shortened or set in a smaller font, \
+    ".repeat(3);
     gallery.draw(
         "long-title",
         &frame(&long, bed(300, 10, 6, 1e-7), DVec3::splat(2e-6)),

@@ -17,10 +17,10 @@
 //! # Ok::<(), mercury_pictures::PictureError>(())
 //! ```
 //!
-//! The rooms: `chart` and `axis` are what callers fill in, `palette` is the look of series. `ruler` puts values on an axis and finds
-//! its `ticks`; `panel` draws one chart with plotters, its `elements` (lines and areas, cut by `clip`), its `legend` and `heat` maps;
-//! `page` lays panels out. `board` is the plotters backend that draws on this crate's own canvas, so that charts and pictures share
-//! font, SVG and pixels.
+//! The modules: `chart` and `axis` are what callers fill in, `palette` is the look of series. `ruler` puts values on an axis and
+//! finds its `ticks`; `panel` draws one chart with plotters, its `elements` (lines and areas, cut by `clip`), its `legend` and
+//! `heat` maps; `page` lays panels out. `board` is the plotters backend that draws on this crate's own canvas, so that charts and
+//! pictures share font, SVG and pixels.
 
 mod axis;
 mod board;

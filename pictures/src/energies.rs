@@ -15,7 +15,7 @@ pub struct EnergyRow {
     pub gravitational: f64,
     /// Elastic energy stored in contacts (J).
     pub elastic: f64,
-    /// What became of the energy since the start, where the run keeps account of it.
+    /// The energy balance since the start, if the run keeps one.
     pub flows: Option<EnergyFlows>,
 }
 
@@ -23,11 +23,12 @@ impl EnergyRow {
     /// What is stored in the system (J).
     #[must_use]
     pub fn stored(&self) -> f64 {
-        self.kinetic + self.rotational + self.gravitational + self.elastic
+        let sheets = self.flows.map_or(0.0, |flows| flows.sheets.stored());
+        self.kinetic + self.rotational + self.gravitational + self.elastic + sheets
     }
 }
 
-/// What became of the energy of a system since the start, J.
+/// The energy balance of a system since the start, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EnergyFlows {
     /// Dissipated by viscous and plastic normal forces.
@@ -52,6 +53,35 @@ pub struct EnergyFlows {
     pub vanished_walls: f64,
     /// Kinetic energy of particles that fell asleep.
     pub put_to_rest: f64,
+    /// Elastic sheets.
+    pub sheets: SheetEnergies,
+}
+
+/// Energies of elastic sheets, J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SheetEnergies {
+    /// Kinetic energy of the vertices.
+    pub kinetic: f64,
+    /// Potential energy in gravity, from any level.
+    pub gravitational: f64,
+    /// Elastic energy of stretching.
+    pub stretching: f64,
+    /// Elastic energy of bending.
+    pub bending: f64,
+    /// Dissipated since the start, by dashpots and drag.
+    pub dissipated: f64,
+    /// Work of the pressure since the start.
+    pub pressure_work: f64,
+    /// Work of holds since the start.
+    pub hold_work: f64,
+}
+
+impl SheetEnergies {
+    /// What is stored in them (J).
+    #[must_use]
+    pub fn stored(&self) -> f64 {
+        self.kinetic + self.gravitational + self.stretching + self.bending
+    }
 }
 
 impl EnergyFlows {
@@ -62,6 +92,7 @@ impl EnergyFlows {
             + self.dissipated_tangential
             + self.dissipated_rolling
             + self.dissipated_liquid
+            + self.sheets.dissipated
     }
 
     /// Taken from the system by all of them (J); negative if more was given to it.
@@ -70,12 +101,14 @@ impl EnergyFlows {
         self.dissipated() + self.deleted + self.vanished_walls + self.put_to_rest
             - self.wall_work
             - self.inserted
+            - self.sheets.pressure_work
+            - self.sheets.hold_work
     }
 }
 
 /// The energies of a run over time, as charts: every kind that the run has, gravitational energy counted from its lowest in the
-/// run; where the run keeps account of it, what became of the energy since the start; and the whole kinetic energy on a logarithmic axis.
-/// `rows` are in the order of time.
+/// run; where the run keeps one, the energy balance since the start; and the whole kinetic energy on a logarithmic axis. `rows`
+/// are in the order of time.
 #[must_use]
 pub fn energy_page(title: &str, rows: &[EnergyRow]) -> ChartPage {
     let times = || {
@@ -216,7 +249,7 @@ fn kinds(rows: &[EnergyRow]) -> Vec<Series> {
     series
 }
 
-/// What became of the energy since the start, kind by kind; one that is zero throughout is not drawn.
+/// The energy balance since the start, kind by kind; a kind that is zero throughout is not drawn.
 fn flows(rows: &[EnergyRow]) -> Vec<Series> {
     fn of(pick: fn(&EnergyFlows) -> f64) -> Box<dyn Fn(&EnergyRow) -> f64> {
         Box::new(move |row| row.flows.as_ref().map_or(0.0, pick))

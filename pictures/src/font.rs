@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 const BYTES: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
 
-/// The families an SVG asks for: the viewer's own fonts, the embedded one's likeness first.
+/// The font families that an SVG names: the viewer's own fonts, the ones most similar to the embedded one first.
 pub(crate) const SVG_FAMILIES: &str = "DejaVu Sans, Verdana, sans-serif";
 
 fn font() -> Option<&'static FontRef<'static>> {
@@ -53,8 +53,8 @@ pub(crate) fn rasterise(text: &str, size: f64, mut draw: impl FnMut(i32, i32, f6
     }
 }
 
-/// `text` as it fits into `room`: smaller down to `smallest`, then shortened with an ellipsis. Control characters,
-/// which no picture can show and XML forbids, become spaces.
+/// `text` fitted into the width `room`: smaller down to `smallest`, then shortened with an ellipsis. Control characters, which no
+/// picture can show and XML forbids, become spaces.
 pub(crate) fn fit(text: &str, size: f64, smallest: f64, room: f64) -> (String, f64) {
     let text = printable(text);
     let full = width(&text, size);

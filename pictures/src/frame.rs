@@ -94,6 +94,9 @@ pub struct Surface {
     pub edges: bool,
 }
 
+/// Opacity of elastic sheets that are not coloured by a value.
+pub const SHEET_OPACITY: f64 = 0.5;
+
 impl Surface {
     /// Angle (degrees) between neighbouring triangles from which their edge is drawn.
     pub const FOLD: f64 = 25.0;

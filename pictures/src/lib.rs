@@ -1,15 +1,15 @@
 //! Pictures of particles without any other program: shaded spheres with exact outlines, mesh walls that let light through,
 //! contacts, films, and charts. PNG, APNG, GIF and SVG.
 //!
-//! A [`Frame`] holds plain values in SI units and knows no solver. [`Options`] say how it looks; an [`Overview`] of all
-//! frames of a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with
-//! any number of threads: nothing is asked of a display, a graphics card or installed fonts.
+//! A [`Frame`] holds plain values in SI units and knows no solver. [`Options`] say how it looks; an [`Overview`] of all frames of
+//! a film fixes one camera and one range of colours; a [`Painter`] draws. Every machine draws the same bytes with any number of
+//! threads: no display, graphics card or installed font is used.
 //!
-//! The rooms: `frame` and `options` are what comes in; `camera` decides what is seen and where it falls; `render` makes
-//! pixels of a scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three
-//! views of a body; `scenery` makes walls and bodies of a run parts of a frame; `charts` draws charts, `energies` that of a
-//! run's energies. `image` and `svg` are what is drawn on, a `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font` and
-//! `scale` serve them.
+//! The modules: `frame` and `options` are the input; `camera` decides what is seen and where it falls; `render` makes pixels of a
+//! scene; `page` lays out headings, windows, legend and scale; `film` makes animations; `clump` draws three views of a body;
+//! `scenery` makes walls and bodies of a run parts of a frame; `charts` draws charts, `energies` that of a run's energies.
+//! `image` and `svg` are what is drawn on, a `canvas` each; `colour`, `colour_map`, `theme`, `value_range`, `font` and `scale`
+//! serve them.
 
 mod camera;
 mod canvas;
@@ -38,10 +38,10 @@ pub use camera::Overview;
 pub use clump::{ClumpScene, draw_clump, draw_clump_svg};
 pub use colour::Colour;
 pub use colour_map::{ColourMap, category_colour};
-pub use energies::{EnergyFlows, EnergyRow, energy_page};
+pub use energies::{EnergyFlows, EnergyRow, SheetEnergies, energy_page};
 pub use error::PictureError;
 pub use film::{Apng, Gif, delays};
-pub use frame::{Contact, Frame, Grain, Line, Sphere, Surface, upwards};
+pub use frame::{Contact, Frame, Grain, Line, SHEET_OPACITY, Sphere, Surface, upwards};
 pub use image::Image;
 pub use options::{Background, ColourBy, ContactStyle, Framing, Options, Projection, View};
 pub use page::Painter;

@@ -20,7 +20,7 @@ pub struct Options {
     pub projection: Projection,
     /// What must be seen.
     pub framing: Framing,
-    /// Above 1: closer than [`Options::framing`] asks for.
+    /// Above 1: closer than [`Options::framing`] sets.
     pub zoom: f64,
     /// The point (m) in the middle of the picture instead of the middle of what is framed.
     pub target: Option<DVec3>,

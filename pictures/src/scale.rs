@@ -32,8 +32,8 @@ impl Unit {
         }
     }
 
-    /// Like [`Unit::for_magnitude`] without kilo and beyond, because nobody reads kiloseconds: the plain unit up to
-    /// 10⁶, then powers of ten.
+    /// Like [`Unit::for_magnitude`] without kilo and beyond, because kiloseconds are not in use: the plain unit up to 10⁶, then
+    /// powers of ten.
     pub(crate) fn not_above_plain(largest: f64, plain: &str) -> Self {
         match decimal_exponent(largest).unwrap_or(0) {
             0..6 => Self {
@@ -93,7 +93,7 @@ pub(crate) fn round_down(value: f64) -> f64 {
 /// Round places on an axis, and the decimals that tell them apart.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ticks {
-    /// Where, ascending, inside the range asked for.
+    /// Positions, ascending, inside the requested range.
     pub(crate) at: Vec<f64>,
     decimals: usize,
 }
@@ -112,7 +112,7 @@ impl Ticks {
         }
         let raw = span / count as f64;
         let below = round_down(raw);
-        // Round *up* to 1, 2, 5 so that there are never more than asked for.
+        // Round *up* to 1, 2, 5 so that there are never more than requested.
         let power = power_of_ten(decimal_exponent(below).unwrap_or(0));
         let step = [1.0, 2.0, 5.0, 10.0]
             .into_iter()
@@ -126,7 +126,7 @@ impl Ticks {
                 ((high + slack) / step).floor(),
             )
         };
-        // One tick is no scale: rather some more than asked for.
+        // One tick is no scale: some more ticks than requested are better.
         let step = if ends(step).1 - ends(step).0 < 1.0 {
             below
         } else {

@@ -1,4 +1,4 @@
-//! Walls and bodies of a run as parts of a [`crate::Frame`], for everybody who draws runs: the solver's own picture and
+//! Walls and bodies of a run as parts of a [`crate::Frame`], for every program that draws runs: the solver's own picture and
 //! `mercury-export`.
 
 use glam::{DQuat, DVec3};

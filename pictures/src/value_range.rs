@@ -86,7 +86,7 @@ pub(crate) fn opened(low: f64, high: f64) -> (f64, f64) {
     if size == 0.0 {
         return (0.0, 1.0);
     }
-    // Halves first: the largest numbers have no room above them.
+    // Limited to finite numbers: a margin above the largest numbers would be infinite.
     let (low, high) = (low - 0.1 * size, high + 0.1 * size);
     (low.max(f64::MIN), high.min(f64::MAX))
 }

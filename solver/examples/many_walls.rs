@@ -89,7 +89,7 @@ fn shape(kind: &str, k: usize, size: f64, random: &mut Stream) -> Result<Shape, 
     })
 }
 
-/// As before there were blocks: every wall asks every particle.
+/// As before there were blocks: every wall tests every particle.
 fn by_asking_all(particles: &Particles, walls: &[WallNow], images: &Images) -> usize {
     let (mut touches, mut scratch) = (Touches::default(), Scratch::default());
     let mut found = 0;

@@ -84,7 +84,7 @@ impl Case {
         apart.length_squared() < reach * reach
     }
 
-    /// Contacts, and the particles that bear some when those with less than four are taken away, and then those who had leant on them, until none is left.
+    /// Contacts, and the particles that still bear some after particles with less than four contacts were removed again and again, until none is left.
     fn held(&self, built: &Built) -> [usize; 4] {
         let records = &self.particles.records;
         let mut partners = vec![Vec::new(); records.len()];

@@ -12,6 +12,7 @@ pub mod contact;
 pub mod forces;
 pub mod lanes;
 pub mod liquid;
+pub mod membrane;
 mod memory;
 pub mod neighbours;
 pub mod output;

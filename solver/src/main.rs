@@ -18,7 +18,7 @@ use mercury_solver::output::folder::Earlier;
 use mercury_solver::results::NamedResult;
 use mercury_solver::run::checkpoint;
 
-/// More threads than any machine has: a slip of the keyboard.
+/// More threads than any machine has: a typing error.
 const MOST_THREADS: i64 = 1024;
 
 const EXAMPLES: &str = "\
@@ -73,35 +73,35 @@ struct Arguments {
     #[arg(long, conflicts_with_all = ["force", "check"])]
     resume: bool,
 
-    /// Stop after so long by the clock, with a checkpoint: 55m, 1h30m, 90s
+    /// Stop after this wall-clock time, with a checkpoint: 55m, 1h30m, 90s
     #[arg(long, value_name = "TIME", value_parser = cli::duration)]
     time_limit: Option<Duration>,
 
-    /// Write a checkpoint every so often by the clock, and at the end; `never`: only when the run is stopped
+    /// Wall-clock time between checkpoints; one more is written at the end; `never`: only when the run is stopped
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = checkpoint_every)]
     checkpoint_every: Every,
 
-    /// Say what is in a checkpoint and stop
+    /// Print the contents of a checkpoint and exit
     #[arg(long, value_name = "FILE", conflicts_with = "scene")]
     inspect: Option<PathBuf>,
 
-    /// Run, or plan, what is expected to need more memory than this machine has
+    /// Run or plan a scene even if it needs more memory than this machine has
     #[arg(long)]
     force_memory: bool,
 
-    /// Print what the scene means (resolved parameters, time step and its reason, memory) and stop
+    /// Print what the scene means (resolved parameters, time step and its reason, memory) and exit
     #[arg(long)]
     check: bool,
 
-    /// With --check: make the first steps for so long and say how long the run will take; nothing is written
+    /// With --check: run the first steps for this time and estimate how long the whole run takes; nothing is written
     #[arg(long, value_name = "TIME", num_args = 0..=1, default_missing_value = command::trial::LASTS, requires = "check", value_parser = command::trial::lasts)]
     trial: Option<Duration>,
 
-    /// Threads at most: as many as the scene can use, and one alone while that is faster; the results are the same with any number [default: what the machine has]
+    /// Threads at most: fewer where the scene is too small for them; the results are the same with any number [default: what the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 
-    /// All of the --threads make every step, however slow that is: to measure what threads are worth
+    /// All of the --threads make every step, however slow that is: to measure the gain of threads
     #[arg(long, requires = "threads")]
     fixed_threads: bool,
 
@@ -134,11 +134,11 @@ struct Arguments {
     #[arg(long, value_name = "N", help_heading = "Studies", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     jobs: Option<u16>,
 
-    /// Read and write no file outside of this folder, links followed: for scenes of others
+    /// Read and write no file outside of this folder, links followed: for scenes from other people
     #[arg(long, value_name = "DIR")]
     within: Option<PathBuf>,
 
-    /// Tell programs what the run does: a line of JSON each second, and for each phase, frame and checkpoint
+    /// Report the run to programs: a line of JSON each second, and for each phase, frame and checkpoint
     #[arg(long, value_name = "FILE", conflicts_with_all = ["check", "inspect", "sweep"])]
     progress: Option<PathBuf>,
 
@@ -150,7 +150,7 @@ struct Arguments {
     #[arg(long)]
     json: bool,
 
-    /// Print completions for a shell and stop
+    /// Print completions for a shell and exit
     #[arg(long, value_name = "SHELL")]
     completions: Option<cli::Shell>,
 }

@@ -1,16 +1,16 @@
 //! Memory: hints to the processor and the system, for which there is no safe way.
 //!
-//! Two are for what looks things up all over a large array, and would wait for memory above all. Measured on a mesh of a million triangles
-//! (decision 0016): 5 to 10 % of the time of a whole run each. The third gives back what a new list has left free.
+//! Two are for lookups all over a large array, where waiting for memory would dominate. Measured on a mesh of a million triangles
+//! (decision 0016): 5 to 10 % of the time of a whole run each. The third returns the memory that a new list has left free.
 
-/// Room of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
+/// Capacity of a list that has grown entry by entry, over its length: between 1 and 2, evenly on a logarithmic scale.
 pub(crate) const GROWTH: f64 = std::f64::consts::LOG2_E;
 
 /// Size of a large page, bytes, on x86-64 and most of ARM.
 #[cfg(all(target_os = "linux", not(miri)))]
 const PAGE: usize = 2 << 20;
 
-/// Asks for the cache lines of a value that is needed soon. Changes nothing; on processors other than x86-64 it does nothing.
+/// Prefetches the cache lines of a value that is needed soon. Changes nothing; on processors other than x86-64 it does nothing.
 #[inline(always)]
 pub(crate) fn prefetch<T>(value: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -24,7 +24,7 @@ pub(crate) fn prefetch<T>(value: &T) {
     let _ = value;
 }
 
-/// Room for values that are looked up all over, in large pages where the system has them (on Linux, where
+/// Memory for values that are read in random order, in large pages where the system has them (on Linux, where
 /// `/sys/kernel/mm/transparent_hugepage/enabled` says `madvise` or `always`): otherwise finding the addresses of small pages
 /// takes about as long as reading the values.
 pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
@@ -50,10 +50,11 @@ pub(crate) fn in_large_pages<T>(count: usize) -> Vec<T> {
     room
 }
 
-/// With more particles than this, what a new list has left free is [given back](give_back).
+/// With more particles than this, memory that a new list has left free is [returned](give_back).
 pub(crate) const MANY: usize = 50_000;
 
-/// Gives back to the system what was freed in many pieces, which the allocator would keep for later. With glibc; elsewhere it does nothing.
+/// Returns memory to the system that was freed in many pieces, and that the allocator would keep for later. With glibc; elsewhere
+/// it does nothing.
 pub(crate) fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu", not(miri)))]
     // SAFETY: it touches free memory only.
@@ -66,8 +67,8 @@ pub(crate) fn give_back() {
 mod tests {
     use super::*;
 
-    /// The hints change nothing: values are read back as they were written, in arrays that end before, at and after a large page, and
-    /// the last value may be asked for like the first.
+    /// The hints change nothing: values are read back as they were written, in arrays that end before, at and after a large page,
+    /// and the last value may be prefetched like the first.
     #[test]
     fn hints_change_nothing() {
         let fits = (2 << 20) / size_of::<[u64; 5]>();

@@ -1,7 +1,7 @@
-//! What a run is busy with while it makes no steps: for whoever waits for it, and for whoever wants it to stop.
+//! The task of a run while it makes no steps, for observers and for requests to stop.
 //!
-//! Inserting a million particles takes a minute. Who watches sees how far it is ([`Stage::placed`]), and who asks for a stop is answered at
-//! once: the work is given up where nothing is lost by it (`Stage::may_give_up`), which the run says.
+//! Inserting a million particles takes a minute. Observers see the progress ([`Stage::placed`]), and a request to stop takes
+//! effect at once: the work is given up where nothing is lost by it (`Stage::may_give_up`), as the run declares.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
@@ -23,7 +23,7 @@ pub enum Task {
     Finishing,
 }
 
-/// A file of a run, by its name in the run's folder, and how many bytes of it count.
+/// A file of a run, by its name in the run's folder, and the number of its valid bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputFile {
     /// The name, that of a folder in front of it.
@@ -32,7 +32,7 @@ pub struct OutputFile {
     pub bytes: u64,
 }
 
-/// What a run tells of while it goes on.
+/// The events that a run reports.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// Something else is done from now on.
@@ -54,14 +54,14 @@ pub enum Event {
         time: f64,
         /// The checkpoint itself.
         file: OutputFile,
-        /// All files that grow, with the bytes that it counts on.
+        /// All growing files, with their valid bytes.
         outputs: Vec<OutputFile>,
     },
-    /// Nothing more will be told.
+    /// No more events follow.
     Over,
 }
 
-/// What a run is busy with. Shared by the run and those who watch it; changes no result.
+/// The present task of a run. Shared by the run and its observers; changes no result.
 #[derive(Debug, Default)]
 pub struct Stage {
     task: Mutex<Task>,
@@ -73,7 +73,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Of a run that is asked to stop by this flag.
+    /// Of a run that this flag stops.
     #[must_use]
     pub fn new(stop: Arc<AtomicBool>) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Stage {
         }
     }
 
-    /// The same, of a run that tells what happens.
+    /// The same, of a run that reports its events.
     #[must_use]
     pub fn telling(stop: Arc<AtomicBool>, events: Sender<Event>) -> Self {
         Self {
@@ -91,15 +91,15 @@ impl Stage {
         }
     }
 
-    /// Whether anybody listens.
+    /// Whether there is a receiver.
     pub(crate) fn is_heard(&self) -> bool {
         self.events.is_some()
     }
 
-    /// Tells what happens.
+    /// Reports an event.
     pub(crate) fn tell(&self, event: Event) {
         if let Some(events) = &self.events {
-            // Whoever listened may have gone.
+            // The receiver may be gone.
             let _ = events.send(event);
         }
     }
@@ -120,13 +120,13 @@ impl Stage {
         self.tell(Event::Task(task));
     }
 
-    /// Does `act` if nothing of the run is written yet, and keeps it from being written meanwhile.
+    /// Calls `act` if nothing of the run is written yet, and prevents writing meanwhile.
     pub fn before_steps<T>(&self, act: impl FnOnce() -> T) -> Option<T> {
         let task = self.lock();
         matches!(*task, Task::Planning | Task::Starting).then(act)
     }
 
-    /// So many are to be placed from now on, as far as is known; 0: it is not.
+    /// The number to be placed from now on, as far as it is known; 0 if it is not.
     pub(crate) fn expect(&self, number: u64) {
         self.placed.store(0, Ordering::Relaxed);
         self.expected.store(number, Ordering::Relaxed);
@@ -137,7 +137,7 @@ impl Stage {
         self.placed.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How many were placed in this go, and of how many if that is known.
+    /// The number placed in this go, and the total if it is known.
     #[must_use]
     pub fn placed(&self) -> (u64, Option<u64>) {
         let expected = self.expected.load(Ordering::Relaxed);

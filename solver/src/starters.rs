@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// A scene to start from.
 #[derive(Debug, Clone, Copy)]
 pub struct Starter {
-    /// What it is asked for by; its scene is `<name>.toml`.
+    /// The name on the command line;
     pub name: &'static str,
     /// What it shows, in a line.
     pub about: &'static str,
@@ -67,7 +67,7 @@ pub const STARTERS: [Starter; 6] = [
         picture: "--view front --colour height",
         more: (
             "mercury-export particles repose --frames last",
-            "who stayed, as a table: the heap's height is the largest z",
+            "the remaining particles, as a table: the heap's height is the largest z",
         ),
     },
     Starter {
@@ -100,7 +100,7 @@ pub enum StarterError {
     Exists {
         /// The file.
         path: PathBuf,
-        /// What was asked for.
+        /// The given name.
         starter: &'static str,
     },
     /// The operating system refused.
@@ -142,7 +142,7 @@ impl Starter {
             source,
         })?;
         for (path, (_, text)) in paths.iter().zip(self.files) {
-            // Not File::create: somebody may have been faster.
+            // Not File::create: another process may have made the file.
             let made = OpenOptions::new().write(true).create_new(true).open(path);
             let written = made.and_then(|mut file| file.write_all(text.as_bytes()));
             written.map_err(|source| match source.kind() {

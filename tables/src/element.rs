@@ -1,4 +1,4 @@
-//! Types as which a column can be asked for.
+//! Types in which a column can be read.
 
 use mercury_common::formats::number::parse_number;
 
@@ -15,7 +15,7 @@ pub enum Cell<'a> {
     Truth(bool),
     /// Text that is meant as text.
     Text(&'a str),
-    /// What stands in a text file, to be read as what is asked for.
+    /// The cells of a text file, to be converted to the requested type.
     Written(&'a str),
     /// Nothing.
     Missing,

@@ -1,7 +1,7 @@
 //! Tables of named columns, in Parquet files and in delimited text.
 //!
-//! A [`Table`] is a list of [`Column`]s, each with a name, a unit and [`Values`] of one type. It is read whole
-//! ([`Table::read`] looks into the file to see which of the two formats it is) and asked for columns by name and type:
+//! A [`Table`] is a list of [`Column`]s, each with a name, a unit and [`Values`] of one type. It is read whole ([`Table::read`]
+//! finds out from the file which of the two formats it is), and columns are then read by name and type:
 //!
 //! ```
 //! use mercury_tables::{Column, Table, Values};

@@ -1,4 +1,4 @@
-//! Parquet by polars: its room for the format, `polars-parquet`, over its arrays, `polars-arrow`.
+//! Parquet by polars: its crate for the format, `polars-parquet`, over its arrays, `polars-arrow`.
 
 mod reader;
 mod writer;

@@ -53,8 +53,8 @@ impl Table {
         }
     }
 
-    /// Reads a Parquet file. A number that is missing is NaN, as other programs write NaN as missing. Columns of types that
-    /// are neither numbers nor truth values nor text are left out; who asks for one hears why.
+    /// Reads a Parquet file. A number that is missing is NaN, as other programs write NaN as missing. Columns of types that are
+    /// neither numbers nor truth values nor text are left out; reading such a column gives an error with the reason.
     ///
     /// # Errors
     /// When it cannot be opened, is no Parquet file, is cut or damaged.
@@ -62,10 +62,10 @@ impl Table {
         parquet::read(path)
     }
 
-    /// Reads delimited text. The first line that is neither blank nor begins with `#` names the columns, which commas,
-    /// semicolons or tabs separate (tabs if the line has one, else semicolons if it has one); `radius [m]` names a unit, too.
-    /// Every further line is a row. A field may stand in quotes, a quote inside doubled; blanks around a field do not
-    /// count. Which type a column has is settled when it is [asked for](Self::values).
+    /// Reads delimited text. The first line that is neither blank nor begins with `#` names the columns, which commas, semicolons
+    /// or tabs separate (tabs if the line has one, else semicolons if it has one); `radius [m]` names a unit, too. Every further
+    /// line is a row. A field may stand in quotes, a quote inside doubled; blanks around a field do not count. Which type a
+    /// column has is settled when it is [read](Self::values).
     ///
     /// # Errors
     /// When it cannot be opened, is not text, has no header, two columns of the same name, or a row with more or fewer fields.
@@ -92,7 +92,7 @@ impl Table {
     }
 
     /// The values of a column as a type: `f64` takes every number, whole or not, whole types what fits, `Option<u32>` knows
-    /// missing values. A column of a text file is read as what is asked for.
+    /// missing values. A column of a text file is converted to the requested type.
     ///
     /// # Errors
     /// When there is no such column, or a value is not of that type; the message names file, column and row (or line).

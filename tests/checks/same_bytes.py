@@ -40,12 +40,12 @@ def scenes():
 
 
 def run(binary, scene, name, folder, options, settings):
-    # More outputs than the scene itself asks for.
+    # More outputs than the scene itself has.
     settings = ["output.data=true", "output.ene=true", "output.fstat=true", *settings]
     if options.short and name in SHORT:
         settings.append(f"time.end={SHORT[name]}")
     command = [binary, scene, "--output", folder, "--quiet", "--threads", "2"]
-    # So that both make every step; earlier builds did not need to be told.
+    # So that both make every step; earlier builds have no such option and do so anyway.
     if "--fixed-threads" in subprocess.run([binary, "--help"], capture_output=True, text=True).stdout:
         command.append("--fixed-threads")
     command += [word for key in settings for word in ("--set", key)]

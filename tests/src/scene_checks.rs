@@ -132,7 +132,7 @@ fn hertz_wall() -> Vec<Case> {
                 0.4,
                 // The dashpot acts from the first overlap on, which is up to a step late.
                 Absolute(0.4 * 0.012 * step / 5e-7),
-                "restitution asked for; first order in dt (Antypov & Elliott 2011)",
+                "given restitution; first order in dt (Antypov & Elliott 2011)",
                 move || hertz_wall_rebound(step, phase),
             ));
         }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use mercury_solver::contact::adhesion::liquid::Tables;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Contact, PairLaw,
@@ -51,6 +52,7 @@ pub fn add_material(plan: &mut Draft, density: f64) -> u32 {
     plan.laws = LawTable {
         materials: count,
         laws: vec![law; count * count],
+        tables: Tables::default(),
     };
     count as u32 - 1
 }
@@ -94,12 +96,12 @@ pub fn plane(point: DVec3, normal: DVec3) -> Wall {
     wall(Shape::Plane(plane), Motion::default())
 }
 
-/// The start of what a draft describes, in the thread that asks.
+/// The start of what a draft describes, in the calling thread.
 pub fn start(draft: Draft) -> Engine {
     start_planned(draft.plan().expect("a plan of finite numbers"))
 }
 
-/// The start of a plan, in the thread that asks.
+/// The start of a plan, in the calling thread.
 pub fn start_planned(plan: Plan) -> Engine {
     Engine::new(Arc::new(plan), 1).expect("the scene starts from finite numbers")
 }

@@ -52,7 +52,7 @@ pub fn load_on_walls(engine: &Engine) -> f64 {
     walls.iter().map(|(load, _)| -load.force.z).sum()
 }
 
-/// How many sleep, a clump as one; `None` where nobody may.
+/// How many sleep, a clump as one; `None` where sleeping is not enabled.
 #[must_use]
 pub fn asleep(engine: &Engine) -> Option<u64> {
     Some(engine.sleepers()?.0)

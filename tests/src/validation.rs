@@ -1,7 +1,7 @@
 //! The validation page: what theory and other programs say, and what our solver gives.
 //!
-//! [`run`] asks the solver, [`page`] writes down the answers, [`charts`] draws some of them. A check whose name is on the frozen
-//! list but that no longer runs is an error.
+//! [`run`] computes the results with the solver, [`page`] writes them down, [`charts`] draws some of them. A check whose name is
+//! on the frozen list but that no longer runs is an error.
 
 pub mod charts;
 pub(crate) mod folding;
@@ -21,7 +21,7 @@ use crate::shapes::{self, Shapes};
 /// Names of all checks but the contact cases, one in each line.
 const FROZEN: &str = include_str!("validation/checks.txt");
 /// Names of all contact cases.
-const FROZEN_CASES: &str = include_str!("../tests/contact_cases.txt");
+const FROZEN_CASES: &str = include_str!("../tests/contacts/contact_cases.txt");
 
 /// All results.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,8 +17,10 @@ pub struct RunRow {
     pub id: String,
     /// Title.
     pub title: String,
-    /// A word that groups runs, of a study its name.
+    /// A word that groups runs.
     pub label: String,
+    /// The study that it belongs to.
+    pub study: Option<String>,
     /// State.
     pub state: RunState,
     /// Unix time of its submission, in s.
@@ -120,6 +122,98 @@ pub struct Checked {
     /// The plan, as `mercury-solve --check --json` gives it.
     #[schema(value_type = Object)]
     pub plan: Option<serde_json::Value>,
+}
+
+/// Answer of `POST /studies/check`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyChecked {
+    /// What is wrong; empty: all runs can run.
+    pub problems: Vec<SceneProblem>,
+    /// Keys that differ between the runs.
+    pub keys: Vec<String>,
+    /// Names of the runs.
+    pub runs: Vec<String>,
+    /// Names of the results.
+    pub results: Vec<String>,
+}
+
+/// A study in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyRow {
+    /// Its name in paths.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// Unix time of its submission, in s.
+    pub created: f64,
+    /// How many of its runs are in each state.
+    pub states: BTreeMap<String, u64>,
+}
+
+/// A page of studies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyList {
+    /// At most 200 studies, newest first.
+    pub studies: Vec<StudyRow>,
+    /// What to pass as `after` for the next page.
+    pub after: Option<String>,
+}
+
+/// Answer of `POST /studies`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudySubmitted {
+    /// Its name in paths.
+    pub id: String,
+    /// Its runs, in the order of the table.
+    pub runs: Vec<String>,
+}
+
+/// The table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyTable {
+    /// As in lists.
+    #[serde(flatten)]
+    pub row: StudyRow,
+    /// Keys that differ between the runs.
+    pub keys: Vec<String>,
+    /// Results, in the order of their columns.
+    pub results: Vec<ResultColumn>,
+    /// Results to be drawn; empty: all.
+    pub plots: Vec<String>,
+    /// The runs that are still there.
+    pub rows: Vec<StudyRun>,
+}
+
+/// A column of the table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ResultColumn {
+    /// Name.
+    pub name: String,
+    /// What it is, as `--result NAME=WHAT`.
+    pub what: String,
+    /// Unit, once a run has finished.
+    pub unit: String,
+}
+
+/// A run in the table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyRun {
+    /// The run.
+    pub id: String,
+    /// Its name within the study.
+    pub name: String,
+    /// State.
+    pub state: RunState,
+    /// Why it failed.
+    pub problem: String,
+    /// Steps made.
+    pub step: u64,
+    /// Core seconds spent.
+    pub core_seconds: f64,
+    /// A value for each key, as TOML; none: what the scene says.
+    pub values: Vec<Option<String>>,
+    /// A value for each result.
+    pub results: Vec<Option<f64>>,
 }
 
 /// A scene to start from.

@@ -6,12 +6,13 @@ mod diff;
 
 use std::ffi::OsString;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
+use cloud_server::EngineChoice;
 use cloud_worker::confine::Cage;
 use cloud_worker::{Attempt, Outcome};
 
@@ -19,6 +20,7 @@ const EXAMPLES: &str = "\
 Examples:
   mercury-cloud serve                              a page on this machine; prints its link
   mercury-cloud submit drum.toml                   submits a scene with the files that it names; prints the run's id
+  mercury-cloud submit study.toml                  a study; so does --sweep KEY=A,B,C with a scene
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
   mercury-cloud extend RUN --end 4                 a finished run to a later end
@@ -56,6 +58,8 @@ enum Command {
     Resume(commands::One),
     /// Go on with a run to a later end
     Extend(commands::Extend),
+    /// Print the table of a study as comma-separated values
+    Table(commands::Table),
     /// Fetch the files of a run
     Get(commands::Get),
     /// Compare the files of two folders of runs
@@ -93,8 +97,8 @@ struct Serve {
     /// A proxy in front does TLS
     #[arg(long)]
     behind_proxy: bool,
-    /// The store, a folder that workers see, too [default: DIR/store]
-    #[arg(long, value_name = "DIR")]
+    /// The store: a folder that workers see, too, or s3://BUCKET/PREFIX [default: DIR/store]
+    #[arg(long, value_name = "STORE")]
     store: Option<String>,
     /// Folder in which workers make theirs [default: DIR/scratch]
     #[arg(long, value_name = "DIR")]
@@ -112,11 +116,27 @@ struct Serve {
     #[arg(long, value_name = "MB", default_value_t = 100_000)]
     disk: u64,
     /// Run on Slurm, with the settings of this file (docs/how-to/cloud-slurm.md)
-    #[arg(long, value_name = "SITE.toml")]
+    #[arg(long, value_name = "SITE.toml", group = "engine")]
     slurm: Option<PathBuf>,
+    /// Run on AWS Batch, with the settings of this file (docs/how-to/cloud-aws.md)
+    #[cfg(feature = "aws")]
+    #[arg(long, value_name = "BATCH.toml", group = "engine", requires = "store")]
+    aws: Option<PathBuf>,
+    /// Experimental: run on Kubernetes, with the settings of this file (docs/how-to/cloud-kubernetes.md)
+    #[cfg(feature = "kubernetes")]
+    #[arg(
+        long,
+        value_name = "KUBERNETES.toml",
+        group = "engine",
+        requires = "store"
+    )]
+    kubernetes: Option<PathBuf>,
     /// Time by the clock between two checkpoints
     #[arg(long, value_name = "TIME", default_value = "5m")]
     checkpoint_every: String,
+    /// Seconds between two signs of life of a run [default: 2, on Slurm 10, with s3:// 15]
+    #[arg(long, value_name = "S", value_parser = beat)]
+    beat: Option<f64>,
     /// Wait after a first attempt without progress, in s; doubled with each further one
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     retry_wait: f64,
@@ -210,6 +230,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Kill(one) => one.change("kill"),
         Command::Resume(one) => one.change("resume"),
         Command::Extend(extend) => extend.run(),
+        Command::Table(table) => table.run(),
         Command::Get(get) => get.run(),
         Command::Diff(diff) => diff.run(),
         Command::Rm(remove) => remove.run(),
@@ -219,6 +240,14 @@ fn run(command: Command) -> Result<ExitCode> {
             commands::say(&format!("{:#}", cloud_server::openapi()))?;
             Ok(ExitCode::SUCCESS)
         }
+    }
+}
+
+/// Seconds between two signs of life.
+fn beat(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.1..=3600.0).contains(&seconds) => Ok(seconds),
+        _ => Err("expected 0.1 to 3600 seconds".to_owned()),
     }
 }
 
@@ -254,16 +283,39 @@ fn memory() -> Option<u64> {
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
 }
 
+/// The settings in a file.
+fn settings<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        anyhow!(commands::Usage(format!("{}: {error}", path.display())))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    toml::from_str(&text).map_err(|error| wrong(&error))
+}
+
+/// Where attempts are to run.
+fn engine(serve: &Serve) -> Result<EngineChoice> {
+    #[cfg(feature = "aws")]
+    if let Some(path) = &serve.aws {
+        if !serve.store.as_deref().is_some_and(cloud_store::is_remote) {
+            bail!(commands::Usage(
+                "--aws needs --store s3://BUCKET/PREFIX: workers see nothing else".into()
+            ));
+        }
+        return Ok(EngineChoice::Aws(settings(path)?));
+    }
+    #[cfg(feature = "kubernetes")]
+    if let Some(path) = &serve.kubernetes {
+        return Ok(EngineChoice::Kubernetes(settings(path)?));
+    }
+    match &serve.slurm {
+        Some(path) => Ok(EngineChoice::Slurm(settings(path)?)),
+        None => Ok(EngineChoice::Local),
+    }
+}
+
 fn serve(serve: Serve) -> Result<()> {
     let cores = std::thread::available_parallelism().map_or(1, |cores| cores.get() as u32);
-    let slurm = match &serve.slurm {
-        None => None,
-        Some(path) => {
-            let text =
-                std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
-            Some(toml::from_str(&text).with_context(|| format!("{}", path.display()))?)
-        }
-    };
+    let engine = engine(&serve)?;
     let options = cloud_server::Options {
         data: serve.data.map_or_else(commands::data_folder, Ok)?,
         listen: SocketAddr::new(serve.address, serve.port),
@@ -274,13 +326,14 @@ fn serve(serve: Serve) -> Result<()> {
             .memory
             .map_or_else(|| memory().unwrap_or(4 << 30) / 4 * 3, |mb| mb << 20),
         disk: serve.disk * 1_000_000,
-        slurm,
+        engine,
         scratch: serve.scratch,
         hosts: serve.host,
         behind_proxy: serve.behind_proxy,
         sandbox: !serve.no_sandbox,
         no_auth: serve.no_auth,
         checkpoint_every: serve.checkpoint_every,
+        beat: serve.beat,
         first_wait: serve.retry_wait,
     };
     let runtime = tokio::runtime::Builder::new_multi_thread()

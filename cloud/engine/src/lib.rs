@@ -1,12 +1,21 @@
 //! Where attempts run. An engine starts workers and says what became of them; it never tries again by itself.
 
+#[cfg(feature = "aws")]
+mod aws;
+#[cfg(feature = "kubernetes")]
+mod kubernetes;
 mod local;
+mod program;
 mod slurm;
 
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+#[cfg(feature = "aws")]
+pub use aws::{Account, Batch};
+#[cfg(feature = "kubernetes")]
+pub use kubernetes::{Cluster, Kubernetes};
 pub use local::Local;
 pub use slurm::{Site, Slurm};
 
@@ -21,8 +30,35 @@ pub struct Launch {
     pub threads: u32,
     /// The most memory, in bytes.
     pub memory: u64,
-    /// Where the worker's own messages go.
+    /// Where the worker's own messages go, on engines that can see this folder.
     pub log: PathBuf,
+    /// Attempts in a row before this one that made no progress.
+    pub barren: u32,
+}
+
+/// Where the programs are, and where there is room, in an image.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(default)]
+pub struct Place {
+    /// `mercury-cloud`.
+    pub program: PathBuf,
+    /// `mercury-solve`.
+    pub solver: PathBuf,
+    /// A folder in which workers make theirs.
+    pub scratch: PathBuf,
+    /// Whether the solver is confined there, too. A container holds one run and nothing else.
+    pub sandbox: bool,
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self {
+            program: "/usr/local/bin/mercury-cloud".into(),
+            solver: "/usr/local/bin/mercury-solve".into(),
+            scratch: "/scratch".into(),
+            sandbox: true,
+        }
+    }
 }
 
 /// Name of the job of an attempt.
@@ -86,7 +122,7 @@ pub enum EngineError {
 
 /// A place where attempts run. All calls may be repeated.
 pub trait Engine: Send + Sync {
-    /// `local` or `slurm`.
+    /// `local`, `slurm`, `aws` or `kubernetes`.
     fn name(&self) -> &'static str;
 
     /// Starts the job, unless there is one of this name.
@@ -100,4 +136,9 @@ pub trait Engine: Send + Sync {
 
     /// What it can do.
     fn abilities(&self) -> Abilities;
+
+    /// Where the programs are for its workers, where that is another place than here.
+    fn place(&self) -> Option<&Place> {
+        None
+    }
 }

@@ -244,6 +244,7 @@ mod tests {
             threads: 1,
             memory: 0,
             log: folder.path().join("log"),
+            barren: 0,
         };
         let engine = Local::new(1, &store);
         engine.submit(&launch).unwrap();

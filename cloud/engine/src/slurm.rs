@@ -1,13 +1,12 @@
 //! Workers as jobs of Slurm, by `sbatch`, `squeue` and `scancel`; accounting (`sacct`) is not needed.
 
 use std::collections::HashMap;
-use std::io::Write;
-use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
+use crate::program::call;
 use crate::{Abilities, Engine, EngineError, Launch, Observed, Stop};
 
 /// What differs from site to site: `site.toml`.
@@ -108,42 +107,6 @@ fn line(text: &str) -> Option<Line> {
         job: job.to_owned(),
         observed,
     })
-}
-
-/// Runs a program of Slurm; returns what it says on standard output.
-fn call<'a>(
-    program: &str,
-    arguments: impl IntoIterator<Item = &'a str>,
-    input: Option<&str>,
-) -> Result<String, EngineError> {
-    let failed = |source| EngineError::Program {
-        program: program.to_owned(),
-        source,
-    };
-    let mut child = Command::new(program)
-        .args(arguments)
-        .stdin(if input.is_some() {
-            Stdio::piped()
-        } else {
-            Stdio::null()
-        })
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(failed)?;
-    if let (Some(input), Some(mut stdin)) = (input, child.stdin.take()) {
-        stdin.write_all(input.as_bytes()).map_err(failed)?;
-    }
-    let output = child.wait_with_output().map_err(failed)?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        let message = String::from_utf8_lossy(&output.stderr).trim().to_owned();
-        Err(EngineError::Refused {
-            program: program.to_owned(),
-            message,
-        })
-    }
 }
 
 /// A word for a shell, in single quotes.
@@ -288,6 +251,7 @@ mod tests {
 
     #[test]
     fn words_survive_the_shell() {
+        use std::process::Command;
         for word in ["a b", "it's", "$(reboot)", "`x`", "\\", "\n"] {
             let output = Command::new("sh")
                 .args(["-c", &format!("printf %s {}", quoted(word))])

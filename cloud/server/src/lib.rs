@@ -13,6 +13,7 @@ mod routes;
 mod runs;
 mod secrets;
 mod state;
+mod studies;
 mod templates;
 mod web;
 
@@ -24,6 +25,21 @@ use cloud_engine::Site;
 
 pub use openapi::document as openapi;
 pub use secrets::password_hash;
+
+/// Where attempts run.
+#[derive(Clone, Debug)]
+pub enum EngineChoice {
+    /// Processes of this machine.
+    Local,
+    /// Slurm.
+    Slurm(Site),
+    /// AWS Batch.
+    #[cfg(feature = "aws")]
+    Aws(cloud_engine::Account),
+    /// Kubernetes.
+    #[cfg(feature = "kubernetes")]
+    Kubernetes(cloud_engine::Cluster),
+}
 
 /// How a server is to be.
 #[derive(Clone, Debug)]
@@ -42,8 +58,8 @@ pub struct Options {
     pub memory: u64,
     /// The most bytes that one run's files may take.
     pub disk: u64,
-    /// Slurm instead of processes of this machine.
-    pub slurm: Option<Site>,
+    /// Where attempts run.
+    pub engine: EngineChoice,
     /// Folder in which workers make theirs; without it one within `data`.
     pub scratch: Option<PathBuf>,
     /// Host names besides loopback under which the server is reached.
@@ -56,6 +72,8 @@ pub struct Options {
     pub no_auth: bool,
     /// The clock's time between two checkpoints.
     pub checkpoint_every: String,
+    /// Seconds between two signs of life of a run; without it as engine and store need.
+    pub beat: Option<f64>,
     /// Wait after the first attempt without progress, in s.
     pub first_wait: f64,
 }

@@ -14,11 +14,18 @@ use cloud_api::{Beat, Control, Head, Phase, RunState, Wish};
 use cloud_engine::{Launch, Observed, Stop, job_name};
 use serde_json::json;
 
+use crate::EngineChoice;
 use crate::db::{Applied, Live, now};
 use crate::state::{App, Message};
 
-/// How often the loop looks, if nothing wakes it.
+/// How often the loop looks at least, if nothing wakes it.
 const LOOK: Duration = Duration::from_millis(500);
+
+/// Looks between two beats: more would see nothing new.
+const LOOKS_PER_BEAT: f64 = 4.0;
+
+/// Seconds between two commits without a checkpoint, and as many beats at least.
+const COMMIT: (f64, f64) = (5.0, 2.0);
 
 /// The most things that are done about one run before the others have their turn.
 const IN_A_ROW: usize = 6;
@@ -42,7 +49,8 @@ pub(crate) fn begin(app: Arc<App>) -> Result<()> {
                 app.cache.tidy();
                 // A wake-up is heard at once, but the loop does not take more than half of a processor.
                 thread::sleep(begin.elapsed().min(LOOK));
-                let _ = woken.recv_timeout(LOOK);
+                let look = Duration::from_secs_f64(app.db.policy().beat / LOOKS_PER_BEAT);
+                let _ = woken.recv_timeout(look.max(LOOK));
             }
         })?;
     Ok(())
@@ -318,10 +326,22 @@ fn notice(app: &App, live: &Live, head: &Head, beat: Option<Beat>, job: Job) {
 fn launch(app: &App, live: &Live) -> Result<Launch> {
     let job = job_name(&live.id, live.run.epoch);
     let options = &app.options;
-    // On this machine by a name that is the program that runs now, also when its file has been replaced by a newer one.
-    let program = match options.slurm {
-        None => "/proc/self/exe".into(),
-        Some(_) => std::env::current_exe().context("the path of mercury-cloud")?,
+    let (program, solver, scratch) = match (app.engine.place(), &options.engine) {
+        (Some(place), _) => (
+            place.program.clone(),
+            place.solver.clone(),
+            place.scratch.clone(),
+        ),
+        // By a name that is the program that runs now, also when its file has been replaced by a newer one.
+        (None, EngineChoice::Local) => (
+            "/proc/self/exe".into(),
+            options.solver.clone(),
+            app.scratch(),
+        ),
+        (None, _) => {
+            let program = std::env::current_exe().context("the path of mercury-cloud")?;
+            (program, options.solver.clone(), app.scratch())
+        }
     };
     let mut command: Vec<std::ffi::OsString> = vec![program.into(), "worker".into()];
     let mut add = |option: &str, value: std::ffi::OsString| command.extend([option.into(), value]);
@@ -329,11 +349,17 @@ fn launch(app: &App, live: &Live) -> Result<Launch> {
     add("--job", (&job).into());
     add("--run", (&live.id).into());
     add("--epoch", live.run.epoch.to_string().into());
-    add("--scratch", app.scratch().into());
-    add("--solver", (&options.solver).into());
-    add("--beat", app.engine.abilities().beat.to_string().into());
+    add("--scratch", scratch.into());
+    add("--solver", solver.into());
+    let beat = app.db.policy().beat;
+    add("--beat", beat.to_string().into());
+    add("--commit", COMMIT.0.max(COMMIT.1 * beat).to_string().into());
     add("--checkpoint-every", (&options.checkpoint_every).into());
-    if !options.sandbox {
+    if !app
+        .engine
+        .place()
+        .map_or(options.sandbox, |place| place.sandbox)
+    {
         command.push("--no-sandbox".into());
     }
     let log = options.data.join("log").join(format!("{job}.log"));
@@ -343,5 +369,6 @@ fn launch(app: &App, live: &Live) -> Result<Launch> {
         threads: live.threads,
         memory: live.memory,
         log,
+        barren: live.run.barren,
     })
 }

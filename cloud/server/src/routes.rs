@@ -14,7 +14,8 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post, put};
 use axum::{Json, Router, middleware};
 use cloud_api::answers::{
-    Attempt, Chart, Checked, RunAnswer, RunFile, RunList, Session, TableInfo, Template, TokenRow,
+    Attempt, Chart, Checked, RunAnswer, RunFile, RunList, Session, StudyChecked, StudyList,
+    StudySubmitted, StudyTable, TableInfo, Template, TokenRow,
 };
 use cloud_api::lifecycle::Event;
 use cloud_api::requests::{
@@ -34,7 +35,7 @@ use crate::db::MOST_ROWS;
 use crate::runs::{self, blocking, mine, with_life};
 use crate::secrets::{self, Kind};
 use crate::state::App;
-use crate::{charts, check, frames, openapi, web};
+use crate::{charts, check, frames, openapi, studies, web};
 
 /// The largest body that is taken as JSON, in bytes: a scene of 1 MB, with its escapes.
 const LARGEST_BODY: usize = 4 << 20;
@@ -122,8 +123,10 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route("/preview", post(preview_scene))
         .route("/runs", get(runs_list).post(runs_submit))
         .nest("/runs/{run}", run)
-        .route("/studies", post(study_submit))
-        .route("/studies/{label}/table", get(study_table))
+        .route("/studies", get(study_list).post(study_submit))
+        .route("/studies/check", post(study_check))
+        .route("/studies/{study}", get(study_table))
+        .route("/studies/{study}/table.csv", get(study_csv))
         .route("/templates", get(template_list))
         .route("/events", get(events))
         .route(
@@ -227,71 +230,91 @@ pub(crate) async fn runs_submit(
     headers: HeaderMap,
     Of(body): Of<Submit>,
 ) -> Result<Response, Fail> {
-    let key = match headers.get("idempotency-key") {
-        Some(key) => Some(
-            key.to_str()
-                .map_err(|_| Fail::bad("Idempotency-Key is not taken", "It is plain text."))?,
-        ),
-        None => None,
-    };
-    let id = runs::submit(&app, &user, body, key).await?;
+    let key = key_of(&headers)?;
+    let id = runs::submit(&app, &user, body, key.as_deref()).await?;
     let answer = blocking(move || answer(&app, &user, &id)).await?;
     Ok((StatusCode::CREATED, Json(answer)).into_response())
 }
 
-#[utoipa::path(post, path = "/api/v1/studies", request_body = Study, responses((status = 201, body = Vec<String>)))]
-pub(crate) async fn study_submit(
+/// The idempotency key of a request.
+fn key_of(headers: &HeaderMap) -> Result<Option<String>, Fail> {
+    let Some(key) = headers.get("idempotency-key") else {
+        return Ok(None);
+    };
+    let refused = |why| Fail::bad("Idempotency-Key is not taken", why);
+    let key = key.to_str().map_err(|_| refused("It is plain text."))?;
+    if key.is_empty() || key.len() > 200 {
+        return Err(refused("It has 1 to 200 characters."));
+    }
+    Ok(Some(key.to_owned()))
+}
+
+/// Which runs a study would have.
+#[utoipa::path(post, path = "/api/v1/studies/check", request_body = Study, responses((status = 200, body = StudyChecked)))]
+pub(crate) async fn study_check(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
     Of(body): Of<Study>,
-) -> Result<Response, Fail> {
-    let ids = runs::study(&app, &user, body).await?;
-    Ok((StatusCode::CREATED, Json(ids)).into_response())
+) -> Answer<StudyChecked> {
+    Ok(Json(studies::check(&app, &user, body).await?))
 }
 
-#[utoipa::path(get, path = "/api/v1/studies/{label}/table", params(("label" = String, Path)), responses((status = 200, body = Object)))]
+#[utoipa::path(post, path = "/api/v1/studies", request_body = Study,
+    params(("Idempotency-Key" = Option<String>, Header)), responses((status = 201, body = StudySubmitted)))]
+pub(crate) async fn study_submit(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    headers: HeaderMap,
+    Of(body): Of<Study>,
+) -> Result<Response, Fail> {
+    let submitted = studies::submit(&app, &user, body, key_of(&headers)?).await?;
+    Ok((StatusCode::CREATED, Json(submitted)).into_response())
+}
+
+#[derive(Deserialize)]
+pub(crate) struct StudiesQuery {
+    after: Option<String>,
+}
+
+#[utoipa::path(get, path = "/api/v1/studies", params(("after" = Option<String>, Query)), responses((status = 200, body = StudyList)))]
+pub(crate) async fn study_list(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Asked(query): Asked<StudiesQuery>,
+) -> Answer<StudyList> {
+    if user.share.is_some() {
+        return Ok(Json(StudyList {
+            studies: Vec::new(),
+            after: None,
+        }));
+    }
+    blocking(move || Ok(Json(studies::list(&app, &user, query.after.as_deref())?))).await
+}
+
+/// The table of a study: what differs between its runs, and what came out.
+#[utoipa::path(get, path = "/api/v1/studies/{study}", params(("study" = String, Path)), responses((status = 200, body = StudyTable)))]
 pub(crate) async fn study_table(
     State(app): Shared,
     LoggedIn(user): LoggedIn,
-    Path(label): Path<String>,
-) -> Answer<Value> {
-    if user.share.is_some() {
-        return Err(Fail::missing());
-    }
-    blocking(move || {
-        let mut rows = Vec::new();
-        let mut after: Option<String> = None;
-        loop {
-            let page = app.db.list(user.id, None, Some(&label), None, after.as_deref())?;
-            let more = page.len() > MOST_ROWS;
-            for row in page.into_iter().take(MOST_ROWS) {
-                after = Some(row.id.clone());
-                let set: BTreeMap<&str, &str> = row.set.iter().filter_map(|set| set.split_once('=')).collect();
-                let results = if row.state == RunState::Finished { results(&app, &row.id)? } else { Value::Null };
-                rows.push(json!({"id": row.id, "title": row.title, "state": row.state, "set": set, "results": results}));
-            }
-            if !more {
-                break;
-            }
-        }
-        rows.reverse();
-        if rows.is_empty() { Err(Fail::missing()) } else { Ok(Json(json!({"label": label, "rows": rows}))) }
-    })
-    .await
+    Path(study): Path<String>,
+) -> Answer<StudyTable> {
+    blocking(move || Ok(Json(studies::table(&app, &user, &study)?))).await
 }
 
-/// What `--result` found, from the summary of a run.
-fn results(app: &App, id: &str) -> Result<Value, Fail> {
-    let id: RunId = id.parse().map_err(|_| Fail::missing())?;
-    let Some(head) = app.head(&id)? else {
-        return Ok(Value::Null);
-    };
-    let Some(content) = Content::of(&id, &head, "summary.json") else {
-        return Ok(Value::Null);
-    };
-    let text = content.read(app.store.as_ref(), 0..content.bytes())?;
-    Ok(serde_json::from_slice::<Value>(&text)
-        .map_or(Value::Null, |summary| summary["results"].clone()))
+/// The same as comma-separated values.
+#[utoipa::path(get, path = "/api/v1/studies/{study}/table.csv", params(("study" = String, Path)), responses((status = 200, content_type = "text/csv")))]
+pub(crate) async fn study_csv(
+    State(app): Shared,
+    LoggedIn(user): LoggedIn,
+    Path(study): Path<String>,
+) -> Result<Response, Fail> {
+    let table = blocking(move || studies::table(&app, &user, &study)).await?;
+    let name = "attachment; filename=\"study.csv\"";
+    let head = [
+        (header::CONTENT_TYPE, "text/csv; charset=utf-8"),
+        (header::CONTENT_DISPOSITION, name),
+    ];
+    Ok((head, studies::csv(&table)).into_response())
 }
 
 /// All of a run.
@@ -956,7 +979,7 @@ pub(crate) async fn run_archive(
             held: Vec::new(),
         };
         if let Err(error) = archive(&app, &id, &head, &spec, sender) {
-            // The listener sees an archive that ends too early, and is told so by the connection.
+            // The listener sees an archive that ends too early, and the connection says so.
             let _ = send.blocking_send(Err(io::Error::other(error.to_string())));
         }
     });
@@ -1151,7 +1174,7 @@ pub(crate) async fn events(
                 Ok(message) if !wanted.is_empty() && !wanted.contains(&message.run) => continue,
                 Ok(message) if wanted.is_empty() && message.owner != user.id => continue,
                 Ok(message) => match message.id {
-                    // Told in the replay already.
+                    // Part of the replay already.
                     Some(id) if id <= at => continue,
                     Some(id) => Sse::default().id(id.to_string()).data(&message.text),
                     None => Sse::default().data(&message.text),

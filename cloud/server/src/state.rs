@@ -14,17 +14,20 @@ use cloud_api::answers::{EventRow, Template};
 use cloud_api::lifecycle::Policy;
 use cloud_api::{Head, RunId};
 use cloud_engine::{Engine, Local, Slurm};
-use cloud_store::{FolderStore, Store};
+use cloud_store::Store;
 use tokio::sync::{Semaphore, broadcast, watch};
 
 use crate::db::Db;
 use crate::frames::Cache;
 use crate::live::Lives;
 use crate::secrets::Tries;
-use crate::{Options, secrets, templates};
+use crate::{EngineChoice, Options, secrets, templates};
 
-/// How many messages a slow listener may be behind before it is told that it missed some.
+/// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
+
+/// Seconds between two signs of life with object storage, where each request costs money.
+const REMOTE_BEAT: f64 = 15.0;
 
 /// How many scenes are checked at once.
 const CHECKS: usize = 2;
@@ -91,14 +94,26 @@ impl App {
             Some(url) => url.clone(),
             None => data.join("store").display().to_string(),
         };
-        let store: Box<dyn Store> = Box::new(FolderStore::create(&store_url)?);
+        let store = cloud_store::create(&store_url)?;
         let version = version(&options.solver)?;
-        let engine: Box<dyn Engine> = match &options.slurm {
-            Some(site) => Box::new(Slurm::new(site.clone())),
-            None => Box::new(Local::new(options.cores, &store_url)),
+        let engine: Box<dyn Engine> = match options.engine.clone() {
+            EngineChoice::Local => Box::new(Local::new(options.cores, &store_url)),
+            EngineChoice::Slurm(site) => Box::new(Slurm::new(site)),
+            #[cfg(feature = "aws")]
+            EngineChoice::Aws(account) => Box::new(cloud_engine::Batch::new(account)?),
+            #[cfg(feature = "kubernetes")]
+            EngineChoice::Kubernetes(cluster) => Box::new(cloud_engine::Kubernetes::new(cluster)),
         };
+        let beat = options.beat.unwrap_or_else(|| {
+            let least = if cloud_store::is_remote(&store_url) {
+                REMOTE_BEAT
+            } else {
+                0.0
+            };
+            engine.abilities().beat.max(least)
+        });
         let policy = Policy {
-            beat: engine.abilities().beat,
+            beat,
             first_wait: options.first_wait,
             ..Policy::default()
         };

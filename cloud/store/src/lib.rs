@@ -1,11 +1,13 @@
 //! The one thing that server and workers share: keys with contents, and a compare-and-swap.
 //!
-//! [`FolderStore`] keeps them in a folder. An object store has the same operations, so nothing above this crate knows
-//! which one it is.
+//! [`FolderStore`] keeps them in a folder, `S3Store` (feature `s3`) in a bucket. Nothing above this crate knows which one
+//! it is.
 
 mod folder;
 pub mod frames;
 mod hash;
+#[cfg(feature = "s3")]
+mod s3;
 
 use std::fs::File;
 use std::io;
@@ -14,6 +16,8 @@ use std::path::PathBuf;
 
 pub use folder::FolderStore;
 pub use hash::{Hashing, hex, sha256, sha256_of_file};
+#[cfg(feature = "s3")]
+pub use s3::S3Store;
 
 /// Why a store did not do what was wanted.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +37,14 @@ pub enum StoreError {
     /// There is no such key where there must be one.
     #[error("the store has no {0}")]
     Missing(String),
+    /// An address at which there is no store, or none that is good enough.
+    #[error("{url}: {why}")]
+    Url {
+        /// The address.
+        url: String,
+        /// What is wrong with it.
+        why: String,
+    },
     /// A folder that is no store, and cannot become one.
     #[error("{path}: {source}")]
     Folder {
@@ -122,9 +134,46 @@ pub fn check_key(key: &str) -> Result<()> {
     }
 }
 
-/// Opens the store at `url`: a folder.
+/// Whether `url` names a bucket, which is slower than a folder and costs money for each request.
+pub fn is_remote(url: &str) -> bool {
+    url.starts_with("s3://")
+}
+
+/// Opens the store at `url`: a folder, or `s3://BUCKET/PREFIX`.
 pub fn open(url: &str) -> Result<Box<dyn Store>> {
+    if is_remote(url) {
+        return remote(url, false);
+    }
     Ok(Box::new(FolderStore::open(
         url.strip_prefix("file://").unwrap_or(url),
     )?))
+}
+
+/// Opens the store at `url`, and makes it one where it is a folder. A bucket has to exist.
+pub fn create(url: &str) -> Result<Box<dyn Store>> {
+    if is_remote(url) {
+        return remote(url, true);
+    }
+    Ok(Box::new(FolderStore::create(
+        url.strip_prefix("file://").unwrap_or(url),
+    )?))
+}
+
+#[cfg(feature = "s3")]
+fn remote(url: &str, probe: bool) -> Result<Box<dyn Store>> {
+    let store = if probe {
+        S3Store::create(url)
+    } else {
+        S3Store::open(url)
+    };
+    Ok(Box::new(store?))
+}
+
+#[cfg(not(feature = "s3"))]
+fn remote(url: &str, _: bool) -> Result<Box<dyn Store>> {
+    Err(StoreError::Url {
+        url: url.to_owned(),
+        why: "this program was built without object storage; build it with --features s3"
+            .to_owned(),
+    })
 }

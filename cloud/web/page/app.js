@@ -5,6 +5,7 @@ import { showList } from "./list.js";
 import { showNew } from "./new.js";
 import { showRun } from "./run.js";
 import { showCompare } from "./compare.js";
+import { showStudies, showStudy } from "./studies.js";
 
 const main = /** @type {HTMLElement} */ (document.getElementById("main"));
 /** Ends what the part that is shown has begun. @type {() => void} */
@@ -28,7 +29,10 @@ async function show() {
   }
   try {
     const run = pathname.match(/^\/runs\/([0-9a-f]{32})$/);
+    const study = pathname.match(/^\/studies\/([0-9a-f]{32})$/);
     if (run) leave = await showRun(main, run[1]);
+    else if (pathname === "/studies") leave = await showStudies(main, searchParams);
+    else if (study) leave = await showStudy(main, study[1]);
     else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
     else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
     else leave = await showList(main, searchParams);

@@ -2,13 +2,14 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
+use std::os::fd::OwnedFd;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ExitStatus, Stdio};
 
 use anyhow::{Context, Result};
 use cloud_api::{Cause, Ending, Spec};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open, pidfd_send_signal};
 
 use crate::Attempt;
 use crate::confine::Cage;
@@ -26,6 +27,20 @@ const LAST_WORDS: u64 = 2000;
 pub(crate) struct Solver {
     child: Child,
     messages: PathBuf,
+}
+
+/// A solver that may have ended.
+pub(crate) struct Handle(Option<OwnedFd>, Option<Pid>);
+
+impl Handle {
+    /// SIGTERM, if it has not ended. Kernels before 5.3 know processes by their numbers only.
+    pub(crate) fn stop(&self) {
+        let _ = match (&self.0, self.1) {
+            (Some(process), _) => pidfd_send_signal(process, Signal::TERM),
+            (None, Some(pid)) => kill_process(pid, Signal::TERM),
+            (None, None) => Ok(()),
+        };
+    }
 }
 
 impl Solver {
@@ -67,6 +82,12 @@ impl Solver {
         if let Some(limit) = &attempt.limit {
             command.args(["--time-limit", limit]);
         }
+        // Credentials of the store are the worker's.
+        for (name, _) in std::env::vars_os() {
+            if name.to_string_lossy().starts_with("AWS_") {
+                command.env_remove(name);
+            }
+        }
         let written = File::create(&messages).with_context(|| format!("{}", messages.display()))?;
         let answer = File::create(folder.join(".answer"))
             .context("the folder of the attempt cannot be written")?;
@@ -101,6 +122,15 @@ impl Solver {
         // One that has ended already cannot be killed, which is what is wanted.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+
+    /// A way to stop it from another thread, which never hits another process.
+    pub(crate) fn handle(&self) -> Handle {
+        let pid = Pid::from_raw(self.child.id() as i32);
+        Handle(
+            pid.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()),
+            pid,
+        )
     }
 
     fn signal(&self, signal: Signal) {

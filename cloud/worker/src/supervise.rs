@@ -1,7 +1,7 @@
 //! The loop of an attempt: watch, beat, commit, and stop where something says so.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use crate::claim::{Held, Swapped};
 use crate::notice::{Notice, Notices};
 use crate::progress::Progress;
 use crate::restore::{Place, restore};
-use crate::solver::{OUTPUT, Solver};
+use crate::solver::{Handle, OUTPUT, Solver};
 use crate::sync::{Sync, size, sweep};
 use crate::{Attempt, Outcome};
 
@@ -45,6 +45,72 @@ impl Every {
             self.last = Some(Instant::now());
         }
         due
+    }
+}
+
+/// What the threads of an attempt share: requests to the store may take long, and neither a signal nor a sign of life
+/// waits for them.
+#[derive(Default)]
+struct Shared {
+    /// Why the solver got the signal to stop, where the reason came from outside.
+    cause: Mutex<Option<Cause>>,
+    /// The newest sign of life, without its number.
+    beat: Mutex<Option<Beat>>,
+    over: AtomicBool,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+impl Shared {
+    /// Stops the solver as soon as a signal or a notice says so.
+    fn guard(&self, solver: &Handle, notices: &Notices, terminated: &AtomicBool) {
+        while !self.over.load(Ordering::Relaxed) {
+            let cause = match notices.newest() {
+                Some(Notice::Spot) => Some(Cause::Spot),
+                _ if terminated.load(Ordering::Relaxed) => Some(Cause::Preempted),
+                _ => None,
+            };
+            if cause.is_some() {
+                *locked(&self.cause) = cause;
+                solver.stop();
+                return;
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    /// Sends signs of life.
+    fn pulse(&self, attempt: &Attempt) {
+        let key = attempt.key(&format!("beat/{}.json", attempt.epoch));
+        let mut every = Every::new(attempt.beat);
+        let mut count = 0;
+        while !self.over.load(Ordering::Relaxed) {
+            let beat = locked(&self.beat).clone();
+            if let Some(mut beat) = beat
+                && every.due()
+            {
+                count += 1;
+                beat.count = count;
+                let put = serde_json::to_vec(&beat).map(|text| attempt.store.put(&key, &text));
+                if let Ok(Err(error)) = put {
+                    eprintln!("no beat: {error}");
+                }
+            }
+            thread::sleep(LOOK);
+        }
+    }
+}
+
+/// Says that the attempt is over, also where it ends by an error.
+struct Over<'a>(&'a Shared);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.over.store(true, Ordering::Relaxed);
     }
 }
 
@@ -105,9 +171,15 @@ fn run(attempt: &Attempt, held: &mut Held) -> Result<Outcome> {
         solver,
         wanted: None,
         killed_at: None,
-        beats: 0,
     };
-    watch.until_it_ends(held, &mut sync, &notices, &terminated)
+    let handle = watch.solver.handle();
+    let shared = Shared::default();
+    thread::scope(|scope| {
+        let _over = Over(&shared);
+        scope.spawn(|| shared.guard(&handle, &notices, &terminated));
+        scope.spawn(|| shared.pulse(attempt));
+        watch.until_it_ends(held, &mut sync, &notices, &shared)
+    })
 }
 
 struct Watch<'a> {
@@ -116,11 +188,10 @@ struct Watch<'a> {
     place: Place,
     progress: Progress,
     solver: Solver,
-    /// Why the solver was told to stop.
+    /// Why the solver got the signal to stop.
     wanted: Option<Cause>,
     /// When it is killed, if it has not ended by then.
     killed_at: Option<Instant>,
-    beats: u64,
 }
 
 impl Watch<'_> {
@@ -129,12 +200,11 @@ impl Watch<'_> {
         held: &mut Held,
         sync: &mut Sync,
         notices: &Notices,
-        terminated: &AtomicBool,
+        shared: &Shared,
     ) -> Result<Outcome> {
         let attempt = self.attempt;
-        let mut beat = Every::new(attempt.beat);
         let mut commit = Every::new(attempt.commit);
-        let mut listen = Every::new(LISTEN);
+        let mut listen = Every::new(LISTEN.max(attempt.beat / 4));
         let mut measure = Every::new(MEASURE);
         let mut rebalanced = false;
         let status = loop {
@@ -142,16 +212,11 @@ impl Watch<'_> {
             if let Some(status) = self.solver.ended()? {
                 break status;
             }
-            if terminated.load(Ordering::Relaxed) {
-                self.stop(Cause::Preempted);
-            }
-            match notices.newest() {
-                Some(Notice::Spot) => self.stop(Cause::Spot),
-                Some(Notice::Rebalance) if !rebalanced => {
-                    rebalanced = true;
-                    self.solver.checkpoint();
-                }
-                _ => {}
+            // The guard has sent the signal already.
+            self.wanted = self.wanted.or(*locked(&shared.cause));
+            if notices.newest() == Some(Notice::Rebalance) && !rebalanced {
+                rebalanced = true;
+                self.solver.checkpoint();
             }
             if listen.due() {
                 match self.wish() {
@@ -175,9 +240,7 @@ impl Watch<'_> {
                 self.solver.kill();
                 continue;
             }
-            if beat.due() {
-                self.beat(held);
-            }
+            *locked(&shared.beat) = Some(self.beat(held));
             if commit.due() || self.progress.checkpoint.is_some() {
                 match self.commit(held, sync, false) {
                     Ok(Swapped::Done) => {}
@@ -189,9 +252,7 @@ impl Watch<'_> {
             thread::sleep(LOOK);
         };
         // Of a solver that was ended from outside, the wish is the cause.
-        if self.wanted.is_none() && terminated.load(Ordering::Relaxed) {
-            self.wanted = Some(Cause::Preempted);
-        }
+        self.wanted = self.wanted.or(*locked(&shared.cause));
         self.progress.read().context("progress of the solver")?;
         let ending = self
             .solver
@@ -213,7 +274,6 @@ impl Watch<'_> {
             }
             thread::sleep(wait);
             wait = (wait * 2).min(Duration::from_secs(15));
-            self.beat(held);
         }
         if ending.cause == Cause::Finished {
             held.head.step = held.head.step.max(self.progress.step);
@@ -262,11 +322,11 @@ impl Watch<'_> {
             .map_or(Wish::Run, |control| control.wish)
     }
 
-    fn beat(&mut self, held: &Held) {
-        self.beats += 1;
+    /// A sign of life.
+    fn beat(&self, held: &Held) -> Beat {
         let progress = &self.progress;
-        let beat = Beat {
-            count: self.beats,
+        Beat {
+            count: 0,
             interval: self.attempt.beat.as_secs_f64(),
             doing: progress.doing.clone(),
             step: progress.step,
@@ -275,13 +335,6 @@ impl Watch<'_> {
             rate: progress.rate,
             seconds_left: progress.seconds_left,
             particles: progress.particles,
-        };
-        let key = self
-            .attempt
-            .key(&format!("beat/{}.json", self.attempt.epoch));
-        let put = serde_json::to_vec(&beat).map(|text| self.attempt.store.put(&key, &text));
-        if let Ok(Err(error)) = put {
-            eprintln!("no beat: {error}");
         }
     }
 

@@ -140,7 +140,7 @@ impl Course {
                 .filter_map(|((&id, &at), way)| {
                     let come = match analysis.reference {
                         Reference::Previous => DVec3::ZERO,
-                        // Who was not there in the first frame has no displacement since then.
+                        // A particle that is not in the first frame has no displacement since then.
                         Reference::First if is_first => DVec3::ZERO,
                         Reference::First => way.is_finite().then_some(*way)?,
                     };
@@ -224,7 +224,7 @@ impl Course {
         }
     }
 
-    /// The mean over the frames so far, with its errors; nothing before the first, and unless means are asked for.
+    /// The mean over the frames so far, with its errors; `None` before the first frame, and if means were not requested.
     #[must_use]
     pub fn mean(&self, analysis: &Analysis) -> Option<Block> {
         if analysis.time != TimeMode::Average {

@@ -1,4 +1,4 @@
-//! Numbers as words of 64 bits and back, the same to the bit: what a course remembers, for who stores it.
+//! Numbers as words of 64 bits and back, bit by bit: the state of a course in a form that can be stored.
 
 use glam::DVec3;
 

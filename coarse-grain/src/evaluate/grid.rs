@@ -244,9 +244,9 @@ const FEWEST: usize = 1024;
 /// Most bytes of the sums of all groups; where they would take more, there is one group.
 pub(super) const MOST_BYTES: usize = 1 << 26;
 
-/// The places in groups along the grid, about equally many in each, for each of which a thread sums apart: so every place is seen to once, whatever
-/// the number of threads. Who belongs together follows from the places alone, as it decides the order of sums. No more groups than let their
-/// parts of the grid be three times the grid at most: these have to be added up.
+/// The points of the grid in groups of about equal size; each group is summed by one thread. Every point is therefore processed
+/// once, whatever the number of threads. The groups follow from the points alone, as they decide the order of sums. Their number
+/// is limited so that their parts of the grid together are at most three times the grid, because these parts have to be added up.
 fn groups(spans: &[Range<u32>], units: usize, bytes: usize) -> Vec<Group> {
     let middle = |span: &Range<u32>| ((span.start + span.end) / 2) as usize;
     let seen = || (0u32..).zip(spans).filter(|(_, span)| !span.is_empty());

@@ -1,7 +1,7 @@
 //! Work that is compiled once more for processors with wide registers, chosen when the program runs.
 //!
-//! The same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are those of every processor. What is gained is told in
-//! `docs/performance.md`.
+//! The same operations of IEEE 754 in the same order, several at a time and never fused: the bytes are those of every processor.
+//! `docs/performance.md` gives the gain.
 
 /// Work to be done with whatever instructions the processor has.
 pub(crate) trait Task {
@@ -43,7 +43,7 @@ impl Instructions {
         match self.0 {
             Kind::Common => task.run(),
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: nobody has this kind but from `widest`, which has asked the processor for the feature.
+            // SAFETY: only `widest` makes this value, and it has checked that the processor has the feature.
             Kind::Avx2 => unsafe { with_avx2(task) },
         }
     }

@@ -1,4 +1,4 @@
-//! From particles and contacts to rows of numbers: who counts, and what each of them carries.
+//! From particles and contacts to rows of numbers: which particles count, and what each contributes.
 
 use std::ops::Range;
 
@@ -87,7 +87,7 @@ impl<'a> Part<'a> {
     /// The next numbers.
     #[inline]
     fn append<const N: usize>(&mut self, numbers: [f64; N]) {
-        // Who counted has counted all.
+        // All particles have been counted.
         if let Some((front, rest)) = std::mem::take(&mut self.values).split_first_chunk_mut::<N>() {
             *front = numbers;
             self.values = rest;
@@ -139,7 +139,7 @@ enum Role {
 /// What equal particles have in common; these sums stand first in a layout.
 pub(crate) const SIZES: [Sum; 3] = [Sum::Sizes, Sum::Volume, Sum::Mass];
 
-/// Who belongs to the fields.
+/// The particles that belong to the fields.
 pub(crate) struct Roles<'a> {
     particles: &'a Particles,
     material: Option<u32>,

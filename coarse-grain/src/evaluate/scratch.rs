@@ -15,7 +15,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Sums that nobody needs any more: the next ones lie in their memory.
+    /// Sums that are no longer needed: the next ones reuse their memory.
     pub fn take_back(&mut self, sums: Sums) {
         for (scratch, values) in self.spreads.iter_mut().zip(sums.values) {
             scratch.sums.buffers.keep(values);
@@ -63,7 +63,7 @@ impl Buffers {
         buffer
     }
 
-    /// So many numbers, whatever they are: for who writes each of them.
+    /// A column of this many numbers with arbitrary values: the caller overwrites each of them.
     pub(super) fn any(&mut self, length: usize) -> Vec<f64> {
         let mut buffer = self.taken(length);
         buffer.resize(length, 0.0);
@@ -80,7 +80,7 @@ impl Buffers {
         }
     }
 
-    /// For the next who needs one.
+    /// Returns the memory for the next use.
     pub(super) fn keep(&mut self, buffer: Vec<f64>) {
         if buffer.capacity() > 0 && self.0.len() < Self::MOST {
             self.0.push(buffer);

@@ -15,7 +15,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Room for so many rows.
+    /// Memory for this many rows.
     #[inline(always)]
     fn hold(&mut self, rows: usize) -> (&mut [[u32; LANES]], &mut [[u32; LANES]]) {
         let groups = rows.div_ceil(LANES);
@@ -26,8 +26,8 @@ impl Bounds {
         (&mut self.firsts[..groups], &mut self.ends[..groups])
     }
 
-    /// First point and end of each row, in order; the end lies before or at the first point where there is none. For the rows of the plane
-    /// that was asked for last; behind them are others.
+    /// First point and end of each row, in order; the end lies before or at the first point where there is none. Valid for the
+    /// rows of the plane that was requested last; other rows follow behind them.
     #[inline(always)]
     pub(crate) fn iter(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         let (firsts, ends) = (self.firsts.as_flattened(), self.ends.as_flattened());

@@ -52,7 +52,7 @@ impl DataSource {
                 notes.extend(restart.notes.iter().cloned());
                 Some(restart)
             }
-            // Whoever says densities can do without.
+            // The restart file is not needed where densities are given.
             Some(Err(error)) if given.density.is_some() || !given.densities.is_empty() => {
                 notes.push(format!(
                     "fixed particles and periodic faces are not known: {error}"
@@ -217,7 +217,8 @@ impl DataSource {
         let before = twin.particles.replace(rows.len());
         if let Some(before) = before.filter(|&before| self.needs.identity && rows.len() < before) {
             return Err(wrong(format!(
-                "{} particles, {before} in the frame before: .data files do not say who is missing, so displacements cannot be known\nhelp: the Arrow frames of a run say it",
+                "{} particles, {before} in the frame before: .data files do not say which particles are missing, so \
+                displacements cannot be known\nhelp: the Arrow frames of a run say it",
                 rows.len()
             )));
         }

@@ -295,7 +295,7 @@ fn push_particle(restart: &mut Restart, record: Record<'_>) -> Result<u64, Forma
     let density = restart.densities.get(species).copied();
     let density = density
         .ok_or_else(|| record.error(format!("species {species}"), "one of the species before"))?;
-    // The mass of fixed particles, which the file leaves out, matters to nobody.
+    // The file leaves out the mass of fixed particles; it is never used.
     let mass = if inverse_mass > 0.0 {
         1.0 / inverse_mass
     } else {

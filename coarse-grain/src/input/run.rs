@@ -30,7 +30,7 @@ pub struct RunSource {
     contacts: Option<ContactReader>,
     bodies: Option<BodyReader>,
     skipped: Skipped,
-    /// Whether it was followed until nobody wrote it any more, without its end.
+    /// Whether the run was followed until its writer stopped without marking the end.
     broke_off: AtomicBool,
 }
 
@@ -93,7 +93,7 @@ impl RunSource {
         &self.skipped
     }
 
-    /// Whether it was followed until nobody wrote it any more, and its end has not come: it was stopped, or killed.
+    /// Whether the run was followed until its writer stopped without marking the end: it was stopped, or killed.
     #[must_use]
     pub fn broke_off(&self) -> bool {
         self.broke_off.load(Ordering::Relaxed)
@@ -139,7 +139,7 @@ impl RunSource {
         let damage = self.damage().map(Err);
         let count = self.len();
         if choice == FrameChoice::Last {
-            // The last one that is whole and has contacts, if they are needed; what is wrong behind it is told.
+            // The last frame that is whole and has contacts, if they are needed; damage behind it is reported.
             let mut wrong = None;
             let mut last = None;
             for k in (0..count).rev() {
@@ -180,7 +180,7 @@ impl RunSource {
         let mut last_sign = Instant::now();
         std::iter::from_fn(move || {
             while !stopped {
-                // Asked first: what was written before the end was told is seen by the look that follows.
+                // Checked first: frames that were written before the end was marked are found by the read that follows.
                 let ended = end.exists();
                 if ended || is_written(&folder) {
                     last_sign = Instant::now();

@@ -155,7 +155,7 @@ fn compressed_files_and_series_are_read_alike() {
             plain[..1],
             "{name}"
         );
-        // What is cut is told, with the file.
+        // The message names the truncated part and the file.
         fs::write(packed.join(format!("Mini.fstat.{name}")), cut).unwrap();
         let message = error(&packed, &given(), ALL);
         let expected = format!("Mini.fstat.{name}:");
@@ -714,7 +714,7 @@ fn densities_that_are_given_leave_the_rest_of_the_restart_file() {
         assert!((state.particles.mass[0] - mass).abs() < 1e-15);
         assert!(source.notes().is_empty(), "{:?}", source.notes());
     }
-    // What cannot be read is only missed by whoever gives no density.
+    // A restart file that cannot be read matters only if no density is given.
     let restart = folder.path().join("Mini.restart");
     let text = fs::read_to_string(&restart).unwrap();
     fs::write(&restart, text.replace("MercuryDPM 1.0", "MercuryDPM 9.9")).unwrap();
@@ -793,7 +793,7 @@ fn who_is_missing_from_data_files_nobody_knows() {
             && message.contains("displacements cannot be known"),
         "{message}"
     );
-    // Nobody else minds.
+    // Without displacements the same input is accepted.
     assert_eq!(states(&path, &given(), Needs::default()).unwrap().len(), 4);
 }
 

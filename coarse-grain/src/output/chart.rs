@@ -67,7 +67,7 @@ pub fn page(evaluator: &Evaluator, time: TimeMode, block: &Block) -> Result<Char
     Ok(page)
 }
 
-/// Most points that are told apart in charts over the width.
+/// The largest number of points that charts over the width distinguish.
 const MOST_LINES: usize = 8;
 
 /// A page of means at many widths of the kernel: a chart for each component of each field, over the logarithm of the width, with a line for each point and
@@ -121,7 +121,8 @@ pub fn widths(evaluator: &Evaluator, blocks: &[(f64, Block)]) -> Result<ChartPag
     Ok(page)
 }
 
-/// Refuses what [`widths`] cannot show: more points than lines are told apart, or more columns than charts fit on a page.
+/// Refuses what [`widths`] cannot show: more points than there are distinguishable lines, or more columns than charts fit on a
+/// page.
 ///
 /// # Errors
 /// Just these.

@@ -28,7 +28,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The kind that a name asks for.
+    /// The kind of file that a name selects by its ending.
     ///
     /// # Errors
     /// When the ending says nothing.
@@ -130,7 +130,7 @@ impl Writer {
             .with_file_name(format!("{stem}.{number:04}.{ending}"))
     }
 
-    /// The file that stands for all: whoever replaces it replaces them.
+    /// The file that stands for all of them: replacing it replaces all.
     fn first(&self) -> PathBuf {
         if self.is_list() {
             self.path.with_extension("pvd")
@@ -194,7 +194,7 @@ impl Writer {
                 } else {
                     temporary(&self.path)
                 };
-                // Nobody asked for the name that it has until it is complete.
+                // The temporary name is not shown to users.
                 let file = File::create(&path).map_err(failed(&self.path))?;
                 self.file.insert((path, file))
             }

@@ -6,8 +6,8 @@ use glam::DVec3;
 use mercury_cg::state::{Contacts, Particles, Partner, Space, State};
 use mercury_common::random::Stream;
 
-/// A random packing of spheres that overlap, in a box that is periodic in x and y, with a floor at z = 0; forces, couples and velocities are
-/// random, since no identity asks where they come from. Every tenth sphere is fixed; there are two materials.
+/// A random packing of spheres that overlap, in a box that is periodic in x and y, with a floor at z = 0; forces, couples and
+/// velocities are random, since the identities hold for any values. Every tenth sphere is fixed; there are two materials.
 pub(crate) fn packing(count: usize, seed: u64, equal: bool) -> State {
     let mut stream = Stream::new(seed, "packing", 0);
     let mut uniform = |low: f64, high: f64| stream.uniform_in(low, high);

@@ -18,8 +18,8 @@ pub enum Exit {
     Input = 2,
     /// The work was stopped before its end and can be resumed (`EX_TEMPFAIL` of sysexits.h).
     Resumable = 75,
-    /// It was told to end, and leaves nothing that could be resumed, as a shell counts an end by SIGINT. Ctrl-C pressed twice ends a
-    /// program so that has something to keep.
+    /// The program was stopped by SIGINT or SIGTERM and leaves nothing that can be resumed. The exit code is that of a shell for
+    /// SIGINT. A program that has something to keep ends in this way when Ctrl-C is pressed twice.
     AtOnce = 130,
 }
 
@@ -41,7 +41,7 @@ pub struct Failure {
     pub message: String,
     /// The same for programs, one by one, where more is known than the text says.
     problems: Vec<Problem>,
-    /// Standard output holds already what was asked for.
+    /// The requested output is already on standard output.
     is_answered: bool,
 }
 
@@ -73,14 +73,14 @@ impl Failure {
         self
     }
 
-    /// Standard output holds already what was asked for: nothing more is to be said there.
+    /// The requested output is already on standard output: nothing more is printed there.
     #[must_use]
     pub fn answered(mut self) -> Self {
         self.is_answered = true;
         self
     }
 
-    /// What is wrong, for programs; nothing where standard output holds already what was asked for.
+    /// The error as a record for programs; `None` where standard output already holds the requested output.
     #[must_use]
     pub fn problems(&self) -> Option<Vec<Problem>> {
         match (self.is_answered, self.problems.is_empty()) {
@@ -104,7 +104,7 @@ pub(super) fn ended(outcome: Outcome, errors: &mut dyn Write) -> ExitCode {
         return Exit::Done.into();
     };
     if !failure.message.is_empty() {
-        // Whoever closed standard error does not want to know; the exit code tells.
+        // A closed standard error is not an error here: the exit code carries the result.
         let _ = writeln!(errors, "{}", failure.message.trim_end());
     }
     failure.exit.into()

@@ -44,7 +44,7 @@ impl Drop for Temporary {
 
 /// Ends the program with this code, whatever its threads do, without what is [`Temporary`].
 pub fn end_at_once(code: i32) -> ! {
-    // Held to the end, so that nobody takes back what is being removed.
+    // Held to the end, so that a path cannot be withdrawn from the list while it is being removed.
     let all = temporary();
     for path in all.iter().rev() {
         // A folder that is not empty stays.

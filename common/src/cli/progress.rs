@@ -1,4 +1,4 @@
-//! The line that tells how far a program is.
+//! The line that shows the progress of a program.
 
 use std::io::{IsTerminal as _, Stderr, Write};
 use std::time::{Duration, Instant};
@@ -8,8 +8,8 @@ use crate::readable::duration;
 /// Width of the bar in characters.
 const BAR: usize = 20;
 
-/// Tells progress on a terminal (one line, rewritten) or elsewhere (a line now and then). What it shows never reaches a file
-/// of the program.
+/// Shows progress on a terminal (one line, rewritten) or elsewhere (a line now and then). What it shows never reaches a file of
+/// the program.
 #[derive(Debug)]
 pub struct Progress<W: Write = Stderr> {
     /// Nowhere if the program is to be quiet.
@@ -29,7 +29,7 @@ impl Progress {
         Self::begin((terminal && !quiet).then_some(out), terminal)
     }
 
-    /// On standard error, also where that is no terminal: for work of hours, whose log tells whether it goes on.
+    /// On standard error, even if it is not a terminal: for work of hours, so that a log shows whether it continues.
     #[must_use]
     pub fn in_logs_too(quiet: bool) -> Self {
         let out = std::io::stderr();
@@ -55,16 +55,16 @@ impl<W: Write> Progress<W> {
         }
     }
 
-    /// Tells that a stage of unknown length begins: at once on a terminal, where work that takes long without a sign looks
-    /// like work that hangs; nowhere else.
+    /// Shows that a stage of unknown length begins: at once on a terminal, where long work without a sign of life looks like a
+    /// hang; nowhere else.
     pub fn stage(&mut self, what: &str) {
         if self.terminal {
             self.print(what);
         }
     }
 
-    /// Tells which share (0 to 1) of the work is done and what `text` says of it, given the seconds since the beginning;
-    /// unless something was shown a moment ago (0.2 s on a terminal, 10 s elsewhere).
+    /// Shows the completed share (0 to 1) of the work with a text from `text`, given the seconds since the beginning. Does
+    /// nothing if something was shown shortly before (0.2 s on a terminal, 10 s elsewhere).
     pub fn share(&mut self, share: f64, text: impl FnOnce(f64) -> String) {
         if self.is_due() {
             let seconds = self.begun.elapsed().as_secs_f64();
@@ -72,14 +72,14 @@ impl<W: Write> Progress<W> {
         }
     }
 
-    /// The same of work of which somebody knows better than the share of what is done how long (s) it will still take.
+    /// Like [`share`](Self::share), for work with a better estimate of the remaining time (s) than the completed share gives.
     pub fn share_left(&mut self, share: f64, left: f64, text: impl FnOnce() -> String) {
         if self.is_due() {
             self.print(&line_left(share, left, &text(), self.terminal));
         }
     }
 
-    /// Tells that `done` of `total` are done; of work that does not know its total, what is done.
+    /// Shows that `done` of `total` are complete; if the total is not known, only `done`.
     pub fn count(&mut self, what: &str, done: usize, total: Option<usize>) {
         match total {
             Some(total) => self.share(done as f64 / total.max(1) as f64, |_| {
@@ -90,7 +90,7 @@ impl<W: Write> Progress<W> {
         }
     }
 
-    /// Tells what is being done, given the seconds since the beginning, unless something was shown a moment ago.
+    /// Shows what is being done, given the seconds since the beginning. Does nothing if something was shown shortly before.
     pub fn busy(&mut self, text: impl FnOnce(f64) -> String) {
         if self.is_due() {
             let text = text(self.begun.elapsed().as_secs_f64());
@@ -125,7 +125,7 @@ impl<W: Write> Progress<W> {
         };
         self.shown = Instant::now();
         self.shown_any = true;
-        // Whoever closed the terminal does not want to see progress; the work goes on.
+        // A closed terminal does not end the work; only the progress line is lost.
         let _ = if self.terminal {
             write!(out, "\r\x1b[2K{line}").and_then(|()| out.flush())
         } else {
@@ -221,7 +221,7 @@ mod tests {
         let mut progress = Progress::new(true);
         progress.shown -= Duration::from_secs(60);
         progress.stage("reading");
-        progress.share(0.5, |_| unreachable!("nobody reads it"));
+        progress.share(0.5, |_| unreachable!("this text is never shown"));
         assert!(!progress.shown_any);
     }
 }

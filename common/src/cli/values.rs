@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A number above 0, for `value_parser`; with `allow_negative_numbers`, so that -1 is told why it is refused.
+/// A number above 0, for `value_parser`. Use it with `allow_negative_numbers`, so that the message for -1 gives the reason.
 ///
 /// # Errors
 /// What is wrong with the text.

@@ -1,6 +1,6 @@
 //! `.ene`: the energies of the whole system at each saved time.
 //!
-//! One header line per file, then one line of 8 columns per time. See `docs/formats/ene.md`.
+//! One header line per file, then one line of 8 columns per time. See `docs/formats/tables.md#energies`.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};

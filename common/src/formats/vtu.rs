@@ -1,9 +1,8 @@
 //! VTU and PVD: what ParaView, pyvista and meshio open.
 //!
-//! A [`VtuGrid`] is points, cells between them, and named arrays on both, borrowed from whoever has them; [`write_vtu`]
-//! writes it as one `UnstructuredGrid` in appended binary, and [`PvdWriter`] keeps the list of such files with their times.
-//! Blocks are compressed on their own, in parallel if wished, and in the same bytes on any number of threads.
-//! See `docs/formats/vtu.md`.
+//! A [`VtuGrid`] is points, cells between them, and named arrays on both, all borrowed from the caller; [`write_vtu`] writes it
+//! as one `UnstructuredGrid` in appended binary, and [`PvdWriter`] keeps the list of such files with their times. Blocks are
+//! compressed on their own, in parallel if wished, and in the same bytes on any number of threads. See `docs/formats/vtu.md`.
 
 mod blocks;
 mod encode;

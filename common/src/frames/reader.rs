@@ -1,4 +1,4 @@
-//! Reads frames: all heads at once, the columns of a frame when they are asked for.
+//! Reads frames: all heads at once, the columns of a frame on request.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -41,10 +41,9 @@ enum Next {
 
 /// A file of frames, open for reading.
 ///
-/// Opening walks the heads of all messages, not their bodies, so that any frame is found at once. A file that is being
-/// written shows the frames that it had then, [`refresh`](Self::refresh) finds those added since. A damaged file gives
-/// its whole frames; what is wrong behind them is told by [`damage`](Self::damage), and by [`frames`](Self::frames) as
-/// its last item.
+/// Opening walks the heads of all messages, not their bodies, so that any frame is found at once. A file that is being written
+/// shows the frames that it had then, [`refresh`](Self::refresh) finds those added since. A damaged file gives its whole frames;
+/// [`damage`](Self::damage) describes what is wrong behind them, and [`frames`](Self::frames) gives it as its last item.
 #[derive(Debug)]
 pub struct FrameReader {
     path: PathBuf,

@@ -40,11 +40,11 @@ pub enum FrameWriteError {
 
 /// Writes a file of frames; others may read the file all the while.
 ///
-/// The file always ends in Arrow's end-of-stream marker, and a frame is appended in two strokes: everything but the
-/// first 8 bytes of its message, with a new marker behind it, goes *after* the old marker, where no reader looks; then
-/// the first 8 bytes replace the old marker. A reader sees the old end or the whole frame, and so does whoever opens the
-/// file after the writing process died between any two writes. (After a loss of power the order of the two strokes on
-/// the disk is only certain for frames before the last [`sync`](Self::sync).)
+/// The file always ends in Arrow's end-of-stream marker, and a frame is appended in two strokes: everything but the first 8 bytes
+/// of its message, with a new marker behind it, goes *after* the old marker, where no reader looks; then the first 8 bytes
+/// replace the old marker. A reader sees the old end or the whole frame, also if the writing process died between any two writes.
+/// (After a loss of power the order of the two strokes on the disk is only certain for frames before the last
+/// [`sync`](Self::sync).)
 #[derive(Debug)]
 pub struct FrameWriter {
     path: PathBuf,
@@ -59,7 +59,7 @@ pub struct FrameWriter {
 impl FrameWriter {
     /// Creates a file without frames; a file of that name is replaced.
     ///
-    /// The file is made under a temporary name beside `path` and renamed, so nobody ever sees half a schema.
+    /// The file is made under a temporary name beside `path` and renamed, so that no reader sees half a schema.
     ///
     /// # Errors
     /// [`FrameWriteError::File`] when the file cannot be made.
@@ -189,7 +189,7 @@ impl FrameWriter {
     /// # Errors
     /// [`FrameWriteError::File`] when the system cannot promise it.
     pub fn sync(&self) -> Result<(), FrameWriteError> {
-        let action = "the file cannot be brought to the disk";
+        let action = "the file cannot be synced to the disk";
         let synced = self.file.sync_data();
         Ok(synced.map_err(FileError::of(&self.path, action))?)
     }

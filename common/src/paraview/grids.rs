@@ -7,7 +7,10 @@ use glam::DVec3;
 
 use super::columns::{Group, groups, take_values, vectors};
 use crate::formats::vtu::{VtuArray, VtuCells, VtuGrid, VtuValues};
-use crate::frames::{Column, ColumnSpec, Frame, TriangleLoadFrame, WallFrame, WearFrame};
+use crate::frames::{
+    Column, ColumnSpec, Frame, MembraneFrame, MembraneTriangleFrame, TriangleLoadFrame, WallFrame,
+    WearFrame, sheets,
+};
 use crate::surfaces::{Surface, faces_of_one_box};
 
 /// Particles as points, with every column of the frame, and `diameter` and `speed` for glyphs.
@@ -203,6 +206,49 @@ pub fn walls(
             .into_iter()
             .collect(),
         cell_data,
+    })
+}
+
+/// Elastic sheets as triangles, with the columns of both frames: `velocity`, `force`, `mass`, `state` and `vertex` at the points; `membrane`,
+/// `triangle`, `area`, `tension_1`, `tension_2` and `load` of the triangles.
+///
+/// # Errors
+/// When a triangle has a vertex that is not there.
+pub fn membranes(
+    vertices: &MembraneFrame,
+    triangles: &MembraneTriangleFrame,
+) -> Result<VtuGrid<'static>, String> {
+    let mut cells = Vec::with_capacity(triangles.membrane.len());
+    let mut rows = Vec::with_capacity(triangles.membrane.len());
+    for sheet in sheets(vertices, triangles)? {
+        // Rows of a sheet follow each other.
+        let first = sheet.vertex_rows.first().map_or(0, |&row| row as u32);
+        let of_sheet = sheet.mesh.triangles.iter();
+        cells.extend(of_sheet.map(|corners| corners.map(|corner| first + corner)));
+        rows.extend(sheet.triangle_rows);
+    }
+    let numbers = |values: &[u32]| -> Vec<u32> { rows.iter().map(|&row| values[row]).collect() };
+    let reals = |values: &[f64]| -> Vec<f64> { rows.iter().map(|&row| values[row]).collect() };
+    let load: Vec<DVec3> = rows.iter().map(|&row| triangles.load[row]).collect();
+    Ok(VtuGrid {
+        time: Some(vertices.time),
+        points: vertices.position.clone().into(),
+        cells: VtuCells::Triangles(cells.into()),
+        point_data: vec![
+            VtuArray::new("velocity", vertices.velocity.clone()),
+            VtuArray::new("force", vertices.force.clone()),
+            VtuArray::new("mass", vertices.mass.clone()),
+            VtuArray::new("state", VtuValues::from(vertices.state.clone())),
+            VtuArray::new("vertex", VtuValues::from(vertices.vertex.clone())),
+        ],
+        cell_data: vec![
+            VtuArray::new("membrane", VtuValues::from(numbers(&triangles.membrane))),
+            VtuArray::new("triangle", VtuValues::from(numbers(&triangles.triangle))),
+            VtuArray::new("area", reals(&triangles.area)),
+            VtuArray::new("tension_1", reals(&triangles.tensions[0])),
+            VtuArray::new("tension_2", reals(&triangles.tensions[1])),
+            VtuArray::new("load", load),
+        ],
     })
 }
 

@@ -15,6 +15,12 @@ pub struct ScriptParts {
     pub bodies: bool,
     /// `<prefix>.clumps.pvd`.
     pub clumps: bool,
+    /// `<prefix>.bridges.pvd`.
+    pub bridges: bool,
+    /// `<prefix>.droplets.pvd`.
+    pub droplets: bool,
+    /// `<prefix>.membranes.pvd`.
+    pub membranes: bool,
 }
 
 /// The script: particles as spheres of their diameter, coloured by speed; walls translucent; contacts as lines coloured by force,
@@ -65,6 +71,16 @@ if "speed" in names:
 "#,
         );
     }
+    if parts.membranes {
+        text.push_str(
+            r#"
+membranes = series("membranes")
+sheet_display = Show(membranes, view)
+ColorBy(sheet_display, ("CELLS", "tension_1"))
+sheet_display.SetScalarBarVisibility(view, True)
+"#,
+        );
+    }
     if parts.walls {
         text.push_str(
             r#"
@@ -105,6 +121,35 @@ contact_display.SetRepresentationType("Wireframe")
 contact_display.LineWidth = 3.0
 ColorBy(contact_display, ("CELLS", "force_magnitude"))
 Hide(contacts, view)
+"#,
+        );
+    }
+    if parts.bridges {
+        text.push_str(
+            r#"
+bridges = series("bridges")
+bridge_display = Show(bridges, view)
+bridge_display.SetRepresentationType("Wireframe")
+bridge_display.LineWidth = 4.0
+ColorBy(bridge_display, ("CELLS", "bridge_volume"))
+Hide(bridges, view)
+"#,
+        );
+    }
+    if parts.droplets {
+        text.push_str(
+            r#"
+droplets = series("droplets")
+droplet_display = Show(droplets, view)
+droplet_display.SetRepresentationType("3D Glyphs")
+droplet_display.GlyphType = "Sphere"
+droplet_display.Scaling = True
+droplet_display.ScaleMode = "Magnitude"
+droplet_display.SelectScaleArray = "diameter"
+droplet_display.ScaleFactor = 1.0
+droplet_display.ColorArrayName = ["POINTS", ""]
+droplet_display.AmbientColor = [0.25, 0.5, 0.85]
+droplet_display.DiffuseColor = [0.25, 0.5, 0.85]
 "#,
         );
     }

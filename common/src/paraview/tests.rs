@@ -304,10 +304,22 @@ fn the_script_names_the_series_that_there_are() {
         walls: true,
         bodies: true,
         clumps: true,
+        bridges: true,
+        droplets: true,
+        membranes: true,
     };
     let text = script("my \"run\"", all);
     assert!(text.contains(r#"prefix = "my \"run\"""#));
-    for kind in ["particles", "contacts", "walls", "bodies", "clumps"] {
+    for kind in [
+        "particles",
+        "contacts",
+        "walls",
+        "bodies",
+        "clumps",
+        "bridges",
+        "droplets",
+        "membranes",
+    ] {
         assert!(text.contains(&format!("series(\"{kind}\")")));
     }
     let text = script(

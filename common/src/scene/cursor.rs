@@ -1,5 +1,5 @@
-//! The typed reader over the document: it knows the key path, what was asked for, and collects every
-//! problem instead of stopping at the first.
+//! The typed reader over the document. It knows the key path, records the keys that were read, and collects every problem instead
+//! of stopping at the first.
 //!
 //! A method that reads returns `None` after it has reported; callers read everything they need and
 //! only then give up, so that one run names all mistakes.
@@ -42,7 +42,7 @@ pub(super) struct Context {
     pub(super) files: Files,
     pub(super) materials: Vec<String>,
     pub(super) clumps: Vec<String>,
-    /// The contact laws that are known; `None`: whoever reads knows nothing of laws.
+    /// The contact laws that are known; `None`: the caller does not know the contact laws.
     pub(super) laws: Option<Vec<&'static LawKeys>>,
     /// The files that were named so far.
     pub(super) named: RefCell<Vec<NamedFile>>,
@@ -112,14 +112,14 @@ impl Context {
     }
 }
 
-/// A table of the document and the keys that were asked for.
+/// A table of the document and the keys that were read from it.
 pub(super) struct Fields<'a> {
     pub(super) context: &'a Context,
     table: &'a Table,
     place: Place,
     asked: RefCell<Vec<&'static str>>,
-    /// What [`finish`](Self::finish) says better: keys that are missing where a misspelt one stands. Who reads on only if they are
-    /// there never gets to finish.
+    /// Problems that [`finish`](Self::finish) reports better: keys that are missing while a misspelt one is there. A caller that
+    /// stops at a missing key never calls `finish`.
     left_to_finish: RefCell<Vec<SceneError>>,
 }
 
@@ -168,7 +168,7 @@ impl<'a> Fields<'a> {
         self.need_or_help(key, None)
     }
 
-    /// The value of a key that must be there, with a hint for who left it out.
+    /// The value of a required key, with a hint for the case that it is missing.
     pub(super) fn need_or_help(&self, key: &'static str, help: Option<&str>) -> Option<Item<'a>> {
         let item = self.get(key);
         if item.is_none() {
@@ -237,7 +237,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// The keys of the table that nobody has asked for.
+    /// The keys of the table that were not read.
     pub(super) fn unasked(&self) -> impl Iterator<Item = &'a str> {
         let asked = self.asked.borrow().clone();
         let keys = self.table.entries.iter().map(|entry| entry.key.as_str());
@@ -283,7 +283,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Reports every key that nobody asked for.
+    /// Reports every key that was not read.
     pub(super) fn finish(&self) {
         self.left_to_finish.take();
         let asked = self.asked.borrow();

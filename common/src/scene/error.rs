@@ -8,7 +8,7 @@ use crate::readable::{counted, printable, printable_lines, shortened};
 /// Characters of a key, a message or a piece of advice that are printed: they quote the file, which may hold anything.
 const LONGEST: usize = 600;
 
-/// Problems that are printed one by one; of more, the number is told.
+/// The largest number of problems that are printed one by one; of the others only the number is printed.
 const MOST_PRINTED: usize = 50;
 
 /// One problem of a scene.

@@ -10,7 +10,7 @@ use super::item::Item;
 use super::settings::flag;
 use super::source::{Located, Place};
 
-/// An entry of `[[fields]]`. Words that coarse-graining understands are checked by whoever plans them.
+/// An entry of `[[fields]]`. Words that coarse-graining defines are checked where the fields are planned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldTable {
     /// Where the entry stands.
@@ -161,10 +161,10 @@ pub(super) fn read(item: &Item<'_>) -> Option<FieldTable> {
     let average = flag(&table, "average", false);
     let smooth = table.get("smooth").map(|item| smooth(&item));
     if average && let Some(item) = table.get("smooth") {
-        item.report("stands beside average = true; one of them");
+        item.report("cannot be used together with average = true");
     }
     table.finish();
-    // Of what is there and wrong the mistake is told already.
+    // If it is there but wrong, the mistake has already been reported.
     Some(FieldTable {
         place: item.place.clone(),
         name: name?,

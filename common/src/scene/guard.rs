@@ -19,7 +19,7 @@ pub struct Guard {
 pub enum GuardPolicy {
     /// The run stops.
     Strict,
-    /// It goes on; how often it happened, and the worst, are told at the end.
+    /// It goes on; how often it happened, and the worst case, are reported at the end.
     Warn,
     /// It goes on and nothing is said.
     Off,

@@ -367,8 +367,8 @@ impl<'a> Item<'a> {
         Some(name.map(|_| path))
     }
 
-    /// A path for messages only: from the root, as a symbolic link before a `..` would be followed when the file is opened. Who is confined
-    /// to a folder learns nothing of the folders above it.
+    /// A path for messages only: from the root, as a symbolic link before a `..` would be followed when the file is opened. A
+    /// caller that is confined to a folder learns nothing about the folders above it.
     fn shown(&self, path: &Path) -> String {
         let shown = match self.context.files {
             Files::Within(_) => path.to_owned(),

@@ -7,7 +7,7 @@ use super::source::Located;
 use super::spelling::nearest;
 use super::tree::Value;
 
-/// The laws of a part that the reader was told of, by name; `None` where it was told of no laws at all.
+/// The laws of a part that the reader was given, by name; `None` if it was given no laws at all.
 pub(super) fn known(
     fields: &Fields<'_>,
     part: Part,
@@ -69,7 +69,7 @@ pub(super) fn unjudged(fields: &Fields<'_>) -> LawValues {
 /// The values of a law; `whole`: with everything that it needs.
 pub(super) fn values(fields: &Fields<'_>, keys: &LawKeys, whole: bool) -> LawValues {
     let mut values = LawValues::default();
-    // All are asked for before any is missed: a misspelt key is then known as such.
+    // All keys are read before a missing one is reported: a misspelt key is then known as such.
     for key in keys.keys {
         match fields.get(key.name) {
             Some(item) => {

@@ -1,8 +1,8 @@
 //! The keys of a contact law as data, and a law as typed.
 //!
-//! Which laws there are is not this crate's knowledge: each law's table of keys, [`LawKeys`], stands beside its formula in the
-//! solver, and whoever reads a scene hands the tables over ([`read_scene_with`](super::read_scene_with)). Reader, overrides,
-//! mixing and the users' pages follow from them.
+//! The list of laws is not part of this crate: each law's table of keys, [`LawKeys`], stands beside its formula in the solver,
+//! and the caller that reads a scene passes the tables to the reader ([`read_scene_with`](super::read_scene_with)). Reader,
+//! overrides, mixing and the users' pages follow from them.
 
 use super::source::{Located, Place};
 

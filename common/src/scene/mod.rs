@@ -62,7 +62,10 @@ pub use json::is_json;
 pub use laws::{Given, Key, KeyDefault, Law, LawKeys, LawOverride, LawValues, Mixing, Part, Range};
 pub use liquid::{BridgesForm, LianSevilleVolume, LiquidNeighbours, LiquidSettings, Lubrication};
 pub use materials::Material;
-pub use membranes::{Bending, BendingStiffness, Fixed, Membrane};
+pub use membranes::{
+    Bending, BendingStiffness, Hold, HoldMotion, Membrane, MembraneElasticity, MembranePressure,
+    MembraneShape, Pick,
+};
 pub use motion::{Load, Motion, MotionKind, ServoTarget};
 pub use output::{ClumpsAs, Output};
 pub use particles::{

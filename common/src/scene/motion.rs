@@ -185,7 +185,7 @@ fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
         fields.excluded("force", "pressure");
         let area = fields.get("area").map(|item| item.positive());
         let load = fields.get("pressure").and_then(|item| read_load(&item));
-        // Known, so that it is told once only.
+        // Known, so that it is reported only once.
         let is_one = fields.get("force").is_none();
         return match area {
             Some(None) => None,
@@ -201,7 +201,7 @@ fn read_target(fields: &Fields<'_>) -> Option<ServoTarget> {
     read_load(&force).map(ServoTarget::Force)
 }
 
-fn read_load(item: &Item<'_>) -> Option<Load> {
+pub(super) fn read_load(item: &Item<'_>) -> Option<Load> {
     if item.is_table() {
         let fields = item.table()?;
         let file = fields.need("table").and_then(|item| item.file());

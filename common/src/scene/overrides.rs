@@ -9,7 +9,7 @@ use super::source::{Place, Source};
 use super::spelling::{listed, nearest};
 use super::tree::{Node, Table, Value, parse_value};
 
-/// More than any key of the format has: each is told with all above it.
+/// More than any key of the format has: each level is reported with all levels above it.
 const MOST_LEVELS: usize = 32;
 
 /// Sets a key of the document, in place of what was there or in addition to it.

@@ -1,4 +1,4 @@
-//! Size distributions as a scene asks for them: `psd = { kind = "lognormal", ... }`.
+//! Size distributions as a scene describes them: `psd = { kind = "lognormal", ... }`.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};

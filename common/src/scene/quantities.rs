@@ -18,7 +18,7 @@ pub(super) enum Kind {
     Either(Dimension, Dimension),
     /// Rows of numbers of these.
     Rows(Dimension, Dimension),
-    /// Of anything: there is nobody who knows.
+    /// The quantity is not known.
     Any,
 }
 

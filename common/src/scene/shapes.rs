@@ -328,7 +328,13 @@ fn read_profile(item: &Item<'_>) -> Option<Located<Vec<[f64; 2]>>> {
 
 fn read_mesh_wall(fields: &Fields<'_>) -> Option<Shape> {
     let mesh = read_mesh(fields);
-    let side = fields
+    let side = read_side(fields);
+    Some(Shape::Mesh { mesh: mesh?, side })
+}
+
+/// `side`, default both.
+pub(super) fn read_side(fields: &Fields<'_>) -> MeshSide {
+    fields
         .get("side")
         .and_then(|item| {
             item.word(
@@ -336,8 +342,7 @@ fn read_mesh_wall(fields: &Fields<'_>) -> Option<Shape> {
                 &[("both", MeshSide::Both), ("front", MeshSide::Front)],
             )
         })
-        .unwrap_or(MeshSide::Both);
-    Some(Shape::Mesh { mesh: mesh?, side })
+        .unwrap_or(MeshSide::Both)
 }
 
 /// `file`, `scale`, `offset`, `rotate`.

@@ -3,16 +3,16 @@
 use super::cursor::Fields;
 use super::source::{Located, Place};
 
-/// `[sleeping]`: particles at rest fall asleep; without the table nobody does.
+/// `[sleeping]`: particles at rest fall asleep; without the table no particle sleeps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sleeping {
     /// Where the table stands.
     pub place: Place,
     /// How long they must have rested, s; default by gravity and size.
     pub after: Option<Located<f64>>,
-    /// Who is slower rests, m/s; default by gravity and size.
+    /// A particle below this speed is at rest, m/s; the default follows from gravity and size.
     pub speed: Option<Located<f64>>,
-    /// Imbalance of the forces on a sleeper that rouses it, as a part of its weight; default 0.1.
+    /// Imbalance of the forces on a sleeper that wakes it, as a part of its weight; default 0.1.
     pub imbalance: Located<f64>,
 }
 

@@ -21,7 +21,7 @@ pub struct Source {
     kind: SourceKind,
     /// Which files it may name.
     files: Files,
-    /// Where its lines end, once somebody has asked.
+    /// The ends of its lines, computed on first use.
     ends: OnceLock<Vec<usize>>,
 }
 
@@ -248,7 +248,7 @@ impl Place {
                 let text = shortened(&self.source.text, WIDTH);
                 write!(f, "--set {}", printable(&text))
             }
-            // Of the whole file no line can be told.
+            // An error of the whole file has no line.
             SourceKind::File if self.end == 0 && self.key.is_empty() => {
                 f.write_str(&printable(&self.source.name))
             }

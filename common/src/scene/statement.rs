@@ -42,8 +42,8 @@ impl Statement {
         &self.files
     }
 
-    /// The values by their keys; of each file that the scene names, its length and a checksum in addition, so that a changed
-    /// file is told from the same one.
+    /// The values by their keys; of each file that the scene names, its length and a checksum in addition, so that a changed file
+    /// is detected.
     ///
     /// # Errors
     /// The file that cannot be read, and why.

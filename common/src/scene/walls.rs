@@ -27,6 +27,17 @@ pub struct Wall {
     pub motion: Vec<Motion>,
     /// How it wears; only meshes can.
     pub wear: Option<Wear>,
+    /// Liquid on it; none: it holds none.
+    pub film: Option<WallFilm>,
+}
+
+/// Liquid on a wall.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WallFilm {
+    /// Thickness at the start, m; default 0.
+    pub thickness: Located<f64>,
+    /// Share of a broken bridge's liquid that stays on the wall; default 0.
+    pub keeps: Located<f64>,
 }
 
 /// Wear of a mesh.
@@ -130,6 +141,10 @@ pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
             Some(None)
         }
     };
+    let film = match fields.get("film") {
+        Some(item) => read_film(&item).map(Some),
+        None => Some(None),
+    };
     fields.finish();
     Some(Wall {
         name: name?,
@@ -140,6 +155,24 @@ pub(super) fn read(item: &Item<'_>, domain: Option<&Domain>) -> Option<Wall> {
         until,
         motion: motion?,
         wear: wear?,
+        film: film?,
+    })
+}
+
+fn read_film(item: &Item<'_>) -> Option<WallFilm> {
+    let fields = item.table()?;
+    let thickness = match fields.get("thickness") {
+        Some(item) => item.non_negative(),
+        None => Some(fields.default("thickness", 0.0)),
+    };
+    let keeps = match fields.get("keeps") {
+        Some(item) => item.fraction(),
+        None => Some(fields.default("keeps", 0.0)),
+    };
+    fields.finish();
+    Some(WallFilm {
+        thickness: thickness?,
+        keeps: keeps?,
     })
 }
 

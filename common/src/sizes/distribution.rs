@@ -31,7 +31,7 @@ pub(super) enum Form {
 }
 
 impl SizeDistribution {
-    /// The distribution that a scene asks for. The file of a measured distribution is read.
+    /// The distribution that a scene describes. The file of a measured distribution is read.
     ///
     /// # Errors
     /// [`SizeError::Improper`] where the law as stated holds infinitely many particles at d = 0 or

@@ -62,7 +62,7 @@ impl OpenFiles {
             open.chain([shown(file)]).collect::<Vec<_>>().join(" -> ")
         };
         if let Some(first) = self.chain.iter().position(|(_, open)| *open == path) {
-            let message = format!("a law of sizes is made of itself: {}", names(first));
+            let message = format!("a law of sizes includes itself: {}", names(first));
             let help = "write the sizes into one of these files, or name a table (.csv)";
             return Err(SizeError::Improper(file.error(message).with_help(help)));
         }

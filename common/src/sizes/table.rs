@@ -1,6 +1,6 @@
 //! Tables of measured sizes: one grammar for the solver and the tools (`docs/formats/size-table.md`).
 //!
-//! The rooms: `header` says what the columns mean, `lines` cuts the text into rows of numbers, `rules` turns rows into
+//! The modules: `header` says what the columns mean, `lines` cuts the text into rows of numbers, `rules` turns rows into
 //! [`Classes`]. A reader of another kind of file (Parquet) hands its columns to [`from_rows`].
 
 mod header;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Slopes that the model remembers, beside those of the constraints that are told.
+/// The number of slopes that the model keeps, beside those of the given constraints.
 const MOST_CUTS: usize = 14;
 /// Evaluations of the field per ascent.
 const MOST_STEPS: usize = 300;

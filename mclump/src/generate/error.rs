@@ -70,7 +70,7 @@ pub enum GenerateError {
         "{pebbles} pebbles, all that fit, reach a volume error of {reached:.4}, not {target}; {TARGET_ADVICE}"
     )]
     TargetNotReached {
-        /// What was asked for.
+        /// The requested value.
         target: f64,
         /// What the pebbles reach.
         reached: f64,

@@ -90,7 +90,7 @@ fn slabs(
             }))
         })
         .collect();
-    // One after another, so that the first error is the one that is told.
+    // One after another, so that the first error is the one that is reported.
     let balls: Vec<Option<Pebble>> = balls.into_iter().collect::<Result<_, _>>()?;
     let balls: Vec<Pebble> = balls.into_iter().flatten().collect();
     if balls.is_empty() {

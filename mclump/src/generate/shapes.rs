@@ -111,7 +111,7 @@ pub(crate) fn torus(major: f64, minor: f64, along: u32, around: u32) -> Triangle
     mesh(vertices, triangles)
 }
 
-/// Two meshes in one; the second turned inside out if asked for.
+/// Two meshes in one; the second turned inside out on request.
 pub(crate) fn join(mut first: TriangleMesh, second: &TriangleMesh, inverted: bool) -> TriangleMesh {
     let shift = first.vertices.len() as u32;
     first.vertices.extend(&second.vertices);

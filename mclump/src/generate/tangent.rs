@@ -98,7 +98,7 @@ impl Balls {
     }
 }
 
-/// Balls from the incentre of each triangle (as far as there are not more of them than points asked for) and from random points,
+/// Balls from the incentre of each triangle (as far as there are not more of them than requested points) and from random points,
 /// uniform on the surface, largest first.
 fn tangent_balls(body: &Body, points: usize, smallest: f64, seed: u64) -> Vec<Pebble> {
     let mut starts: Vec<(DVec3, usize)> = Vec::with_capacity(2 * points);

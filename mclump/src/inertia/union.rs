@@ -16,7 +16,7 @@ use super::pebbles::{integrate as every_pebble, middle};
 use super::{DMat3Sum, Estimate, RawMoments, pairwise_sum};
 use discs::{Disc, Section, union_of_discs};
 
-/// Relative accuracy unless asked otherwise.
+/// Default relative accuracy.
 pub const DEFAULT_TOLERANCE: f64 = 1e-6;
 /// A panel is bisected at most so often: 2^-40 of a pebble is far below every tolerance.
 const MOST_BISECTIONS: u32 = 40;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::pebbles::bounds;
 use super::{Estimate, MassProperties};
 
-/// Voxels along the longest edge unless asked otherwise: MClump's default.
+/// Default number of voxels along the longest edge, as in MClump.
 pub const DEFAULT_VOXELS: u32 = 100;
 /// Refinement ends here: 8e9 voxels.
 pub const MOST_VOXELS: u32 = 2000;

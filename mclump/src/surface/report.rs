@@ -148,7 +148,7 @@ impl Report {
         let mut warnings = Vec::new();
         if !self.duplicates.is_empty() {
             warnings.push(format!(
-                "{} stand twice (triangle {} is the first); --repair drops them",
+                "{} occur twice (triangle {} is the first); --repair drops them",
                 plural(self.duplicates.len(), "triangle"),
                 self.duplicates[0] + 1
             ));

@@ -38,8 +38,8 @@ impl Scale {
 
 /// One axis of a chart.
 ///
-/// Values are in SI units; the room chooses a prefix that makes the numbers short (`time (ms)`), for the units `s`, `m`, `J`, `N`,
-/// `Pa`, `W`, `Hz` and quotients that begin with one of them.
+/// Values are in SI units; this module chooses a prefix that makes the numbers short (`time (ms)`), for the units `s`, `m`, `J`,
+/// `N`, `Pa`, `W`, `Hz` and quotients that begin with one of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// What it shows: `time`.

@@ -21,7 +21,7 @@ pub struct Chart {
     pub legend: Legend,
     /// What stands in a chart without any value to draw.
     pub when_empty: String,
-    /// Whether one unit is as long to the right as upwards, as on a map. It needs two linear axes, and leaves room free.
+    /// Whether one unit is as long to the right as upwards, as on a map. It needs two linear axes and leaves some space free.
     pub to_scale: bool,
 }
 

@@ -89,7 +89,7 @@ impl Bar {
         self.span.ruler(length, false, lettering)
     }
 
-    /// The room it needs beside a chart of this height (points).
+    /// The space it needs beside a chart of this height (points).
     pub(super) fn room(&self, height: f64, lettering: f64) -> f64 {
         let numbers = self.ruler(height, lettering).widest(lettering);
         GAP + WIDTH + 2.0 * TICK + numbers + AROUND + 1.1 * lettering

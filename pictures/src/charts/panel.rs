@@ -109,7 +109,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// What is left free to the right and below, if the part between the axes has this room and the chart is to scale. No side
+    /// The space left free to the right and below, if the part between the axes has this size and the chart is to scale. No side
     /// becomes shorter than a chart may be.
     pub(super) fn free(&self, (width, height): Spot) -> Spot {
         let extents = (self.outline.x.extent(), self.outline.y.extent());

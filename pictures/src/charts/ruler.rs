@@ -9,9 +9,9 @@ use crate::scale::{Unit, decimal_exponent, power_of_ten};
 
 /// Units that take prefixes; a quotient that begins with one of them too.
 const PREFIXABLE: [&str; 7] = ["s", "m", "J", "N", "Pa", "W", "Hz"];
-/// Of these, the ones that nobody reads with kilo.
+/// Of these, the units that are not used with kilo.
 const NEVER_LARGER: [&str; 2] = ["s", "m"];
-/// Free room beyond the series, as a share of the axis.
+/// Free space beyond the series, as a share of the axis.
 const ROOM: f64 = 0.04;
 /// A logarithmic axis that finds its own ends reaches at most this many decades below its upper end: the digits of an f64.
 const MOST_DECADES: f64 = 16.0;
@@ -166,7 +166,7 @@ fn unit_of(axis: &Axis, low: f64, high: f64) -> Unit {
     }
 }
 
-/// An even axis for these values: from 0 where that costs little, never empty, with room at its ends.
+/// An even axis for these values: from 0 where that costs little, never empty, with free space at its ends.
 fn widened_evenly((low, high): (f64, f64), tight: bool) -> (f64, f64) {
     let (mut low, mut high) = crate::value_range::opened(low, high);
     if tight {
@@ -184,7 +184,7 @@ fn widened_evenly((low, high): (f64, f64), tight: bool) -> (f64, f64) {
     (low - below, high + above)
 }
 
-/// The same for scales that bend; room is a share of the axis as drawn.
+/// The same for non-linear scales; the free space is a share of the axis as drawn.
 fn widened(scale: Scale, (low, high): (f64, f64), tight: bool) -> (f64, f64) {
     if scale == Scale::Log {
         let low = low.max(high * power_of_ten(-MOST_DECADES as i32));

@@ -181,7 +181,7 @@ fn distributions_are_straight_on_their_own_paper() {
         let text = svg(chart.with(Series::line("", points)));
         let all = lines(&text, Hue::Blue);
         assert_eq!(all.len(), 1);
-        // Places are told to a fiftieth of a point.
+        // Positions are compared to a fiftieth of a point.
         assert!(bend(&all[0]) < 0.05, "{}", bend(&all[0]));
     }
 }
@@ -318,7 +318,7 @@ fn a_heat_map_has_a_bar_and_leaves_empty_cells_free() {
     assert!(all.iter().any(|text| text == "pressure (kPa)"), "{all:?}");
 }
 
-/// The cells of a chart to scale are squares where their edges are, whichever side has room to spare.
+/// The cells of a chart to scale are squares at their edges, whichever side has space to spare.
 #[test]
 fn a_chart_to_scale_has_equal_lengths() {
     for (width, height) in [(700.0, 300.0), (300.0, 700.0)] {

@@ -32,7 +32,7 @@ pub(super) struct Layout {
     pub(super) width: f64,
     /// Margin on the left.
     pub(super) left: f64,
-    /// Base lines of title and line of numbers, where there is room for them.
+    /// Base lines of title and line of numbers, where there is space for them.
     pub(super) headings: Option<(f64, f64)>,
     pub(super) legend: Option<Area>,
     /// The band below the scene.
@@ -41,7 +41,7 @@ pub(super) struct Layout {
     pub(super) windows: Vec<(Window, f64)>,
 }
 
-/// What asks for room.
+/// The parts of the page that need space.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wishes {
     pub(super) title: bool,
@@ -160,7 +160,7 @@ fn windows(area: &Area, wishes: &Wishes, unit: f64) -> Vec<(Window, f64)> {
             let (column, row) = ((place % columns) as f64, (place / columns) as f64);
             let x = area.x0 + column * (width + gap);
             let y = area.y0 + row * (height + above + below + gap) + above;
-            // Where there is no room for a scene, casts make a window without size out of it.
+            // Where there is no space for a scene, casts make a window without size out of it.
             let span = |from: f64, room: f64, end: f64| {
                 let from = from.round().clamp(0.0, end.max(0.0).floor());
                 (from as usize, room.min(end - from).floor() as usize)

@@ -15,7 +15,7 @@ pub(crate) struct Legend {
     pub(crate) bars: Vec<Bar>,
     pub(crate) heading: String,
     pub(crate) dots: Vec<(String, Colour)>,
-    /// Categories that are not among the dots: nobody reads so many.
+    /// Categories beyond the dots: a legend of so many would be unreadable.
     pub(crate) more: usize,
 }
 
@@ -37,7 +37,7 @@ const TICK: f64 = 5.0;
 const LABEL: f64 = 15.0;
 const NUMBER: f64 = 13.5;
 const LINE: f64 = 25.0;
-/// More dots than this may not fit, and are counted in words that need room.
+/// More dots than this may not fit; they are then counted in words, which need space.
 const MANY: usize = 10;
 /// The widest legend: longer texts are shortened.
 const WIDEST: f64 = 230.0;
@@ -77,8 +77,7 @@ impl Legend {
         let line = (LINE * unit).max(1.6 * text_size(NUMBER, unit));
         let heading = if self.heading.is_empty() { 0.0 } else { line };
         let full_list = heading + line * self.dots.len() as f64;
-        // Bars first; those that would be too short to read are left out, the later ones first. Dots beyond the room are
-        // counted.
+        // Bars first; those that would be too short to read are left out, the later ones first. Dots that do not fit are counted.
         let over = 2.6 * line;
         let for_bars = (area.height() - full_list).max(0.55 * area.height());
         let height = |bars: usize| (for_bars / bars as f64 - over - line).min(BAR_HEIGHT * unit);

@@ -97,7 +97,7 @@ pub(super) fn caption(
     canvas.text(&text, at, Lettering::new(size, theme.ink, Anchor::Middle));
 }
 
-/// Axes, gravity and scale in the band below the scene, as asked for and from left to right.
+/// Axes, gravity and scale in the band below the scene, as requested and from left to right.
 pub(super) fn footer(
     sheet: &Sheet,
     area: &Area,
@@ -200,7 +200,7 @@ fn axes(
     next + 0.2 * height
 }
 
-/// A round length; left out where there is no room for one.
+/// A round length; left out where there is no space for one.
 fn scale_bar(
     scale: f64,
     (x, y): Spot,

@@ -208,7 +208,7 @@ impl Painter {
                     });
                 }
             }
-            // Nobody looks up one number among many, the less so where colours come again.
+            // A reader cannot find one number among many, still less where colours repeat.
             ColourBy::Category { names, .. }
                 if names.is_empty() && overview.categories.len() > MOST_NUMBERS => {}
             ColourBy::Category { label, names } => {

@@ -6,7 +6,7 @@ use super::bins::{Bins, Rect};
 use super::facets::{self, Facet};
 use super::layers::{Layers, Light};
 use super::light;
-use super::opaque::{FACET, NOBODY, Opaque};
+use super::opaque::{FACET, NO_OWNER, Opaque};
 use super::relief::Relief;
 use super::spheres::{self, SeenSphere, hit};
 use super::strokes::{self, SeenStroke};
@@ -210,7 +210,7 @@ impl<'a> Painting<'a> {
     fn ground(&self, column: usize, row: usize) -> Light {
         let here = row * self.opaque.columns + column;
         let owner = self.opaque.owner[here];
-        if owner == NOBODY {
+        if owner == NO_OWNER {
             return self.look.theme.paper.map_or(Light::NONE, Light::opaque);
         }
         let depth = f64::from(self.opaque.depth[here]);

@@ -8,7 +8,7 @@ use super::facets::Facet;
 use super::spheres::{SeenSphere, hit};
 
 /// Owner of a sample that shows nothing.
-pub(super) const NOBODY: u32 = u32::MAX;
+pub(super) const NO_OWNER: u32 = u32::MAX;
 /// Added to the numbers of triangles, to tell them from spheres.
 pub(super) const FACET: u32 = 1 << 31;
 /// After so many spheres a tile looks whether it is full.
@@ -20,7 +20,7 @@ pub(super) struct Opaque {
     pub(super) rows: usize,
     /// Place in the list of seen spheres, or [`FACET`] plus place in the list of triangles.
     pub(super) owner: Vec<u32>,
-    /// Infinite where there is nobody.
+    /// Infinite where no body covers the pixel.
     pub(super) depth: Vec<f32>,
 }
 
@@ -50,7 +50,7 @@ impl Opaque {
             .collect();
         let rects: Vec<Rect> = opaque.iter().map(|facet| facets[*facet].rect).collect();
         let facet_bins = Bins::new(columns, rows, &rects);
-        let mut owner = vec![NOBODY; columns * rows];
+        let mut owner = vec![NO_OWNER; columns * rows];
         let mut depth = vec![f32::INFINITY; columns * rows];
         owner
             .par_chunks_mut(columns * TILE)

@@ -202,7 +202,7 @@ fn a_clump_has_three_views_of_one_scale() {
     draw_clump(&nothing, &options).unwrap();
 }
 
-/// A legend names what it has room for and counts all others, also beyond the number that it keeps names of.
+/// A legend names what fits and counts all others, also beyond the number of names that it keeps.
 #[test]
 fn a_legend_counts_all_categories() {
     for number in [70, 200_u32] {
@@ -226,7 +226,7 @@ fn a_legend_counts_all_categories() {
     }
 }
 
-/// Categories that are but numbers have a legend only where they are few: nobody looks up one number among many.
+/// Categories that are only numbers have a legend only where they are few: a reader cannot find one number among many.
 #[test]
 fn many_numbers_have_no_legend() {
     for (number, has_legend) in [(3, true), (40, false)] {

@@ -24,7 +24,7 @@ pub struct Clump {
     pub radius: f64,
     /// The mass on which the contacts act that the stiffest pose has at once, over their number, kg; see [`Clump::new`].
     pub contact_mass: f64,
-    /// The body's own surface in the principal frame, m, where the clump file names one: for what draws the run, not for contacts.
+    /// The body's own surface in the principal frame, m, where the clump file names one: used for drawing, not for contacts.
     pub surface: Option<TriangleMesh>,
 }
 
@@ -49,7 +49,7 @@ pub enum ClumpError {
     #[error("there are no pebbles")]
     NoPebbles,
     /// One moment is larger than the other two together, which no distribution of mass has.
-    #[error("the moments {0} kg m^2 are of no body: each must be at most the sum of the other two")]
+    #[error("the moments {0} kg m^2 fit no body: each must be at most the sum of the other two")]
     Moments(DVec3),
 }
 
@@ -134,8 +134,8 @@ impl Clump {
         sum / self.pebbles.len() as f64
     }
 
-    /// The share of the body's mass and volume that stands beside each pebble in files: by the pebbles' own volumes, so that the
-    /// sum over the rows of a body is that of the body.
+    /// The share of the body's mass and volume that files show for each pebble: by the pebbles' own volumes, so that the sum over
+    /// the rows of a body is that of the body.
     #[must_use]
     pub fn shares(&self) -> Vec<f64> {
         let cubed = |radius: f64| radius * radius * radius;
@@ -160,7 +160,8 @@ impl Clump {
 
 /// Directions in which [`contact_mass`] looks, beside the principal axes.
 const DIRECTIONS: u32 = 400;
-/// A pebble counts as touching the same plane as the outermost if it lies back by at most this part of its radius.
+/// A pebble counts as touching the same plane as the outermost one if its distance from the plane is at most this part of its
+/// radius.
 const TOUCHES: f64 = 0.02;
 
 /// See [`Clump::new`].

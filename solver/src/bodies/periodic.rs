@@ -1,4 +1,4 @@
-//! Bodies in periodic domains: each pebble's row stands in the domain by itself, whole periods off its body if need be.
+//! Bodies in periodic domains: each pebble's row is inside the domain by itself, if necessary whole periods away from its body.
 
 use crate::neighbours::Images;
 use crate::state::{Bodies, Particle};
@@ -11,7 +11,7 @@ impl Bodies {
         }
     }
 
-    /// Notes the periods by which rows stand off from where their bodies put them.
+    /// Stores the periods between the rows and the places of the pebbles in their bodies.
     pub fn note_shifts(&mut self, records: &[Particle], images: &Images) {
         for body in &self.all {
             for pebble in &mut self.pebbles[body.pebbles()] {

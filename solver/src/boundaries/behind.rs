@@ -1,4 +1,4 @@
-//! What lies behind a one-sided wall is solid: nothing is inserted there. Behind a wall that acts on both sides particles are as good as in front.
+//! What lies behind a one-sided wall is solid: Insertions place nothing there. A wall that acts on both sides has no solid side.
 
 use glam::DVec3;
 

@@ -9,23 +9,24 @@ use super::placement::{Room, Space, of_sphere, overlaps_wall};
 use crate::neighbours::Images;
 use crate::walls::WallNow;
 
-/// Places that are tried before a region counts as taken: one that has a ten-thousandth of itself free passes but for 5e-5, and with less than a
-/// hundred-thousandth an insertion would find its places as rarely.
+/// The number of random positions after which a region counts as blocked: a region of which a ten-thousandth is free is missed
+/// with a probability of 5e-5, and with less than a hundred-thousandth an insertion would find positions as rarely.
 pub(crate) const PLACES: u32 = 100_000;
 
-/// Places that are tried where some are free, for the share that is not: right to 3 %.
+/// The number of random positions from which the blocked share is estimated, if some are free: right to 3 %.
 const FEW: u32 = 1_000;
 
-/// What walls leave of a region.
+/// The part of a region that walls leave free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Blocked {
-    /// Number of the wall that is in the way of most places.
+    /// Number of the wall that blocks most positions.
     pub wall: usize,
     /// Share of the places that lie behind or in walls; 1 if none is free.
     pub share: f64,
 }
 
-/// What of a region lies behind or in these walls for spheres of this radius (m); nothing without walls, or where the region itself has no place.
+/// The blocked part of a region for spheres of this radius (m) among these walls; `None` without walls, or where the region
+/// itself has no position.
 pub(crate) fn blocked(
     region: &Region,
     radius: f64,
@@ -43,7 +44,7 @@ pub(crate) fn blocked(
     let mut in_the_way = vec![0_u32; walls.len()];
     let (mut tried, mut free) = (0, 0);
     while tried < if free > 0 { FEW } else { PLACES } {
-        // Where the region itself is missed nothing is known of walls.
+        // If the region itself is missed, nothing is known about walls.
         let place = room.draw(&sphere, extent, &mut stream, &images)?;
         let wall = walls.iter().map(std::slice::from_ref).position(|wall| {
             overlaps_wall(wall, &images, place, radius) || is_behind_a_wall(wall, &images, place)
@@ -59,7 +60,7 @@ pub(crate) fn blocked(
     Some(Blocked { wall, share })
 }
 
-/// At most so many places (m) in a region for spheres of this radius (m), at random.
+/// At most this many random positions (m) in a region for spheres of this radius (m).
 pub(crate) fn places(region: &Region, radius: f64, space: Space, number: usize) -> Vec<DVec3> {
     let (low, high) = space.domain;
     let images = Images::new(low, high, space.periodic);

@@ -1,4 +1,4 @@
-//! What takes particles out: deletion regions, and the faces of the domain.
+//! Removal of particles: deletion regions, and the faces of the domain.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::{DeletionPlan, Region, Setting};
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::{FIXED, PEBBLE, Particles};
 
-/// Where a particle went.
+/// The way by which a particle left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Exit {
     /// Into the deletion region of this index.
@@ -15,7 +15,7 @@ pub(super) enum Exit {
     Face(usize),
 }
 
-/// What leaves.
+/// A particle or body that leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaver {
     /// The particle in this row.
@@ -26,7 +26,8 @@ pub(super) enum Leaver {
 
 /// Deletion regions and faces, and which particles may reach them soon.
 ///
-/// Bodies leave as wholes, by their centre of mass; they are few beside particles, and each is looked at in every step. Fixed particles are part of the geometry, like walls: nothing removes them.
+/// Bodies leave as a whole, by their centre of mass; there are few of them, and each is tested in every step. Fixed particles are
+/// part of the geometry, like walls: they are never removed.
 #[derive(Debug, Clone)]
 pub(super) struct Deletion {
     regions: Vec<Region>,
@@ -53,7 +54,7 @@ impl Deletion {
         }
     }
 
-    /// Forgets what is near: rows have changed.
+    /// Clears the list of near rows, after rows have changed.
     pub(super) fn forget_near(&mut self) {
         self.near = None;
     }
@@ -74,7 +75,7 @@ impl Deletion {
             });
             let reaches = |code: u32| {
                 let position = record.position + images.shift(code);
-                // Only an image that may become the particle itself: one that is about to cross a periodic face.
+                // Only an image that may replace the particle itself: one that is about to cross a periodic face.
                 let crosses = code == NO_SHIFT
                     || (0..3).all(|axis| {
                         images.shift(code)[axis] == 0.0
@@ -97,7 +98,7 @@ impl Deletion {
         self.near = Some(near);
     }
 
-    /// What has left and where: particles by ascending rows, then bodies.
+    /// The particles and bodies that have left, with their way: particles by ascending rows, then bodies.
     pub(super) fn find(&self, particles: &Particles, images: &Images) -> Vec<(Leaver, Exit)> {
         let exit = |row: u32| {
             let record = &particles.records[row as usize];
@@ -120,7 +121,7 @@ impl Deletion {
         gone
     }
 
-    /// The way out that a centre has taken, if any: the first region that holds it, else the first face that it is beyond.
+    /// The way by which a centre has left, if it has: the first region that holds it, else the first face that it is beyond.
     fn exit(&self, position: DVec3, images: &Images) -> Option<Exit> {
         if !self.regions.is_empty() {
             let inside = images.wrap(position);
@@ -144,7 +145,7 @@ impl Deletion {
     }
 }
 
-/// Removes what leaves. Returns the rows that stay, in order.
+/// Removes the particles and bodies that leave. Returns the rows that stay, in order.
 pub(super) fn remove(particles: &mut Particles, gone: &[(Leaver, Exit)]) -> Vec<u32> {
     let mut leaves = vec![false; particles.len()];
     for &(leaver, _) in gone {

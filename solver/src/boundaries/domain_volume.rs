@@ -42,7 +42,7 @@ fn in_cell(region: &Region, centre: DVec3, half: DVec3, halvings: u32) -> f64 {
         return if distance < 0.0 { volume } else { 0.0 };
     }
     if halvings == 0 {
-        // As for a cube with faces along the surface.
+        // As for a cube with faces parallel to the surface.
         let reach = half.length() / 3f64.sqrt();
         return volume * (0.5 - 0.5 * distance / reach).clamp(0.0, 1.0);
     }
@@ -81,7 +81,7 @@ mod tests {
         assert_eq!(volume_within(&slab, min, max), 4.0 * 2.0 * 1.0);
     }
 
-    /// The bound that is documented, 0.1 %, on cuts with closed forms.
+    /// The documented bound, 0.1 %, on cuts with closed forms.
     #[test]
     fn cut_and_composed_shapes_are_found_to_a_thousandth() {
         let (min, max) = (DVec3::new(-2.0, -2.0, 0.2), DVec3::splat(2.0));

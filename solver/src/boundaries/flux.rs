@@ -1,12 +1,12 @@
-//! Planes that count what crosses them.
+//! Planes that count the particles that cross them.
 //!
-//! Whoever stands near a plane when the list is built is watched in every step until the next one: on which side is it now? A change
-//! is a crossing. Sides are remembered, not computed backwards from velocities, so that nobody is counted twice or missed by
-//! round-off. A crossing happens at the end of the drift, before anything is deleted: what leaves through a plane at the edge of a
-//! deletion region is counted.
+//! A particle near a plane when the list is built is checked in every step until the next list: on which side is it now? A change
+//! of side is a crossing. Sides are stored, not computed backwards from velocities, so that no particle is counted twice or
+//! missed by round-off. A crossing happens at the end of the drift, before anything is deleted: a particle that leaves through a
+//! plane at the edge of a deletion region is counted.
 //!
-//! Across periodic axes a plane has images, one a period: a particle that goes on for ever passes it once in each lap. Wrapping is no
-//! crossing, as nobody is wrapped but when the list is built.
+//! Across periodic axes a plane has images, one a period: a particle that moves on for ever passes it once in each lap. Wrapping
+//! is no crossing, as particles are wrapped only when the list is built.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use super::FluxPlan;
 use crate::neighbours::{Images, NO_SHIFT};
 use crate::state::{FIXED, MaterialIndex, PEBBLE, Particles, volume};
 
-/// What crossed a plane, of one material, since it was last asked for. Sums over those that crossed along the normal less those that
+/// What crossed a plane, of one material, since the last reading. Sums over those that crossed along the normal less those that
 /// crossed against it, but for sizes, which are those along it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Crossed {
@@ -39,8 +39,8 @@ impl Crossed {
         self.forward as i64 - self.backward as i64
     }
 
-    /// Mean diameter D\[p,p-1\] (m), the ratio of the sums of d^p and d^(p-1), p from 1 to 4, of what crossed along the normal; 0 if
-    /// nothing did.
+    /// Mean diameter D\[p,p-1\] (m) of the particles that crossed along the normal, the ratio of the sums of d^p and d^(p-1), p
+    /// from 1 to 4; 0 if there are none.
     #[must_use]
     pub fn mean_diameter(&self, p: usize) -> f64 {
         let below = match p {
@@ -81,7 +81,7 @@ crate::state::plain!(Crossed {
     diameters
 });
 
-/// What may cross.
+/// A particle or body with the data that a crossing needs.
 struct Crosser {
     velocity: DVec3,
     material: MaterialIndex,
@@ -90,10 +90,10 @@ struct Crosser {
     diameter: f64,
 }
 
-/// Somebody near a plane.
+/// A particle or body near a plane.
 #[derive(Debug, Clone, Copy)]
 struct Watched {
-    who: Who,
+    grain: Grain,
     plane: u32,
     /// Code of the image that is near it.
     image: u32,
@@ -102,17 +102,18 @@ struct Watched {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Who {
+enum Grain {
     Row(u32),
     Body(u32),
 }
 
-/// The planes of a run, who is near them, and what crossed.
+/// The planes of a run, the particles and bodies near them, and what crossed.
 #[derive(Debug, Clone)]
 pub(super) struct Fluxes {
     planes: Vec<FluxPlan>,
     dimensions: u8,
-    /// Of each plane the codes of the images that may cross it, the original first: shifted along periodic axes that it is across.
+    /// For each plane the codes of the images that may cross it, the original first: shifted along periodic axes that the plane
+    /// is across.
     codes: Vec<Vec<u32>>,
     watched: Vec<Watched>,
     /// Plane by plane, each material by material.
@@ -146,16 +147,16 @@ impl Fluxes {
         }
     }
 
-    /// Finds who may cross before the next list: whoever is within `margin` (m) of a plane, and all bodies.
+    /// Finds the candidates for a crossing before the next list: particles within `margin` (m) of a plane, and all bodies.
     pub(super) fn listed(&mut self, particles: &Particles, images: &Images, margin: f64) {
         self.watched.clear();
         for (index, plane) in self.planes.iter().enumerate() {
-            let mut watch = |who: Who, position: DVec3, margin: f64| {
+            let mut watch = |grain: Grain, position: DVec3, margin: f64| {
                 for &image in &self.codes[index] {
                     let distance = plane.ahead(position + images.shift(image));
                     if distance.abs() <= margin {
                         self.watched.push(Watched {
-                            who,
+                            grain,
                             plane: index as u32,
                             image,
                             ahead: distance >= 0.0,
@@ -165,31 +166,31 @@ impl Fluxes {
             };
             for (row, record) in particles.records.iter().enumerate() {
                 if record.flags & (FIXED | PEBBLE) == 0 {
-                    watch(Who::Row(row as u32), record.position, margin);
+                    watch(Grain::Row(row as u32), record.position, margin);
                 }
             }
             for (body, state) in particles.bodies().iter().enumerate() {
                 if !state.is_fixed() {
-                    watch(Who::Body(body as u32), state.position, f64::INFINITY);
+                    watch(Grain::Body(body as u32), state.position, f64::INFINITY);
                 }
             }
         }
     }
 
-    /// Counts who crossed since the last step. Rows must be those of the last list.
+    /// Counts the particles and bodies that crossed since the last step. Rows must be those of the last list.
     pub(super) fn count(&mut self, particles: &Particles, images: &Images) {
         for watched in &mut self.watched {
             let plane = &self.planes[watched.plane as usize];
-            let position = match watched.who {
-                Who::Row(row) => particles.records[row as usize].position,
-                Who::Body(body) => particles.bodies()[body as usize].position,
+            let position = match watched.grain {
+                Grain::Row(row) => particles.records[row as usize].position,
+                Grain::Body(body) => particles.bodies()[body as usize].position,
             } + images.shift(watched.image);
             let ahead = plane.ahead(position) >= 0.0;
             if ahead == watched.ahead {
                 continue;
             }
             watched.ahead = ahead;
-            let what = crosser(particles, watched.who, self.dimensions);
+            let what = crosser(particles, watched.grain, self.dimensions);
             if plane.is_crossed_at(position, what.velocity, images) {
                 let place = watched.plane as usize * self.materials + what.material.index();
                 self.crossed[place].count(&what, ahead);
@@ -202,13 +203,13 @@ impl Fluxes {
         &self.crossed
     }
 
-    /// The same, and begins anew.
+    /// The same, and resets the counts.
     pub(super) fn take(&mut self) -> Vec<Crossed> {
         let nothing = vec![Crossed::default(); self.crossed.len()];
         std::mem::replace(&mut self.crossed, nothing)
     }
 
-    /// Goes on from what had crossed, with particles as they are.
+    /// Continues from earlier counts, with the present particles.
     pub(super) fn restore(&mut self, crossed: &[Crossed], particles: &Particles, images: &Images) {
         self.crossed = crossed.to_vec();
         if !self.planes.is_empty() {
@@ -217,9 +218,9 @@ impl Fluxes {
     }
 }
 
-fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
-    match who {
-        Who::Row(row) => {
+fn crosser(particles: &Particles, grain: Grain, dimensions: u8) -> Crosser {
+    match grain {
+        Grain::Row(row) => {
             let record = &particles.records[row as usize];
             Crosser {
                 velocity: record.velocity,
@@ -229,7 +230,7 @@ fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
                 diameter: 2.0 * record.radius,
             }
         }
-        Who::Body(index) => {
+        Grain::Body(index) => {
             let body = &particles.bodies()[index as usize];
             Crosser {
                 velocity: body.velocity,
@@ -242,12 +243,12 @@ fn crosser(particles: &Particles, who: Who, dimensions: u8) -> Crosser {
     }
 }
 
-/// A normal turned by less than this along an axis (rad) is meant to be square to it.
+/// A normal with a component below this along an axis (rad) is taken as perpendicular to it.
 const SQUARE: f64 = 1e-9;
 
 impl FluxPlan {
-    /// With a normal that is square to the axes to which it is but for round-off: along these the plane has no images of its own,
-    /// and whoever crosses it would be counted once for each of them.
+    /// The normal made exactly perpendicular to the axes to which it is perpendicular up to round-off: along these the plane has
+    /// no images of its own, and a particle that crosses it would be counted once for each of them.
     fn straight(&self) -> Self {
         let cut = |part: f64| if part.abs() < SQUARE { 0.0 } else { part };
         let [x, y, z] = self.normal.to_array().map(cut);
@@ -262,13 +263,13 @@ impl FluxPlan {
         (place - self.point).dot(self.normal)
     }
 
-    /// Whether somebody who has just come to `position` (m) with this velocity (m/s) has passed through the part that counts.
+    /// Whether a particle that has just come to `position` (m) with this velocity (m/s) has passed through the part that counts.
     fn is_crossed_at(&self, position: DVec3, velocity: DVec3, images: &Images) -> bool {
         let Some(place) = self.crossing(position, velocity) else {
             return self.radius.is_none();
         };
         let is_across = |axis: usize| images.periodic[axis] && self.normal[axis] != 0.0;
-        // An oblique plane is not the same in the next period: it ends at the faces.
+        // An oblique plane does not continue in the next period: it ends at the faces.
         let is_oblique = self.normal.abs().max_element() < 1.0;
         let beyond = |axis: usize| {
             let along = place[axis] - images.min[axis];

@@ -1,4 +1,4 @@
-//! One insertion at work.
+//! The state of one insertion during a run.
 
 use glam::DVec3;
 use mercury_common::random::Stream;
@@ -23,11 +23,11 @@ pub enum Limit {
     /// It has not begun.
     #[default]
     NotBegun,
-    /// Its rate allows no more yet.
+    /// Its rate does not allow more yet.
     Rate,
     /// Its last round of attempts ended without a place for the next particle.
     Space,
-    /// Its total is reached; for `full`: nothing fitted any more. It is finished.
+    /// Its total is reached; for `full`: no more particles fit. It is finished.
     Total,
     /// Its time is over; it is finished.
     Time,
@@ -52,39 +52,40 @@ enum New {
     Body(NewBody),
 }
 
-/// What an insertion has done: all of it that must be kept to go on later.
+/// The state of an insertion: everything that a later continuation needs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InsertionState {
-    /// What came in.
+    /// The particles that it has placed.
     pub inserted: Tally,
     /// Placements that failed, since the start.
     pub failed_attempts: u64,
-    /// Why no more came in.
+    /// The reason why it did not place more.
     pub limit: Limit,
-    /// The particle that comes next, if it has been drawn. It is never rejected, however long it waits for a place: rejecting
-    /// what does not fit would favour small particles.
+    /// The next particle, if it has been drawn. It is never rejected, however long it waits for a place: rejecting what does not
+    /// fit would favour small particles.
     pub pending: Option<Pending>,
     /// Positions of the random streams of sizes, places, velocities and orientations.
     pub drawn: [u64; 4],
-    /// When it tries next, while its region is full.
+    /// The time of the next attempt, while its region is full.
     pub wait: Wait,
-    /// The sizes that came in, by ingredient of the mixture; of ingredients of one size nothing.
+    /// The sizes of the placed particles, by ingredient of the mixture; empty for ingredients of a single size.
     pub sizes: Vec<PlacedSizes>,
-    /// What came in of each ingredient; of those behind the last that came nothing.
+    /// The particles placed of each ingredient; ingredients after the last one placed are left out.
     pub brought: Vec<Tally>,
-    /// How many were placed behind each of the [closing walls](InsertionPlan::closing); of those behind the last that has any nothing.
+    /// How many were placed behind each of the [closing walls](InsertionPlan::closing); walls after the last one with any are
+    /// left out.
     pub behind: Vec<u64>,
 }
 
 impl InsertionState {
-    /// Whether nothing will come any more.
+    /// Whether the insertion has ended.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         matches!(self.limit, Limit::Total | Limit::Time)
     }
 }
 
-/// An insertion: its state, and what it needs to go on.
+/// An insertion: its state, and the data that it needs to continue.
 #[derive(Debug, Clone)]
 pub(super) struct Insertion {
     pub(super) state: InsertionState,
@@ -94,20 +95,20 @@ pub(super) struct Insertion {
     places: Stream,
     velocities: Stream,
     orientations: Stream,
-    /// All that comes, where it is fixed in advance.
+    /// All particles to be inserted, where they are fixed in advance.
     quota: Option<Quota>,
 }
 
-/// What an insertion may look at beside the particles.
+/// The surroundings of an insertion beside the particles.
 pub(super) struct Surroundings<'a> {
     pub(super) setting: &'a Setting<'a>,
     pub(super) images: &'a Images,
     pub(super) walls: &'a [WallNow],
-    /// How far particles may be from where they were listed, m.
+    /// The largest distance of particles from their listed positions, m.
     pub(super) margin: f64,
     /// s
     pub(super) time: f64,
-    /// Notes what is placed.
+    /// Records the placed particles.
     pub(super) stage: &'a Stage,
 }
 
@@ -133,7 +134,7 @@ impl Insertion {
         }
     }
 
-    /// The state, with how far the streams were drawn.
+    /// The state, with the positions of the random streams.
     pub(super) fn state(&self) -> InsertionState {
         InsertionState {
             drawn: [
@@ -146,12 +147,12 @@ impl Insertion {
         }
     }
 
-    /// Grains that it has brought, a clump as one.
+    /// Grains that it has placed, a clump as one.
     pub(super) fn number_inserted(&self) -> u64 {
         self.state.inserted.number
     }
 
-    /// Goes on from a state.
+    /// Continues from a state.
     pub(super) fn restore(&mut self, state: InsertionState) {
         let [sizes, places, velocities, orientations] = state.drawn;
         self.sizes = self.sizes.clone().at(sizes);
@@ -195,7 +196,7 @@ impl Insertion {
                 break Limit::Rate;
             }
             let Some(pending) = self.state.pending.or_else(|| self.draw(insertion)) else {
-                // A mixture of nothing.
+                // A mixture without ingredients.
                 break Limit::Total;
             };
             if around.stage.is_given_up() {
@@ -224,7 +225,8 @@ impl Insertion {
         particles.len() > before
     }
 
-    /// Whether the particle that waits has a place now, as far as `attempts` tries tell; without one that waits, there is. Changes nothing.
+    /// Whether the waiting particle has a free position now, as far as `attempts` tries show; true if none waits. Changes
+    /// nothing.
     pub(super) fn has_place(
         &self,
         insertion: &InsertionPlan,
@@ -274,7 +276,7 @@ impl Insertion {
         })
     }
 
-    /// Remembers the size of what came in, for the check at the end.
+    /// Stores the size of a placed particle, for the check at the end.
     fn count_size(&mut self, placed: Pending, insertion: &InsertionPlan) {
         let index = placed.ingredient as usize;
         let asked_for = &insertion.mixture[index].sizes;
@@ -283,11 +285,11 @@ impl Insertion {
         }
         let known = self.state.sizes.len().max(index + 1);
         self.state.sizes.resize_with(known, PlacedSizes::default);
-        // Of a quota, at most as many as are fixed in advance.
+        // For a quota, at most as many as are fixed in advance.
         self.state.sizes[index].count(2.0 * placed.radius, asked_for, insertion.by_quota);
     }
 
-    /// Whether there is room at all between the bounds of the region: of a body, for its largest pebble.
+    /// Whether the region has space for a particle at all; for a body, space for its largest pebble.
     fn may_fit(&self, pending: Pending, setting: &Setting<'_>) -> bool {
         let radius = match pending.clump {
             None => pending.radius,
@@ -299,7 +301,7 @@ impl Insertion {
         self.room.has_space(of_sphere(radius))
     }
 
-    /// Tries one place, and for a body one orientation; on success it is there.
+    /// Tries one position, and for a body one orientation; on success the particle is placed.
     fn place(
         &mut self,
         pending: Pending,
@@ -359,7 +361,7 @@ impl Insertion {
         true
     }
 
-    /// A place where what is pending lies in the region and overlaps nothing, found with one draw; at rest there.
+    /// A position at which the pending particle lies in the region and overlaps nothing, found with one draw; at rest there.
     fn find_place(
         &mut self,
         pending: Pending,
@@ -402,7 +404,7 @@ impl Insertion {
         }
         let centre = (self.room).draw(spheres, extent, &mut self.places, images)?;
         let at = |offset: DVec3| images.wrap(centre + offset);
-        // Particles before walls, which take longer to test and are seldom in the way of what particles leave room for.
+        // Particles before walls: walls take longer to test and seldom block a position that is free of particles.
         let is_free = spheres.iter().all(|&(offset, radius)| {
             !occupied.overlaps(particles, images, (at(offset), radius), around.margin)
         }) && spheres.iter().all(|&(offset, radius)| {
@@ -455,7 +457,9 @@ impl Plain for Limit {
             2 => Ok(Self::Space),
             3 => Ok(Self::Total),
             4 => Ok(Self::Time),
-            other => Err(format!("{other} is no reason why an insertion waits")),
+            other => Err(format!(
+                "{other} is not a valid reason for an insertion to wait"
+            )),
         }
     }
 }

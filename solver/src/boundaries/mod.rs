@@ -1,10 +1,10 @@
-//! Boundaries: what counts particles, what adds them and what takes them out.
+//! Boundaries: they count, insert and remove particles.
 //!
-//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] counts who crossed a flux plane, removes the
-//! particles and bodies whose centre is in a deletion region or beyond a face of the domain, and inserts what is due. The time of an event is the end of the
-//! drift. Both are exact in every step, yet a step looks only at particles that the last list build found near an exit
-//! ([`Boundaries::listed`]): that misses nobody as long as no particle comes to move, in a single step, more than half a skin
-//! and more than twice as far as any particle did when the list was built.
+//! In every step, after the drift and before the candidate lists, [`Boundaries::exchange`] counts the crossings of flux planes,
+//! removes the particles and bodies whose centre is in a deletion region or beyond a face of the domain, and inserts what is due.
+//! The time of an event is the end of the drift. Both are exact in every step, yet a step checks only particles that the last
+//! list build found near an exit ([`Boundaries::listed`]): no particle is missed as long as none moves, in a single step, more
+//! than half a skin and more than twice as far as any particle did when the list was built.
 //!
 //! Insertion follows random sequential addition: a particle is drawn, tried at uniform places until it overlaps nothing, and
 //! waits if `attempts` consecutive places fail: for the next step at first, for up to 64 steps while no place is found (`wait`). It is
@@ -60,18 +60,18 @@ use crate::stage::Stage;
 use crate::state::{Id, Particle, Particles, Row};
 use crate::walls::WallNow;
 
-/// All of the boundaries that must be kept to go on later with the same numbers.
+/// The complete state of the boundaries: a run continues from it with the same numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BoundaryState {
     /// Insertions, in the order of the plan.
     pub insertions: Vec<InsertionState>,
-    /// What each deletion region took out, in the order of the plan.
+    /// The particles removed by each deletion region, in the order of the plan.
     pub deletions: Vec<Tally>,
-    /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
+    /// The particles that left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
     pub faces: [Tally; 6],
-    /// How far a particle may be from where it was listed, m.
+    /// The largest distance of a particle from its listed position, m.
     pub margin: f64,
-    /// What crossed the flux planes since that was last asked for: plane by plane, each material by material.
+    /// What crossed the flux planes since the last reading: plane by plane, each material by material.
     pub crossed: Vec<Crossed>,
 }
 
@@ -83,10 +83,11 @@ crate::state::plain!(BoundaryState {
     crossed
 });
 
-/// What is called before rows are removed: with each of them, and whether it leaves through a face of the domain.
+/// The function that is called before rows are removed, with each of them, and whether it leaves through a face of the domain.
 pub type Leaving<'a> = dyn FnMut(&mut Particles, &[(u32, bool)]) + 'a;
 
-/// What is called after an insertion has brought grains: with its index, the first of their rows, and how many it had brought before.
+/// The function that is called after an insertion has placed grains: with its index, the first of their rows, and how many it had
+/// placed before.
 pub type Brought<'a> = dyn FnMut(usize, usize, u64, &mut Particles) + 'a;
 
 /// Insertions, deletions and flux planes of a run, and what they counted.
@@ -101,16 +102,16 @@ pub struct Boundaries {
     /// Particles, and pebbles of bodies, that left through a face in the present step, as they were then.
     left_by_face: Vec<(Id, Particle)>,
     rows: RowMap,
-    /// How far a particle may be from where it was listed, m.
+    /// The largest distance of a particle from its listed position, m.
     margin: f64,
     time_step: f64,
     images: Images,
-    /// Whom long insertions tell of themselves, and ask whether they are to go on.
+    /// The stage to which long insertions report, and which says whether they should go on.
     stage: Arc<Stage>,
 }
 
 impl Boundaries {
-    /// Before anything has come or gone.
+    /// The state before the first step.
     #[must_use]
     pub fn new(
         insertions: &[InsertionPlan],
@@ -139,7 +140,7 @@ impl Boundaries {
         }
     }
 
-    /// Tells this stage what is placed; an insertion that it [gives up](Stage::is_given_up) ends anywhere.
+    /// Sets the stage to which insertions report; an insertion that the stage [gives up](Stage::is_given_up) ends at once.
     pub fn tell(&mut self, stage: Arc<Stage>) {
         self.stage = stage;
     }
@@ -182,7 +183,7 @@ impl Boundaries {
         changed
     }
 
-    /// Removes what has left; returns whether anything had.
+    /// Removes the particles that have left; returns whether there were any.
     fn delete(
         &mut self,
         particles: &mut Particles,
@@ -251,7 +252,7 @@ impl Boundaries {
         &self.left_by_face
     }
 
-    /// There was a list of `rows` rows, which are where they were.
+    /// A list of `rows` rows was built, with all rows in place.
     pub fn go_on_from_list(&mut self, rows: usize) {
         self.rows = RowMap::of_list(rows);
     }
@@ -271,8 +272,8 @@ impl Boundaries {
     /// The list was built with this skin (m), the particles sorted: finds those that may reach an exit before the next build.
     pub fn listed(&mut self, particles: &Particles, skin: f64) {
         self.occupied.forget();
-        // Particles move up to half a skin while the list is valid, and then make the step that ends its life: twice as fast as
-        // now at most, for what speeds up more is slow now.
+        // Particles move up to half a skin while the list is valid, and then make the step that ends its validity: at most twice
+        // as fast as now, as a particle that accelerates more is slow now.
         let fastest = particles
             .records
             .iter()
@@ -315,7 +316,7 @@ impl Boundaries {
             .collect()
     }
 
-    /// All that must be kept to go on later.
+    /// The complete state, for a later continuation.
     #[must_use]
     pub fn state(&self) -> BoundaryState {
         BoundaryState {
@@ -327,7 +328,7 @@ impl Boundaries {
         }
     }
 
-    /// Goes on from a state of the same plan that was taken after a step, when there were these particles, all listed.
+    /// Continues from a state of the same plan that was taken after a step, when there were these particles, all listed.
     pub fn restore(&mut self, state: &BoundaryState, particles: &Particles) {
         for (insertion, state) in self.insertions.iter_mut().zip(&state.insertions) {
             insertion.restore(state.clone());
@@ -343,41 +344,41 @@ impl Boundaries {
         self.fluxes.restore(&state.crossed, particles, &self.images);
     }
 
-    /// What each insertion has done, in the order of the plan.
+    /// The state of each insertion, in the order of the plan.
     pub fn insertions(&self) -> impl ExactSizeIterator<Item = &InsertionState> {
         self.insertions.iter().map(|insertion| &insertion.state)
     }
 
-    /// What each deletion region took out, in the order of the plan.
+    /// The particles removed by each deletion region, in the order of the plan.
     #[must_use]
     pub fn deletions(&self) -> &[Tally] {
         &self.deleted
     }
 
-    /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.
+    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.fluxes.take()
     }
 
-    /// What left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
+    /// The particles that left through the faces of the domain, in the order -x, +x, -y, +y, -z, +z.
     #[must_use]
     pub fn faces(&self) -> &[Tally; 6] {
         &self.faces
     }
 
-    /// All that came in.
+    /// The sum over all inserted particles.
     #[must_use]
     pub fn inserted(&self) -> Tally {
         sum(self.insertions.iter().map(|each| &each.state.inserted))
     }
 
-    /// All that went out.
+    /// The sum over all removed particles.
     #[must_use]
     pub fn removed(&self) -> Tally {
         sum(self.deleted.iter().chain(&self.faces))
     }
 
-    /// Whether particles may still come: the run is not over when those present are at rest.
+    /// Whether particles may still be inserted: the run does not end when the present ones are at rest.
     #[must_use]
     pub fn expects_more(&self) -> bool {
         self.insertions

@@ -1,4 +1,4 @@
-//! What stands in the way of new particles: the particles that are there, in cells.
+//! The space that is occupied for new particles: the present particles, in cells.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ const GROWTH: usize = 8;
 
 /// The particles that a new one could overlap: those of the last candidate list in its own cells, those that came since in blocks.
 ///
-/// Cells hold where particles were listed. They serve until the next list, as particles stay within a margin of these places until then.
+/// Cells hold the listed positions. They serve until the next list, as particles stay within a margin of these places until then.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Occupied {
     /// Consecutive rows, larger blocks first.
@@ -60,8 +60,9 @@ impl Occupied {
         self.blocks.push(Block { rows, cells });
     }
 
-    /// Whether a sphere at `centre` (m) of `radius` (m) would overlap a particle or an image of one; touching is not overlapping. `margin` (m): how far
-    /// particles may be from where they were listed.
+    /// Whether a sphere at `centre` (m) of `radius` (m) would overlap a particle or an image of one; touching is not overlapping.
+    /// `margin` (m): the largest distance of particles from their listed positions. `margin` (m): how far particles may be from
+    /// where they were listed.
     pub(super) fn overlaps(
         &self,
         particles: &Particles,

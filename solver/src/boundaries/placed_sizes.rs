@@ -1,19 +1,20 @@
-//! The sizes that an insertion brought, kept to be compared with those that were asked for.
+//! The sizes that an insertion placed, kept for the comparison with the given distribution.
 
 use mercury_common::sizes::SizeDistribution;
 
 use crate::state::Plain;
 
-/// So many diameters are kept as they are, and so many classes of equal probability are counted beyond: an insertion that never
-/// ends shall not fill the memory. With N sizes the largest distance of their cumulative numbers is 0.87 / sqrt(N) on the mean (Kolmogorov 1933), so
-/// the width of a class, 1.5e-5, is a twentieth of it at 1e7 sizes, and half of it at 1e9.
+/// This many diameters are kept as they are, and this many classes of equal probability are counted beyond: an insertion without
+/// end must not fill the memory. an insertion that never ends shall not fill the memory. With N sizes the largest distance of
+/// their cumulative numbers is 0.87 / sqrt(N) on the mean (Kolmogorov 1933), so the width of a class, 1.5e-5, is a twentieth of
+/// it at 1e7 sizes, and half of it at 1e9.
 const MOST: usize = 1 << 16;
 
-/// The sizes of one ingredient that came in: all diameters, or beyond 65,536 how many lie in each of 65,536 classes of equal
+/// The sizes of the placed particles of one ingredient: all diameters, or beyond 65,536 the numbers in 65,536 classes of equal
 /// probability.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlacedSizes {
-    /// In the order in which they came, m.
+    /// In the order of placement, m.
     diameters: Vec<f64>,
     /// In place of the diameters, once there were too many: the class of a diameter is its cumulative number, in 65,536ths.
     classes: Vec<u32>,
@@ -57,7 +58,7 @@ impl PlacedSizes {
     #[must_use]
     pub fn quantile(&self, share: f64, sizes: &SizeDistribution) -> f64 {
         let n = self.number();
-        // The first that has at least this share at or below it.
+        // The first diameter with at least this share at or below it.
         let rank = ((share * n as f64).ceil() as u64).clamp(1, n.max(1)) - 1;
         if self.classes.is_empty() {
             let mut diameters = self.diameters.clone();

@@ -1,4 +1,4 @@
-//! Where a new particle may stand.
+//! Positions for new particles.
 
 use glam::DVec3;
 use mercury_common::random::Stream;
@@ -11,10 +11,10 @@ use crate::walls::{Touches, WallNow};
 /// is missed by all with a probability of 0.1 %.
 const DRAWS: u32 = 64;
 
-/// Boxes that are looked at before a region counts as one that may hold a sphere: some hundredths of a second.
+/// The number of boxes that are tested before a region counts as possibly large enough for a sphere: some hundredths of a second.
 const MOST_LOOKS: u32 = 1_000_000;
 
-/// The space that regions lie in.
+/// The space in which regions lie.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Space {
     /// Lowest and highest corner of the domain, m.
@@ -30,7 +30,7 @@ pub(crate) fn may_hold(region: &Region, radius: f64, space: Space) -> bool {
     Room::new(region, space).may_hold(radius)
 }
 
-/// How far something reaches below and above its centre along x, y, z, m.
+/// The extent below and above a centre along x, y, z, m.
 pub(super) type Extent = (DVec3, DVec3);
 
 /// The extent of a sphere of this radius (m).
@@ -38,7 +38,7 @@ pub(super) fn of_sphere(radius: f64) -> Extent {
     (DVec3::splat(radius), DVec3::splat(radius))
 }
 
-/// The places that a region offers inside the domain.
+/// The possible positions of a region inside the domain.
 #[derive(Debug, Clone)]
 pub(super) struct Room {
     region: Region,
@@ -51,11 +51,11 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Of a region in the domain of a plan. Discs lie in the plane z = 0, or where the domain does not have it, in the nearest.
+    /// For a region in the domain of a plan. Discs lie in the plane z = 0, or where the domain does not have it, in the nearest.
     pub(super) fn new(region: &Region, space: Space) -> Self {
         let (domain_min, domain_max) = space.domain;
         let plane = (space.dimensions == 2).then(|| {
-            // Not `clamp`, which panics on a domain that is upside down.
+            // Not `clamp`, which panics if the domain's corners are swapped.
             0.0f64.max(domain_min.z).min(domain_max.z)
         });
         let region = plane.map_or_else(|| region.clone(), |plane| region.in_plane(plane));
@@ -68,10 +68,10 @@ impl Room {
         }
     }
 
-    /// Lowest and highest centre of something that reaches so far (m) below and above its centre, not yet wrapped into periodic
+    /// Lowest and highest centre of an object with this extent (m) below and above its centre, not yet wrapped into periodic
     /// domains.
     ///
-    /// Where the region ends, it ends inside; where the domain ends first, only the centre must be inside.
+    /// At the bounds of the region the whole object must be inside; where the domain ends first, only the centre must be.
     fn centres(&self, (below, above): Extent) -> (DVec3, DVec3) {
         let (mut low, mut high) = (self.bounds.0 + below, self.bounds.1 - above);
         for axis in 0..3 {
@@ -108,7 +108,7 @@ impl Room {
         let mut looks = 0;
         while let Some((centre, half)) = boxes.pop() {
             looks += 1;
-            // By this much of a sphere's radius the centre may move; `NaN` counts as a fit.
+            // The margin for the centre, as a share of the radius; `NaN` counts as a fit.
             let missing = self.region.signed_distance(centre) + radius;
             if missing.is_nan() || missing <= 0.0 || looks > MOST_LOOKS {
                 return true;
@@ -126,7 +126,7 @@ impl Room {
             let (step, half) = (0.5 * half * axis, half * (1.0 - 0.5 * axis));
             boxes.extend([(centre - step, half), (centre + step, half)]);
         }
-        // Across the joints of a union there may be room that its distance does not show.
+        // Across the joints of a union there may be more space than its distance shows.
         radius > 0.0 && self.region.has_union() && self.may_hold(0.0)
     }
 

@@ -31,9 +31,10 @@ pub struct InsertionPlan {
     pub from: f64,
     /// Ends at this time, s; infinite: never.
     pub until: f64,
-    /// Consecutive failed placements after which its region counts as full; at least 1.
+    /// The number of consecutive failed placements after which its region counts as full; at least 1.
     pub attempts: u64,
-    /// Walls, by index, that act on both sides and move through the region while it inserts: what is placed behind them is counted.
+    /// Walls, by index, that act on both sides and move through the region while it inserts: particles placed behind them are
+    /// counted.
     pub closing: Vec<usize>,
 }
 
@@ -52,7 +53,7 @@ pub struct Ingredient {
     pub film_volume: f64,
 }
 
-/// How fast particles come: the upper limit of what has been inserted at a time.
+/// The rate of an insertion: the upper limit of the amount inserted by a time.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rate {
     /// A steady flow from [`InsertionPlan::from`] on.
@@ -62,7 +63,7 @@ pub enum Rate {
         /// Particles, kg or m^3 per second.
         per_second: f64,
     },
-    /// A table of what has been inserted by when.
+    /// A table of the cumulative amount over time.
     Table {
         /// What is counted.
         quantity: Quantity,
@@ -72,7 +73,7 @@ pub enum Rate {
     },
 }
 
-/// A region in which particles are taken out.
+/// A region in which particles are removed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeletionPlan {
     /// Unique among deletions.
@@ -99,7 +100,7 @@ pub struct FluxPlan {
     pub name: String,
     /// A point on the plane, m.
     pub point: DVec3,
-    /// Length 1; who crosses along it counts positive.
+    /// Length 1; crossings along it count as positive.
     pub normal: DVec3,
     /// Only within this distance of the point, m; `None`: everywhere.
     pub radius: Option<f64>,

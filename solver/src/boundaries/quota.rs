@@ -1,12 +1,12 @@
-//! Sizes by quota: how many of each are fixed before the first comes.
+//! Sizes by quota: the number of each size is fixed before the first particle is placed.
 //!
-//! Of N particles of an ingredient, one has its size in each N-th part of its distribution by number, at the same place `v` of each
-//! part: sizes q((i + v) / N), i = 0 ... N - 1, q the quantile (systematic sampling; Cochran 1977, Sampling Techniques, chapter 8).
-//! So the share of the particles below any size misses the distribution by at most 1/N. The sum of volumes grows with `v` from S_N(0)
-//! to S_N(1), and as q(i/N) >= q(i/(N+1)), S_(N+1)(0) <= S_N(1) + the smallest volume: what is asked for is either met by some N and
-//! v, or lies in a gap between two N that is not wider than the smallest particle, whose nearer end is taken. Where sizes jump (single
-//! sizes, empty classes) so does S_N(v), by less than the largest volume less the smallest; then half of the largest particle bounds what is
-//! missed: with beads of two sizes nobody can promise more.
+//! Of N particles of an ingredient, one has its size in each N-th part of its distribution by number, at the same place `v` of
+//! each part: sizes q((i + v) / N), i = 0 ... N - 1, q the quantile (systematic sampling; Cochran 1977, Sampling Techniques,
+//! chapter 8). So the share of the particles below any size misses the distribution by at most 1/N. The sum of volumes grows with
+//! `v` from S_N(0) to S_N(1), and as q(i/N) >= q(i/(N+1)), S_(N+1)(0) <= S_N(1) + the smallest volume: the target volume is
+//! either met by some N and v, or lies in a gap between two N that is not wider than the smallest particle, whose nearer end is
+//! taken. Where sizes jump (single sizes, empty classes) so does S_N(v), by less than the largest volume less the smallest; then
+//! half of the largest particle bounds the error: beads of two sizes allow no better bound.
 
 use mercury_common::random::Stream;
 use mercury_common::sizes::SizeDistribution;
@@ -14,26 +14,26 @@ use mercury_common::sizes::SizeDistribution;
 use super::{Ingredient, InsertionPlan, Setting, Total};
 use crate::state::{MaterialIndex, volume};
 
-/// Most particles of a quota: their order is listed, at 4 bytes each, and of those that came the sizes, at 8.
+/// The largest number of particles of a quota: their order takes 4 bytes each, and the sizes of the placed ones 8.
 pub(crate) const MOST: f64 = 1e8;
 
-/// The volume that is asked for is met to this share of it, or after so many steps, of which the first are secants.
+/// The target volume is met to this share of it, or after this many steps, of which the first are secants.
 const CLOSE: f64 = 1e-13;
 const STEPS: usize = 60;
 const SECANTS: usize = 15;
 
-/// All particles of an insertion, in the order in which they come. A size follows from its place, and is kept once only: when it has come.
+/// All particles of an insertion, in the order of placement. A size follows from its place, and is stored only after placement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Quota {
     ingredients: Vec<Places>,
-    /// Places, those of the first ingredient first, in the order in which they come.
+    /// Places, those of the first ingredient first, in the order of placement.
     order: Vec<u32>,
 }
 
 /// The places of an ingredient in its distribution.
 #[derive(Debug, Clone, Copy)]
 struct Places {
-    /// How many places the ingredients before it have.
+    /// The number of places of the ingredients before it.
     before: u32,
     number: u64,
     v: f64,
@@ -53,7 +53,7 @@ impl Quota {
         for (part, amount) in (insertion.mixture.iter()).zip(amounts(insertion, setting)) {
             let (number, v) = match amount {
                 Amount::Number(number) => {
-                    // The volume that so many have on the average.
+                    // The mean volume of this many particles.
                     let mean = mean_volume(&part.sizes, dimensions);
                     let v = place(&part.sizes, number, number as f64 * mean, dimensions);
                     (number, v)
@@ -72,10 +72,10 @@ impl Quota {
         Self { ingredients, order }
     }
 
-    /// The particle of the mixture that comes after so many: ingredient and diameter (m); `None` after the last.
+    /// The next particle of the mixture after this many: ingredient and diameter (m); `None` after the last.
     pub(super) fn next(&self, inserted: u64, mixture: &[Ingredient]) -> Option<(usize, f64)> {
         let &place = self.order.get(usize::try_from(inserted).ok()?)?;
-        // The last that begins there or before it: one without places begins where the next does.
+        // The last ingredient that begins there or before it: one without places begins where the next does.
         let behind = (self.ingredients).partition_point(|places| places.before <= place);
         let index = behind.checked_sub(1)?;
         let Places { before, number, v } = self.ingredients[index];
@@ -83,13 +83,13 @@ impl Quota {
         Some((index, diameter(&mixture[index].sizes, i, number, v)))
     }
 
-    /// How many come in all.
+    /// The total number of particles.
     pub(super) fn len(&self) -> u64 {
         self.order.len() as u64
     }
 }
 
-/// What comes of an ingredient.
+/// The amount of an ingredient.
 enum Amount {
     Number(u64),
     /// m^3 (m^2 in 2D)
@@ -137,7 +137,7 @@ fn diameter(sizes: &SizeDistribution, i: u64, number: u64, v: f64) -> f64 {
     sizes.sample_diameter((i as f64 + v) / number as f64)
 }
 
-/// Mean volume (area in 2D) of a particle: what all that are drawn by quota have together, on the average over all `v`.
+/// Mean volume (area in 2D) of a particle: the mean volume of all particles drawn by quota, averaged over all `v`.
 fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
     if dimensions == 2 {
         volume(0.5, 2) * sizes.moment(2)
@@ -152,7 +152,7 @@ fn sum(sizes: &SizeDistribution, number: u64, v: f64, dimensions: u8) -> f64 {
         .sum()
 }
 
-/// The `v` at which `number` particles have the volume that is wanted, or come nearest.
+/// The `v` at which `number` particles have the target volume, or come nearest to it.
 fn place(sizes: &SizeDistribution, number: u64, wanted: f64, dimensions: u8) -> f64 {
     let missing = |v: f64| sum(sizes, number, v, dimensions) - wanted;
     let (mut low, mut high) = (0.0, 1.0);
@@ -191,7 +191,7 @@ fn place(sizes: &SizeDistribution, number: u64, wanted: f64, dimensions: u8) -> 
 /// Number and `v` that come nearest to a volume.
 fn of_volume(sizes: &SizeDistribution, wanted: f64, dimensions: u8) -> (u64, f64) {
     let guess = wanted / mean_volume(sizes, dimensions);
-    // S_N(0) <= N mean <= S_N(1): only these two can hold what is wanted, or bound the gap.
+    // S_N(0) <= N mean <= S_N(1): only these two can hold the target, or bound the gap.
     let fewer = guess.floor() as u64;
     let nearest = |number: u64| {
         let v = place(sizes, number, wanted, dimensions);

@@ -65,11 +65,11 @@ pub enum Region {
 
 /// Halvings of the cubes about a sphere across a joint: down to half diagonals of 0.06 of its radius.
 const HALVINGS: u32 = 5;
-/// What such a sphere keeps from other faces, of its radius: twice that, so that at a face or edge of which the middles see less than the
-/// corners nothing sticks out.
+/// The distance of such a sphere from other faces, as a share of its radius: twice that, so that nothing sticks out at a face or
+/// edge where the middles are nearer than the corners.
 const KEPT: f64 = 0.125;
 
-/// Samples by which [`Region::volume`] estimates where it has no closed form.
+/// The number of samples for [`Region::volume`] where there is no closed form.
 const VOLUME_SAMPLES: u32 = 100_000;
 
 impl Region {
@@ -146,11 +146,11 @@ impl Region {
         }
     }
 
-    /// Whether a sphere that no part holds by itself lies inside all the same: cubes about it are halved until their middle shows
+    /// Whether a sphere that no part contains alone lies inside nevertheless: cubes about it are halved until their middle shows
     /// that they are inside, or outside, or until they are small.
     fn holds_across(&self, centre: DVec3, radius: f64) -> bool {
         let is_outside = |place: DVec3| self.signed_distance(place) > 0.0;
-        // Most that are not inside stick out far.
+        // Most spheres that are not inside stick out far.
         let mut around = std::iter::once(DVec3::ZERO)
             .chain(DVec3::AXES)
             .chain(DVec3::AXES.map(|axis| -axis));
@@ -248,10 +248,10 @@ impl Region {
         }
     }
 
-    /// The region as discs of two-dimensional scenes see it, which lie in the plane z = `plane` (m): shapes along z become
-    /// endless along z, with the outline that they have in the plane.
+    /// The region for discs of a two-dimensional scene, which lie in the plane z = `plane` (m): shapes along z become infinite
+    /// along z, with the outline that they have in the plane.
     ///
-    /// Cylinders and cones across or oblique to z, and meshes, stay what they are; there a disc must fit as a sphere would.
+    /// Cylinders and cones across or oblique to z, and meshes, stay as they are; there a disc must fit as a sphere would.
     #[must_use]
     pub fn in_plane(&self, plane: f64) -> Self {
         let upright = |axis: &DVec3| axis.x == 0.0 && axis.y == 0.0;
@@ -411,7 +411,7 @@ fn truncated_cone((rho, height): (f64, f64), along: [f64; 2], radii: [f64; 2]) -
     let (run, rise) = (radii[1] - radii[0], along[1] - along[0]);
     let length = libm::hypot(run, rise);
     let side = ((rho - radii[0]) * rise - (height - along[0]) * run) / length;
-    // The body is convex: inside, the nearest face is the nearest of the planes and the endless cone.
+    // The body is convex: inside, the nearest face is the nearest of the planes and the infinite cone.
     let inside = side.max(along[0] - height).max(height - along[1]);
     if inside <= 0.0 {
         return inside;
@@ -431,7 +431,7 @@ fn disc_bounds(axis: DVec3, origin: DVec3, radius: f64, height: f64) -> (DVec3, 
     let (mut min, mut max) = (DVec3::ZERO, DVec3::ZERO);
     for i in 0..3 {
         let reach = radius * ((1.0 - axis[i]) * (1.0 + axis[i])).max(0.0).sqrt();
-        // An endless cylinder across this coordinate is bounded in it: 0 times infinity must be 0.
+        // An infinite cylinder across this coordinate is bounded in it: 0 times infinity must be 0.
         let centre = if axis[i] == 0.0 {
             origin[i]
         } else {

@@ -1,4 +1,4 @@
-//! Where the rows of the last candidate list went.
+//! The present rows of the particles of the last candidate list.
 
 use crate::state::Row;
 
@@ -7,12 +7,12 @@ use crate::state::Row;
 pub(super) struct RowMap {
     /// Rows of the last list.
     listed: usize,
-    /// Present row of each, `None` if removed; no list at all: all where they were.
+    /// Present row of each, `None` if removed; no list at all if no row has changed.
     present: Option<Vec<Option<Row>>>,
 }
 
 impl RowMap {
-    /// Nothing has changed since a list of `listed` rows.
+    /// No change since a list of `listed` rows.
     pub(super) fn of_list(listed: usize) -> Self {
         Self {
             listed,
@@ -20,7 +20,7 @@ impl RowMap {
         }
     }
 
-    /// The rows `stay` of `rows` remain, in this order.
+    /// Keeps the rows `stay` of `rows`, in this order.
     pub(super) fn keep(&mut self, stay: &[u32], rows: usize) {
         let mut moved = vec![None; rows];
         for (new, &old) in stay.iter().enumerate() {
@@ -44,7 +44,7 @@ impl RowMap {
     }
 }
 
-/// Every row where it is.
+/// Every row in its place.
 fn in_place(rows: usize) -> Vec<Option<Row>> {
     (0..rows).map(|row| Some(Row::new(row))).collect()
 }

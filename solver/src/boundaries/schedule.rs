@@ -1,4 +1,4 @@
-//! How much an insertion may have inserted by a time.
+//! The amount that an insertion may have placed by a time.
 
 use super::{InsertionPlan, Quantity, Rate, Tally, Total};
 
@@ -15,7 +15,7 @@ impl Rate {
         }
     }
 
-    /// What may have come by `time` (s) where the flow starts at `from` (s), and what is counted.
+    /// The amount allowed by `time` (s) for a flow that starts at `from` (s), and its quantity.
     #[must_use]
     pub fn allowed(&self, from: f64, time: f64) -> (Quantity, f64) {
         match self {
@@ -46,7 +46,7 @@ fn interpolate(rows: &[[f64; 2]], time: f64) -> f64 {
     }
 }
 
-/// How much of a quantity was counted.
+/// The counted amount of a quantity.
 fn amount(tally: &Tally, quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Number => tally.number as f64,
@@ -56,7 +56,7 @@ fn amount(tally: &Tally, quantity: Quantity) -> f64 {
 }
 
 impl InsertionPlan {
-    /// Whether all that was asked for has come; never for `full`.
+    /// Whether the target is reached; never for `full`.
     #[must_use]
     pub fn total_reached(&self, inserted: &Tally) -> bool {
         match self.total {
@@ -67,7 +67,7 @@ impl InsertionPlan {
         }
     }
 
-    /// Whether the rate lets no more come at `time` (s). The last particle may exceed what is allowed.
+    /// Whether the rate allows no more at `time` (s). The last particle may exceed the limit.
     #[must_use]
     pub fn rate_reached(&self, inserted: &Tally, time: f64) -> bool {
         self.rate.as_ref().is_some_and(|rate| {
@@ -76,7 +76,7 @@ impl InsertionPlan {
         })
     }
 
-    /// What it should have inserted by `time` (s): by its rate, else its total; `None` for `full` without rate.
+    /// The target amount by `time` (s): by its rate, else its total; `None` for `full` without rate.
     #[must_use]
     pub fn requested(&self, time: f64) -> Option<(Quantity, f64)> {
         let total = match self.total {

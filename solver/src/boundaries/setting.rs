@@ -1,4 +1,4 @@
-//! What the boundaries of a run need to know beside the insertions and deletions.
+//! The setting of a run's boundaries, beside the insertions and deletions.
 
 use glam::DVec3;
 

@@ -1,8 +1,8 @@
 //! The body inside a closed mesh, as a region.
 //!
-//! The nearest point of the surface is found through a tree of boxes; on which side of it a place is says the angle-weighted
-//! pseudo-normal of the corner, edge or face that the point lies on (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. Graph. 11,
-//! 243).
+//! The nearest point of the surface is found through a tree of boxes; the side of a position follows from the angle-weighted
+//! pseudo-normal of the corner, edge or face that the point lies on (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. Graph.
+//! 11, 243).
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use glam::DVec3;
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
-/// Why a mesh bounds no body.
+/// Why a mesh does not bound a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SolidError {
-    /// Edges that are not passed once in either direction.
+    /// Edges that are not used exactly once in either direction.
     #[error(
         "{open} of its {edges} edges do not have one triangle to either side, all turned alike: the mesh is not closed"
     )]
@@ -24,7 +24,7 @@ pub enum SolidError {
         /// All edges.
         edges: usize,
     },
-    /// There is nothing inside.
+    /// The volume inside is not positive.
     #[error("there is no volume inside it")]
     Flat,
 }
@@ -76,7 +76,7 @@ impl Solid {
         };
         let mut inside = volume(&indices);
         if inside < 0.0 {
-            // Turned inside out.
+            // The surface is turned inside out.
             indices.iter_mut().for_each(|triangle| triangle.swap(1, 2));
             inside = -inside;
         }

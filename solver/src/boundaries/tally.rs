@@ -1,4 +1,4 @@
-//! Counters of what crossed a boundary.
+//! Counters for the particles that cross a boundary.
 
 use glam::DVec3;
 
@@ -48,7 +48,7 @@ impl Tally {
         self.rotational += body.rotational_energy();
     }
 
-    /// Adds what another one counted.
+    /// Adds the counts of another one.
     pub fn add(&mut self, other: &Self) {
         self.number += other.number;
         self.mass += other.mass;

@@ -1,4 +1,4 @@
-//! How long an insertion waits for its next round while its region is full.
+//! The wait of an insertion before its next round of attempts while its region is full.
 //!
 //! A round of tries ends when `attempts` consecutive places have failed. While rounds fail as a whole, the waits between them double,
 //! up to [`LONGEST`] steps, so that a full region costs little. A success ends that: the next waits are short again. Waits are counted
@@ -9,7 +9,7 @@ use crate::state::Plain;
 /// Longest wait, steps.
 const LONGEST: u32 = 64;
 
-/// When the next round of tries is due.
+/// The time of the next round of attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wait {
     /// Steps until the next round.
@@ -31,7 +31,7 @@ impl Wait {
         self.left == 0
     }
 
-    /// A place was found.
+    /// A particle was placed.
     pub(super) fn succeeded(&mut self) {
         *self = Self::default();
     }
@@ -63,7 +63,7 @@ impl Plain for Wait {
 mod tests {
     use super::*;
 
-    /// The steps, of so many, in which a round is due, where all rounds fail.
+    /// The steps, among the first `steps`, in which a round is due, if all rounds fail.
     fn rounds(wait: &mut Wait, steps: u32) -> Vec<u32> {
         let due = (0..steps).filter(|_| {
             let is_due = wait.step();

@@ -1,4 +1,4 @@
-//! `--check`: what a scene means, whether its run fits into the machine, and how long it will take if that was asked for.
+//! `--check`: the meaning of a scene, whether its run fits into the machine, and how long it will take if a trial was requested.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -35,7 +35,7 @@ pub(crate) fn execute(
     };
     let limit = arguments.trial.filter(|_| fits.is_ok());
     let mut object = Value::Null;
-    // As text the plan comes first: whoever waits for the trial has something to read.
+    // As text the plan is printed first, so that it can be read during the trial.
     let bytes = Disk::of(&plan).bytes;
     let folder = arguments.how().folder;
     let folder = folder.unwrap_or_else(|| PathBuf::from(plan.outputs().prefix()));

@@ -1,4 +1,4 @@
-//! What is run: the text of a scene or a study, and which files it may name.
+//! The input of the program: the text of a scene or a study, and the files that it may name.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

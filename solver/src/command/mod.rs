@@ -1,4 +1,4 @@
-//! What `mercury-solve` does besides running one scene, each with its part of the command line.
+//! The tasks of `mercury-solve` beside running one scene, each with its part of the command line.
 
 pub(crate) mod check;
 pub(crate) mod input;

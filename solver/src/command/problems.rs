@@ -1,4 +1,4 @@
-//! `--json` where something is wrong: the problems as one object on standard output.
+//! `--json` after an error: the problems as one object on standard output.
 
 use std::ffi::OsStr;
 
@@ -13,7 +13,7 @@ const MOST: usize = 1000;
 /// Characters of a message: it quotes the file, which may hold anything.
 const LONGEST: usize = 1000;
 
-/// Whether the command line has `--json`, also where it is wrong otherwise.
+/// Whether the command line has `--json`, also if the rest of it is wrong.
 pub(crate) fn are_asked_for() -> bool {
     let arguments = std::env::args_os().skip(1);
     arguments
@@ -21,10 +21,10 @@ pub(crate) fn are_asked_for() -> bool {
         .any(|argument| argument == OsStr::new("--json"))
 }
 
-/// Says what went wrong, if the command line asks for it so and nothing was said before.
+/// Prints the error in the requested form, if nothing was printed before.
 pub(crate) fn tell(failure: &Failure) {
     if let Some(problems) = failure.problems().filter(|_| are_asked_for()) {
-        // Whoever closed standard output does not want to know; the exit code tells.
+        // A closed standard output is not an error here: the exit code carries the result.
         let _ = say_object(&of(&problems));
     }
 }

@@ -1,7 +1,7 @@
-//! `--progress FILE`: what a run does, line by line, for programs that watch it.
+//! `--progress FILE`: the events of a run, line by line, for programs that observe it.
 //!
-//! A thread of its own writes a line for each event that the run tells of, and one each second: where the run is while it makes steps, what
-//! it is busy with while it makes none. Nothing of it changes a result.
+//! A separate thread writes a line for each event that the run reports, and one each second: the time of the run while it makes
+//! steps, its task while it makes none. None of this changes a result.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -23,14 +23,14 @@ use super::problems;
 /// Between lines that come by the clock.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// How old the numbers of such a line may be: to count energies takes time.
+/// How old the numbers of such a line may be: computing energies takes time.
 const FRESH: Duration = Duration::from_millis(500);
 
 /// A file of lines that grows while a run goes on.
 #[derive(Debug)]
 pub(crate) struct ProgressFile {
     shared: Arc<Shared>,
-    /// The way by which the run tells of what happens.
+    /// The sender through which the run reports its events.
     events: Sender<Event>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -48,7 +48,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
-    /// Appends a line in one stroke. Should it fail, the run is not to suffer from it.
+    /// Appends a line in one stroke. If this fails, the run must not be affected.
     fn line(&self, event: &str, members: Value) {
         let clock = SystemTime::now().duration_since(UNIX_EPOCH);
         let clock = clock.map_or(0.0, |since| since.as_millis() as f64 / 1000.0);
@@ -71,7 +71,7 @@ impl Shared {
 }
 
 impl ProgressFile {
-    /// Begins it anew if one is asked for, and says where the run's events come to.
+    /// Creates the file if one is requested, and returns the receiver of the run's events.
     ///
     /// # Errors
     /// If the file cannot be made.
@@ -152,7 +152,7 @@ impl ProgressFile {
         *latest = Some((Instant::now(), members));
     }
 
-    /// The folder is taken, and nothing of the run is written yet.
+    /// The folder is locked, and nothing of the run is written yet.
     pub(crate) fn run(
         &self,
         folder: &Path,
@@ -181,7 +181,7 @@ impl ProgressFile {
         self.shared.line("run", members);
     }
 
-    /// The last line; what was still to be told stands before it.
+    /// The last line; pending events are written before it.
     pub(crate) fn end(&self, outcome: Result<Option<&Report>, &Failure>) {
         if let Some(thread) = locked(&self.thread).take() {
             let _ = self.events.send(Event::Over);

@@ -36,12 +36,12 @@ pub(crate) struct Requests {
 }
 
 impl Requests {
-    /// What a run is busy with that these requests reach.
+    /// The stage of a run that these requests reach.
     pub(crate) fn stage(&self) -> Arc<Stage> {
         Arc::new(Stage::new(Arc::clone(&self.stop)))
     }
 
-    /// The same, of a run that tells what happens.
+    /// The same, of a run that reports its events.
     pub(crate) fn telling_stage(&self, events: Sender<Event>) -> Arc<Stage> {
         Arc::new(Stage::telling(Arc::clone(&self.stop), events))
     }
@@ -57,7 +57,7 @@ impl Requests {
     }
 }
 
-/// What the command line says of how a scene is run.
+/// The options of the command line on how a scene is run.
 #[derive(Debug, Clone)]
 pub(crate) struct How {
     /// Where to; by the scene's name if nothing is said.
@@ -70,15 +70,15 @@ pub(crate) struct How {
     pub(crate) results: Vec<NamedResult>,
     /// What becomes of a run that is there.
     pub(crate) earlier: Earlier,
-    /// Threads at most; none: those of the machine.
+    /// Threads at most; `None`: those of the machine.
     pub(crate) threads: Option<u16>,
     /// All of them make every step.
     pub(crate) fixed_threads: bool,
-    /// Contacts evaluated side by side; none: what the processor does fastest.
+    /// Contacts evaluated side by side; `None`: the fastest for the processor.
     pub(crate) width: Option<Width>,
     /// Stop after so long.
     pub(crate) time_limit: Option<Duration>,
-    /// Checkpoints by the clock; none: only when it is stopped.
+    /// Wall-clock time between checkpoints; `None`: only when the run is stopped.
     pub(crate) checkpoint_every: Option<Duration>,
     /// Nothing is said but errors.
     pub(crate) quiet: bool,
@@ -111,12 +111,12 @@ pub(crate) struct Stated<'a> {
     pub(crate) statement: &'a Statement,
 }
 
-/// What became of a run.
+/// The outcome of a run.
 #[derive(Debug)]
 pub(crate) enum Ran {
-    /// It was made, at least to where it was stopped.
+    /// It was made, at least until it was stopped.
     Now(Box<Report>),
-    /// It was to be resumed, and had come to its end already.
+    /// It was to be resumed, but had already reached its end.
     Before {
         /// Where it lies.
         folder: PathBuf,
@@ -127,8 +127,7 @@ pub(crate) enum Ran {
 
 /// Runs it.
 ///
-/// # Errors
-/// Whatever ends a run early, with what to do.
+/// # Errors Every reason that ends a run early, with advice.
 pub(crate) fn run_plan(
     how: &How,
     plan: Plan,
@@ -188,11 +187,11 @@ pub(crate) fn run_plan(
     if !how.quiet {
         let remarks = plan.notes().remarks().iter();
         let remarks = remarks.map(|remark| format!("note: {remark}"));
-        // Now, not at the end alone: a run may take a night.
+        // Now, not only at the end: a run may take a night.
         let warnings = plan.notes().warnings().iter();
         let warnings = warnings.map(|warning| format!("warning: {warning}"));
         for line in notes.iter().cloned().chain(remarks).chain(warnings) {
-            // Whoever closed standard error does not want to know.
+            // A closed standard error is not an error here.
             let _ = writeln!(std::io::stderr(), "{line}");
         }
     }
@@ -241,7 +240,7 @@ fn end_of(plan: &Plan) -> f64 {
     plan.physics().steps() as f64 * plan.physics().time_step()
 }
 
-/// A warning where the disk that holds a folder, or will hold it, has less room than these bytes of output.
+/// A warning where the disk that holds a folder, or will hold it, has less free space than these bytes of output.
 pub(crate) fn disk_warning(folder: &Path, output: f64) -> Option<String> {
     let free = machine::free_disk(folder)?;
     (output > free).then(|| {
@@ -259,7 +258,7 @@ fn failed(failure: &RunFailure) -> Failure {
     let error = Failure::run(format!("the run failed: {failure}"));
     if machine::is_full_disk(failure) {
         error.with_help(
-            "the disk is full: make room on it and go on from the last checkpoint with --resume",
+            "the disk is full: free some space on it and go on from the last checkpoint with --resume",
         )
     } else {
         error
@@ -282,7 +281,7 @@ pub(crate) fn keeps_within(within: Option<&Arc<Within>>, folder: &Path) -> Resul
     Ok(())
 }
 
-/// A folder of somebody else's is a slip of who asks for it; one that the system does not give is a failure of the run.
+/// A folder in use is an error of the command line; one that the system does not give is a failure of the run.
 pub(crate) fn unusable(error: FolderError) -> Failure {
     match error {
         FolderError::System { .. } => Failure::run(error),
@@ -290,7 +289,7 @@ pub(crate) fn unusable(error: FolderError) -> Failure {
     }
 }
 
-/// The checkpoint from which a run in this folder goes on, and what is to be said of it.
+/// The checkpoint from which a run in this folder continues, and the messages about it.
 fn resumed(
     folder: &Path,
     plan: &Plan,

@@ -1,4 +1,4 @@
-//! One scene from the command line: what it means, or its run with all that is told of it.
+//! One scene from the command line: its meaning, or its run with all messages.
 
 use std::io::IsTerminal as _;
 use std::path::Path;
@@ -23,9 +23,9 @@ use super::waiting::{BeforeEnd, Waiting};
 use super::{check, problems, study};
 use crate::Arguments;
 
-/// Does what the command line asks for: a scene is checked or run, and so is a study.
+/// Executes the command line: a scene is checked or run, and so is a study.
 pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Within>>) -> Outcome {
-    // From the first instant of a run on, so that no request comes too early; what only looks may be ended at any time.
+    // From the very beginning of a run, so that no request comes too early; a command that only prints may be ended at any time.
     let requests = match arguments.check {
         true => None,
         false => Some(Requests::listen()?),
@@ -61,7 +61,7 @@ pub(crate) fn execute(arguments: &Arguments, path: &Path, within: Option<Arc<Wit
     }
 }
 
-/// What a run came to; nothing where none was made.
+/// The result of a run; `None` if there was none.
 fn plan_and_run(
     arguments: &Arguments,
     path: &Path,
@@ -167,7 +167,7 @@ fn kept_summary(folder: &Path, prefix: &str, results: &[NamedResult]) -> Result<
     Ok(text)
 }
 
-/// A run that is stopped before its first step is told of to programs, too.
+/// A run that is stopped before its first step is reported to programs, too.
 fn before_end(progress: Option<Arc<ProgressFile>>) -> BeforeEnd {
     Box::new(move |failure| {
         problems::tell(failure);

@@ -1,4 +1,4 @@
-//! `mercury-solve study.toml` and `--sweep`: many runs of one scene, several at a time, and the table of what came out.
+//! `mercury-solve study.toml` and `--sweep`: many runs of one scene, several at a time, and the table of their results.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,7 +39,7 @@ pub(crate) struct Asked {
     within: Option<Arc<Within>>,
 }
 
-/// The study that the command line asks for, if it asks for one.
+/// The study that the command line names, if it names one.
 pub(crate) fn asked_for(
     input: &Input,
     arguments: &Arguments,
@@ -65,7 +65,7 @@ pub(crate) fn asked_for(
                 "{}: --sweep is for scenes, and this is a study",
                 path.display()
             ));
-            return Err(failure.with_help("its values stand in its table [study.sweep]"));
+            return Err(failure.with_help("its values are in its table [study.sweep]"));
         }
         (true, true) => file::parse(path, &input.text).map_err(Failure::input)?,
         (false, false) => swept(path, &arguments.sweep)?,
@@ -156,7 +156,7 @@ fn swept(scene: &Path, arguments: &[String]) -> Result<Study, Failure> {
 
 /// Runs what is not finished yet, and writes table and plots.
 ///
-/// `waiting`: who tells of the plans on this `stage`, and ends the program while nothing is begun.
+/// `waiting`: shows the tasks of this `stage`, and ends the program as long as no run has begun.
 pub(crate) fn execute(
     asked: &Asked,
     arguments: &Arguments,
@@ -194,7 +194,7 @@ pub(crate) fn execute(
     // Two tables in one file would be neither's.
     let lock_file = cli::Temporary::new(&study.folder.join(folder::LOCK));
     let lock = folder::take(&study.folder).map_err(Failure::input)?;
-    // Again, now that nobody else can write it.
+    // Again, now that no other process can write it.
     let earlier = if arguments.force {
         earlier::remove(&study.folder).map_err(Failure::run)?;
         earlier::Rows::new()
@@ -236,7 +236,7 @@ pub(crate) fn execute(
     outcome
 }
 
-/// Which runs there are, and what is wanted of them.
+/// The runs, and the requested results.
 fn as_json(study: &Study) -> Value {
     let runs: Vec<Value> = (study.runs.iter())
         .map(|run| json!({ "name": run.name, "set": study.overrides(run) }))
@@ -266,8 +266,8 @@ fn jobs(study: &Study) -> usize {
     jobs.min(study.runs.len())
 }
 
-/// Sees to it that every run can be planned, and fits into the memory beside the others; the scene says what the values of the study are of.
-/// Returns what the names of the runs' files begin with.
+/// Checks that every run can be planned, and fits into the memory beside the others; the scene gives the units of the study's
+/// values. Returns the prefix of the names of the runs' files.
 fn check(
     asked: &Asked,
     study: &mut Study,
@@ -288,7 +288,7 @@ fn check(
                 if refused <= MOST_TOLD {
                     told += &format!("run `{}`:\n{}\n", run.name, why.message.trim_end());
                 }
-                // What is wrong with the scene itself is so in every run.
+                // An error of the scene itself occurs in every run.
                 let found = why.problems().unwrap_or_default();
                 problems.extend(
                     found
@@ -353,7 +353,7 @@ struct Board {
     states: Vec<State>,
     /// How much of each is done, from 0 to 1.
     shares: Vec<f64>,
-    /// How much of each was done when this process first saw it.
+    /// The finished share of each run when this process first read it.
     taken_up: Vec<Option<f64>>,
     /// Runs that were finished before.
     found: usize,
@@ -375,7 +375,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Takes one run after the other until there is none, or it is to stop.
+    /// Takes one run after the other until there is none left, or the study is stopped.
     fn take_runs(&self) {
         loop {
             if self.requests.stop.load(Ordering::Relaxed)
@@ -399,7 +399,7 @@ impl Work<'_> {
             board.shares[number] = 1.0;
             board.taken_up[number].get_or_insert(if was_there { 1.0 } else { 0.0 });
             board.found += usize::from(was_there);
-            // So that there is something to look at while the others run; a table that cannot be written is told at the end.
+            // The table can be read while the other runs go on; if it cannot be written, this is reported at the end.
             if !was_there {
                 let _ = write_table(self.study, &board.states, self.prefix, self.earlier);
             }
@@ -417,7 +417,7 @@ impl Work<'_> {
         Some(limit.saturating_sub(self.begun.elapsed()))
     }
 
-    /// Runs it, goes on with it, or finds that it has come to its end.
+    /// Runs it, resumes it, or finds that it has ended.
     fn run(&self, number: usize, run: &StudyRun) -> Result<Option<Status>, Failure> {
         let (plan, memory, scene) = planned(self.asked, run, 1, true)?;
         let how = How {
@@ -433,7 +433,7 @@ impl Work<'_> {
             fixed_threads: self.arguments.fixed_threads,
             width: self.arguments.lanes,
             time_limit: self.time_left(),
-            // The end of each run is known by its checkpoint.
+            // The end of each run is read from its checkpoint.
             checkpoint_every: Some(
                 self.arguments
                     .checkpoint_every
@@ -486,7 +486,8 @@ impl Work<'_> {
     }
 }
 
-/// Seconds that are left, if what is left goes as what was done here; runs that were there, or half done, tell nothing.
+/// Estimate of the remaining seconds, at the speed of the work done in this process; runs that were finished, or half done,
+/// before do not count.
 fn left(since: Duration, shares: &[f64], taken_up: &[Option<f64>]) -> f64 {
     let done = shares.iter().zip(taken_up);
     let done: f64 = done
@@ -516,7 +517,7 @@ fn write_table(
     Ok(table)
 }
 
-/// Writes table and plots, says how all ended, and with which code the program does.
+/// Writes table and plots, reports how all runs ended, and returns the exit code.
 fn conclude(
     study: &Study,
     prefix: &str,
@@ -540,7 +541,7 @@ fn conclude(
             .collect(),
         false => study.plots.clone(),
     };
-    // Without a finished run there are no columns to draw, which is said by how the runs ended.
+    // Without a finished run there are no columns to draw; the report of the runs says so.
     let drawn = if table.has_finished() {
         columns
     } else {
@@ -617,7 +618,7 @@ fn conclude(
     Err(ended(Failure::run(what), arguments))
 }
 
-/// The end of a study whose table was said already, if it was.
+/// The end of a study whose table was already reported, if it was.
 fn ended(failure: Failure, arguments: &Arguments) -> Failure {
     match arguments.json {
         true => failure.answered(),

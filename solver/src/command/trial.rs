@@ -1,4 +1,4 @@
-//! `--check --trial`: how long a run will take, from its first seconds.
+//! `--check --trial`: an estimate of a run's time from its first seconds.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,17 +16,16 @@ pub(crate) const LASTS: &str = "5s";
 /// How long a trial lasts, for `value_parser`.
 pub(crate) fn lasts(text: &str) -> Result<Duration, String> {
     cli::duration(text).map_err(|problem| match text.ends_with(".toml") {
-        true => format!(
-            "{problem}; the scene stands in front of --trial, or write --trial={LASTS} {text}"
-        ),
+        true => {
+            format!("{problem}; put the scene in front of --trial, or write --trial={LASTS} {text}")
+        }
         false => problem,
     })
 }
 
-/// Makes it. Nothing is written, and no folder is looked at.
+/// Makes the trial. Nothing is written, and no folder is read.
 ///
-/// # Errors
-/// If its steps fail, or it is told to end before there is anything to tell.
+/// # Errors If its steps fail, or it is stopped before it has a result.
 pub(crate) fn execute(
     plan: Plan,
     how: &How,
@@ -35,7 +34,7 @@ pub(crate) fn execute(
 ) -> Result<Trial, Failure> {
     let requests = Requests::listen()?;
     let stage = requests.stage();
-    // It has nothing to keep: whoever wants it to end waits for nobody.
+    // It has nothing to keep, so the program ends at once when it is stopped.
     let waiting = Waiting::begin(&stage, None, quiet)?;
     let threads = how.threads_for(&plan);
     let options = RunOptions {
@@ -52,7 +51,7 @@ pub(crate) fn execute(
     made.ok_or_else(|| ended("before its first step"))
 }
 
-/// The end of a trial that was told to end; nothing is left of it.
+/// The end of a trial that was stopped; nothing is left of it.
 pub(crate) fn ended(when: &str) -> Failure {
     Failure::new(
         cli::Exit::AtOnce,

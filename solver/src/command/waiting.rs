@@ -1,4 +1,4 @@
-//! What the program says, and how it stops, while a run makes no steps.
+//! Messages and stops while a run makes no steps.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,10 +10,10 @@ use mercury_common::cli::{self, Exit, Failure};
 use mercury_common::readable::{count, duration};
 use mercury_solver::stage::{Stage, Task};
 
-/// How often it looks; a request to stop waits no longer.
+/// The interval between two checks; a request to stop waits no longer than this.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How a run ends that was stopped before anything of it was written.
+/// The end of a run that was stopped before anything was written.
 pub(crate) fn stopped_early() -> Failure {
     Failure::new(
         Exit::Resumable,
@@ -22,11 +22,11 @@ pub(crate) fn stopped_early() -> Failure {
     .with_help("the same command begins again")
 }
 
-/// What is done with the failure as which a run counts that is stopped before its first step.
+/// The function that is called with the failure of a run that is stopped before its first step.
 pub(crate) type BeforeEnd = Box<dyn Fn(&Failure) + Send>;
 
-/// A thread that tells what a run is busy with between its steps. Until the first of them it ends the program when it is told to stop: there
-/// is nothing yet that could be kept. Until this is dropped.
+/// A thread that shows the task of a run between its steps. Until the first step it ends the program on a request to stop, as
+/// there is nothing to keep yet. It ends when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Waiting {
     end: Option<Sender<()>>,
@@ -34,7 +34,7 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// From now on. `stop`: what tells the run to stop, and what is done before the program ends for it.
+    /// Starts the thread. `stop`: the flag that stops the run, and the function to call before the program ends for it.
     pub(crate) fn begin(
         stage: &Arc<Stage>,
         stop: Option<(&Arc<AtomicBool>, BeforeEnd)>,
@@ -89,7 +89,7 @@ impl Drop for Waiting {
     }
 }
 
-/// What is being done; nothing while steps are made, of which others tell.
+/// A text for the present task; `None` while steps are made, which have other messages.
 fn told(stage: &Stage, task: Task) -> Option<String> {
     Some(match (task, stage.placed()) {
         (Task::Planning, _) => "reading and planning the scene".to_owned(),

@@ -18,8 +18,8 @@ pub(super) trait Holds<Law, L> {
     fn hold(own: Self::Own) -> Self;
 }
 
-/// The enum of the laws of one part (`None` for the one that does nothing, where there is one), and the enum of what they
-/// remember: a contact has room for the largest of them, and uses that of its own law.
+/// The enum of the laws of one part (`None` for the law without effect, where there is one), and the enum of their histories: a
+/// contact has space for the largest of them, and uses that of its own law.
 macro_rules! any_law {
     ($part:ident: $any:ident remembers $history:ident { $([None = $none:ident])? $($variant:ident($law:ident)),* }) => {
         #[doc = concat!("One of the laws that are a [`", stringify!($part), "`].")]
@@ -34,7 +34,7 @@ macro_rules! any_law {
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         #[allow(missing_docs)]
         pub enum $history<L: $crate::lanes::Real = f64> {
-            /// The law has not been asked yet.
+            /// The law has not been evaluated yet.
             #[default]
             Empty,
             $($variant(<$law as $part>::History<L>),)*
@@ -80,7 +80,7 @@ macro_rules! any_law {
 
         impl<L: $crate::lanes::Real> $crate::contact::History<L> for $history<L> {
             type One = $history;
-            /// The number of the law, and room for the longest.
+            /// The number of the law, and space for the longest history.
             const LENGTH: usize = {
                 let mut longest = 0;
                 $(

@@ -25,7 +25,9 @@ pub mod tangential;
 #[cfg(test)]
 mod tests;
 
-pub use adhesion::{AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, NoAdhesion};
+pub use adhesion::{
+    AdhesionForce, AdhesionLaw, AnyAdhesion, Bridge, Event, Liquid, LiquidLaw, NoAdhesion,
+};
 pub use any::OneOf;
 pub use evaluation::{Action, Histories, PairLaw};
 pub use history::{History, HistoryNumber, TangentialSpring};
@@ -57,7 +59,7 @@ pub struct Contact<L = f64> {
     pub normal: Vector<L>,
     /// Distance of the centres, or of the centre from the wall, m.
     pub distance: L,
-    /// Overlap R_A + R_B - distance, m; positive where the two touch. Adhesion is asked at a gap too, which is -overlap.
+    /// Overlap R_A + R_B - distance, m; positive where the two touch. Adhesion is evaluated at a gap too, which is -overlap.
     pub overlap: L,
     /// Effective radius R* = 1/(1/R_A + 1/R_B), m; R_A at a flat wall.
     pub effective_radius: L,

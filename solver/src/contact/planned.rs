@@ -1,4 +1,4 @@
-//! What the plan asks of a law: its keys in a scene, how it comes from two materials, and how stiff it is at most.
+//! What the plan needs of a law: its keys in a scene, how it comes from two materials, and how stiff it is at most.
 
 use mercury_common::scene::LawKeys;
 
@@ -19,7 +19,7 @@ pub trait PlannedNormal: NormalLaw {
     /// What scenes say to name it and to give its parameters.
     const KEYS: &'static LawKeys;
 
-    /// The law of two materials; what is wrong is told to the pair.
+    /// The law of two materials; errors are recorded in the pair.
     fn of_scene(pair: &mut Pair<'_>) -> Option<Self>;
 
     /// Duration (s) of a head-on collision at `speed` (m/s), for m* (kg) and R* (m); of an overdamped one, that without damping.
@@ -61,7 +61,7 @@ pub trait PlannedTangential: TangentialLaw {
     /// What scenes say to name it and to give its parameters.
     const KEYS: &'static LawKeys;
 
-    /// The law of two materials beside their normal law; what is wrong is told to the pair.
+    /// The law of two materials beside their normal law; errors are recorded in the pair.
     fn of_scene(
         pair: &mut Pair<'_>,
         normal: &AnyNormal,
@@ -77,7 +77,7 @@ pub trait PlannedRolling: RollingLaw {
     /// Whether the law of two materials takes its stiffness from the tangential one, which then stays even without friction.
     fn needs_tangential_stiffness(pair: &mut Pair<'_>) -> bool;
 
-    /// The law of two materials beside their tangential law: `Some(None)` if they have none; what is wrong is told to the pair.
+    /// The law of two materials beside their tangential law: `Some(None)` if they have none; errors are recorded in the pair.
     fn of_scene(pair: &mut Pair<'_>, tangential: &AnyTangential) -> Option<Option<Self>>;
 
     /// Its springs for R* (m) and k_t (N/m): lever (m), spring and dashpot, and its name.

@@ -1,5 +1,6 @@
 //! The laws of all pairs of materials.
 
+use super::adhesion::liquid::Tables;
 use super::{
     AdhesionLaw, AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, NormalLaw, OneOf, PairLaw,
     RollingLaw, TangentialLaw,
@@ -14,6 +15,8 @@ pub struct LawTable {
     pub materials: usize,
     /// Row by row, symmetric; `None` for pairs that never meet in the scene.
     pub laws: Vec<Option<AnyPairLaw>>,
+    /// Tables of exact liquid bridges that they refer to.
+    pub tables: Tables,
 }
 
 impl LawTable {
@@ -60,7 +63,7 @@ impl LawTable {
             })
         };
         let Some(some) = self.laws.iter().flatten().next() else {
-            // Nothing ever touches, and nobody looks at the table.
+            // No pair ever touches, and the table is never read.
             return Some(Vec::new());
         };
         let some = narrow(some)?;

@@ -40,7 +40,7 @@ impl Memory {
         law: &PairLaw<N, T, R, A>,
         contact: &Contact,
     ) -> Vec<f64> {
-        // Where the law is chosen at run time, its history says which it is once the law was asked.
+        // Where the law is chosen at run time, its history names the law after the first evaluation.
         let mut history = Histories::<N, T, R, A>::default();
         law.act(contact, STEP, &mut history);
         [
@@ -84,7 +84,7 @@ impl Memory {
     }
 }
 
-/// Bits that may be compared: which of the many "no number" it is, nobody promises.
+/// Bits that may be compared: the bits of a NaN are not specified.
 fn bits(number: f64) -> u64 {
     if number.is_nan() {
         u64::MAX

@@ -1,10 +1,10 @@
-//! What of the contacts is beyond a limit: the worst of each kind, named.
+//! Contacts beyond a limit: the worst of each kind, by name.
 
 use glam::DVec3;
 
 use crate::state::{Id, WallIndex};
 
-/// What a contact does that it should not.
+/// What is wrong with a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AlarmKind {
     /// It overlaps too much.
@@ -42,7 +42,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// Overlap over the smaller radius.
+    /// The overlap over the smaller radius.
     #[must_use]
     pub fn part(&self) -> f64 {
         self.overlap / self.radius
@@ -57,7 +57,7 @@ impl Alarms {
     /// All kinds.
     pub const KINDS: [AlarmKind; 3] = [AlarmKind::Overlap, AlarmKind::Through, AlarmKind::Behind];
 
-    /// Takes in a contact; of equal ones the first stays.
+    /// Adds a contact; of two equally bad ones the first stays.
     #[cold]
     pub fn note(&mut self, kind: AlarmKind, alarm: Alarm) {
         let worst = &mut self.0[kind as usize];
@@ -72,7 +72,7 @@ impl Alarms {
         self.0[kind as usize]
     }
 
-    /// Takes those of another part in and empties it.
+    /// Moves the contacts of another part into this one.
     pub fn take_from(&mut self, other: &mut Self) {
         for kind in Self::KINDS {
             if let Some(alarm) = other.0[kind as usize].take() {

@@ -8,8 +8,8 @@ use crate::state::Load;
 /// Rows in a block for `count` particles: about count/16 or up to twice that, between 1000 and 4096, and an even number of blocks
 /// of the same size, so that two threads (and nearly so, more) get the same.
 ///
-/// Large blocks have fewer contacts that reach into others, small ones share out better. It must not depend on the number of
-/// threads: it fixes the order of summation.
+/// Large blocks have fewer contacts that reach into others, small ones can be distributed more evenly. The size must not depend
+/// on the number of threads, because it fixes the order of summation.
 #[must_use]
 pub fn block_size(count: usize) -> usize {
     let about = (count / 16).next_power_of_two().clamp(1024, 4096);
@@ -20,7 +20,7 @@ pub fn block_size(count: usize) -> usize {
     count.div_ceil(blocks).max(1)
 }
 
-/// Bytes of what the blocks of so many rows park for one another when so many pairs touch, for estimates of memory.
+/// The bytes of the outboxes of all blocks for this many rows and touching pairs, for estimates of memory.
 #[must_use]
 pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
     // Rows are sorted by cells that are about a diameter wide, layer by layer, and a contact is half a diameter long along any axis: half
@@ -30,8 +30,8 @@ pub fn parked_bytes(rows: f64, touching: f64) -> f64 {
     GROWTH * crossing * touching * size_of::<Parked>() as f64
 }
 
-/// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first. Mostly
-/// it is the first or the second block, so a division would take longer.
+/// The block, counted from the first, and the row within it, of the row that lies `ahead` rows behind the start of the first.
+/// Mostly it is in the first or the second block, and this test is faster than a division.
 #[inline(always)]
 pub(super) fn place(mut ahead: usize, block_size: usize) -> (usize, usize) {
     let mut block = 0;
@@ -45,7 +45,7 @@ pub(super) fn place(mut ahead: usize, block_size: usize) -> (usize, usize) {
 /// The partner's share of contacts that reach into later blocks, parked by the block that computed them.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
-    /// One list for each later block.
+    /// One list for each later block, up to the last one that a contact has reached: mostly the next few.
     lists: Vec<Vec<Parked>>,
 }
 
@@ -61,18 +61,6 @@ struct Parked {
 }
 
 impl Outbox {
-    /// An empty box of a block that `later` blocks follow.
-    pub(super) fn new(later: usize) -> Self {
-        Self {
-            lists: (0..later).map(|_| Vec::new()).collect(),
-        }
-    }
-
-    /// Blocks that follow.
-    pub(super) fn later(&self) -> usize {
-        self.lists.len()
-    }
-
     /// Forgets the last step's shares; their memory is used again.
     pub(super) fn clear(&mut self) {
         for list in &mut self.lists {
@@ -84,6 +72,9 @@ impl Outbox {
     #[inline(always)]
     pub(super) fn park(&mut self, ahead: usize, block_size: usize, force: DVec3, torque: DVec3) {
         let (block, row) = place(ahead, block_size);
+        if block >= self.lists.len() {
+            self.lists.resize_with(block + 1, Vec::new);
+        }
         self.lists[block].push(Parked {
             row: row as u32,
             force,
@@ -131,6 +122,25 @@ mod tests {
             assert!((1..=4096).contains(&size));
             assert!(count <= 1024 || count.div_ceil(size) % 2 == 0, "{count}");
         }
+    }
+
+    /// What a block parks is delivered to the row that it is for; the number of lists follows from the blocks that are reached.
+    #[test]
+    fn lists_reach_as_far_as_contacts() {
+        let mut outbox = Outbox::default();
+        let force = DVec3::new(1.0, 2.0, 3.0);
+        outbox.park(2300, 1000, force, DVec3::ZERO);
+        outbox.park(5, 1000, -force, DVec3::ZERO);
+        assert_eq!(outbox.lists.len(), 3);
+        for (ahead, row, expected) in [(0, 5, -force), (2, 300, force)] {
+            let mut loads = vec![Load::new(DVec3::ZERO, DVec3::ZERO); 1000];
+            outbox.deliver(ahead, &mut loads);
+            let found: Vec<usize> = (0..1000)
+                .filter(|&k| loads[k].force != DVec3::ZERO)
+                .collect();
+            assert_eq!((found, loads[row].force), (vec![row], expected));
+        }
+        assert_eq!(outbox.parked(1).count() + outbox.parked(7).count(), 0);
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! From the laws that a scene names to a contact loop.
+//! The choice of a contact loop for the laws of a scene.
 
 use super::{ContactForces, ContactLoop};
+use crate::contact::adhesion::liquid::{CURVE, SHORT};
 use crate::contact::registry::LawTable;
 use crate::contact::{
-    AnyNormal, AnyRolling, AnyTangential, Hertz, Liquid, Mindlin, NoAdhesion, NoRolling, NormalLaw,
-    OneOf, PairLaw, RollingLaw, TangentialLaw,
+    AnyNormal, AnyRolling, AnyTangential, Hertz, LiquidLaw, Mindlin, NoAdhesion, NoRolling,
+    NormalLaw, OneOf, PairLaw, RollingLaw, TangentialLaw,
 };
 #[cfg(not(test))]
 use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
@@ -12,18 +13,19 @@ use crate::contact::{Linear, LinearFriction, Luding, NoFriction};
 /// Makes a loop for a table of laws, if it knows all of them.
 type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
 
-/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each takes seconds to compile, in
-/// every build of everybody; all others run through the loop that chooses the law at each contact, to the same bytes.
+/// The combinations of laws that have a loop compiled for them, because many scenes use them. Each adds seconds to the compile
+/// time of every build; all others run through the loop that chooses the law at each contact, to the same bytes.
 #[cfg(not(test))]
-const COMPILED: [Make; 5] = [
+const COMPILED: [Make; 6] = [
     loop_of::<Linear, NoFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, Luding>,
     loop_of::<Hertz, Mindlin, NoRolling>,
     loop_of::<Hertz, Mindlin, Luding>,
+    wet_loop_of::<Hertz, Mindlin, NoRolling>,
 ];
 
-/// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/compiled_laws.rs` compares
+/// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/sources/compiled_laws.rs` compares
 /// all of them with the dispatching loop.
 #[cfg(test)]
 const COMPILED: [Make; 1] = [loop_of::<Hertz, Mindlin, NoRolling>];
@@ -48,17 +50,36 @@ pub fn contact_loop(table: &LawTable) -> (Box<dyn ContactForces>, String) {
 #[must_use]
 pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
     type Any<A> = PairLaw<AnyNormal, AnyTangential, AnyRolling, A>;
-    // Scenes without adhesion keep nothing of it in memory.
+    // Scenes without adhesion need no memory for it.
     match table.narrow() {
         Some(laws) => Box::new(ContactLoop::new(
             laws as Vec<Any<NoAdhesion>>,
             table.materials,
         )),
-        None => {
-            let laws: Vec<Any<Liquid>> = table.narrow().unwrap_or_default();
-            Box::new(ContactLoop::new(laws, table.materials))
-        }
+        // Formulas of few numbers keep no room for tables of exact bridges.
+        None => match table.narrow() {
+            Some(laws) => Box::new(ContactLoop::new(
+                laws as Vec<Any<LiquidLaw<SHORT>>>,
+                table.materials,
+            )),
+            None => {
+                let laws: Vec<Any<LiquidLaw<CURVE>>> = table.narrow().unwrap_or_default();
+                Box::new(ContactLoop::new(laws, table.materials))
+            }
+        },
     }
+}
+
+/// The same with liquid bridges by formulas.
+#[cfg(not(test))]
+fn wet_loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
+where
+    N: NormalLaw + OneOf<AnyNormal>,
+    T: TangentialLaw + OneOf<AnyTangential>,
+    R: RollingLaw + OneOf<AnyRolling>,
+{
+    let laws = table.narrow::<N, T, R, LiquidLaw<SHORT>>()?;
+    Some(Box::new(ContactLoop::new(laws, table.materials)))
 }
 
 /// The loop compiled for these three laws without adhesion, if the table has no others.

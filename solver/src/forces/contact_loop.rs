@@ -1,16 +1,16 @@
 //! The contact loop: every listed pair and every particle near a wall, once, with the laws compiled in.
 
-mod ahead;
 mod alarming;
 mod block;
 mod bonds;
-mod carrying;
+mod carry_histories;
+mod contact_batch;
 mod contact_point;
-mod found;
 mod joined;
 mod memory;
 mod pairs;
 mod pass;
+mod prefetch;
 mod sharing;
 mod sheets;
 mod sides;
@@ -36,13 +36,13 @@ use crate::neighbours::CandidateList;
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
 use block::Block;
-use found::Numbers;
+use contact_batch::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
 use slots::{IMAGE, Slot, WITH_HISTORY};
 
-/// The loop over contacts for one combination of laws.
+/// The contact loop for one combination of laws.
 #[derive(Debug)]
 pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw = NoAdhesion> {
     /// Laws of all pairs of materials, row by row.
@@ -51,18 +51,18 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     memory: Memory,
     block_size: usize,
     blocks: Vec<Block<Histories<N, T, R, A>>>,
-    /// Of each block: the earlier blocks that reach into it, ascending.
+    /// For each block the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
     /// Contacts of the vertices of each sheet with walls.
     of_sheets: Vec<Block<Histories<N, T, R, A>>>,
-    /// Loads on features of mesh walls of blocks that were cut anew since.
+    /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
     numbers: Box<Numbers>,
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<N, T, R, A> {
-    /// Without slots; [`ContactForces::adopt`] brings them.
+    /// A loop without slots; [`ContactForces::adopt`] adds them.
     #[must_use]
     pub fn new(laws: Vec<PairLaw<N, T, R, A>>, materials: usize) -> Self {
         Self {
@@ -85,7 +85,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         ranges.fold(0.0, f64::max)
     }
 
-    /// The numbers of a history that remembers nothing.
+    /// The numbers of an empty history.
     fn nothing() -> Vec<f64> {
         let mut nothing = Vec::new();
         <Histories<N, T, R, A>>::default().write(&mut nothing);
@@ -107,7 +107,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                     feature: FREE,
                     history: &[],
                 };
-                // Without adhesion what does not touch has none.
+                // Without adhesion only touching pairs have a history.
                 let may_remember = A::ACTIVE || slot.state & WITH_HISTORY != 0;
                 (saved, may_remember.then_some(&slot.history))
             })
@@ -122,7 +122,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
                 .filter(|slot| slot.state & WITH_HISTORY != 0)
                 .count()
         };
-        // Growing in steps would copy it over and over. Laws that remember nothing need no count.
+        // The space is reserved at once, because a growing list would be copied over and over. Laws without history need no
+        // count.
         let is_new = stretch.is_new() && !nothing.is_empty();
         let remembering = if is_new { held() } else { 0 };
         let most = |block: &Block<_>| most_bytes_of_pairs(block.slots.len(), block.rows.len());
@@ -150,12 +151,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             .map(|index| {
                 let first = index * self.block_size;
                 let rows = first..rows.min(first + self.block_size);
-                Block::empty(rows, count - 1 - index)
+                Block::empty(rows)
             })
             .collect();
     }
 
-    /// Notes which block reaches into which, once each knows its targets.
+    /// Notes which block reaches into which, once the targets of all blocks are known.
     fn link(&mut self) {
         self.sources = vec![Vec::new(); self.blocks.len()];
         for (index, block) in self.blocks.iter_mut().enumerate() {
@@ -435,7 +436,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn restore_vertices(&mut self, saved: &[SavedSlots]) {
         let restored = |slots: &SavedSlots| {
-            let mut block = Block::empty(0..0, 0);
+            let mut block = Block::empty(0..0);
             for saved in slots.iter() {
                 block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
             }
@@ -496,7 +497,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
         let nothing = Self::nothing();
         let mut stretch = Stretch::reusing(pieces.memory(), pieces.memory());
         let slots = self.listed_at_walls();
-        // A sphere at a wall has a history there, as a rule.
+        // A sphere at a wall usually has a history there.
         stretch.reserve(slots * MOST_AT_WALL, slots, nothing.len());
         let slots = self.saved_near_walls();
         stretch.extend(&nothing, slots, Histories::<N, T, R, A>::write);

@@ -1,9 +1,9 @@
-//! What happened to contacts whose law asks for it, and the liquid bridges that contacts hold.
+//! What happened to contacts whose law requests it, and the liquid bridges that contacts hold.
 
 use super::Partner;
 use crate::contact::{Bridge, Event};
 
-/// Where a bridge is kept: valid until the next list or force evaluation.
+/// The place of a bridge: valid until the next list or force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BondPlace {
     pub(super) block: u32,
@@ -12,7 +12,7 @@ pub struct BondPlace {
 }
 
 impl BondPlace {
-    /// Block, slot there, and whether it is one at a wall: they tell places apart.
+    /// Block, slot in the block, and whether it is a slot at a wall: together they identify a place.
     #[must_use]
     pub fn numbers(&self) -> (u32, u32, bool) {
         (self.block, self.slot, self.at_wall)
@@ -28,6 +28,8 @@ pub struct Bond {
     pub row: u32,
     /// The other side.
     pub partner: Partner,
+    /// Feature of the wall, if that is one.
+    pub feature: u32,
     /// Whether the two overlapped in the last force evaluation.
     pub touches: bool,
     /// The bridge.
@@ -37,7 +39,7 @@ pub struct Bond {
 /// An event of a contact in the last force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactEvent {
-    /// Which one.
+    /// The kind of event.
     pub event: Event,
     /// The contact, as it was then.
     pub bond: Bond,

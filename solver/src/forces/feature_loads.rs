@@ -1,7 +1,7 @@
 //! Loads on the faces, edges and corners of mesh walls, summed up from step to step.
 //!
-//! Each block of rows sums up its own contacts in their order; when the rows are cut anew, and when somebody asks, the sums of
-//! the blocks are added in the order of the blocks. So the number of threads changes nothing.
+//! Each block of rows sums up its own contacts in their order; when the rows are cut anew, and on each reading, the sums of the
+//! blocks are added in the order of the blocks. So the number of threads changes nothing.
 
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{BuildHasherDefault, Hasher};
@@ -11,7 +11,7 @@ use glam::DVec3;
 /// A feature of a wall: indices of the wall and of its face, edge or corner.
 pub type FeatureKey = (u16, u32);
 
-/// What contacts did to one feature of a wall, summed over force evaluations. Vectors are in the wall's own frame.
+/// Loads of contacts on one feature of a wall, summed over force evaluations. Vectors are in the wall's own frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FeatureLoad {
     /// Forces of the particles on the wall, N.
@@ -20,12 +20,12 @@ pub struct FeatureLoad {
     pub shear: DVec3,
     /// Normal forces, positive where they press, N.
     pub normal: f64,
-    /// What sliding has dissipated, J.
+    /// Energy dissipated by sliding, J.
     pub slip: f64,
 }
 
 impl FeatureLoad {
-    /// Adds another one.
+    /// Adds the loads of another one.
     pub fn add(&mut self, other: &Self) {
         self.force += other.force;
         self.shear += other.shear;
@@ -33,7 +33,7 @@ impl FeatureLoad {
         self.slip += other.slip;
     }
 
-    /// A part of it.
+    /// A fraction of it.
     #[must_use]
     pub fn times(&self, part: f64) -> Self {
         Self {
@@ -74,7 +74,7 @@ impl FeatureLoads {
     }
 }
 
-/// Mixes the two indices of a key; the keys are ours, so nobody chooses them to collide.
+/// Mixes the two indices of a key; the keys are ours, so collisions cannot be provoked.
 #[derive(Debug, Clone, Default)]
 struct KeyHasher(u64);
 

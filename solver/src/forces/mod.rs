@@ -1,4 +1,4 @@
-//! Forces: the one contact loop, generic over the laws, and what is seen of it.
+//! Forces: the one contact loop, generic over the laws, and the observation of contacts.
 //!
 //! The sorted rows are cut into blocks whose size depends on the number of particles alone. A contact inside a block adds to
 //! both its particles at once. A contact that reaches into a later block is computed once, by the block of its first row,
@@ -34,15 +34,16 @@ use crate::lanes::Width;
 use crate::neighbours::{CandidateList, HalfSkins, Images};
 use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::{Surface, SurfaceLoad};
-use crate::walls::WallNow;
+use crate::walls::{WallFilms, WallNow};
 
-/// What the force evaluation of one step is told.
+/// The inputs of the force evaluation of one step.
 pub struct StepContext<'a> {
-    /// By how much springs are stretched: the time step, or 0 in the evaluation before the first step, s.
+    /// The time by which springs are stretched: the time step, or 0 in the evaluation before the first step, s.
     pub spring_time: f64,
-    /// How much earlier than the positions the velocities are: half a step, 0 in the evaluation before the first step, s.
+    /// The time by which the velocities are earlier than the positions: half a step, 0 in the evaluation before the first step,
+    /// s.
     pub velocity_lag: f64,
-    /// Against which normal velocities of sliding, rolling and torsion are taken.
+    /// The normal for the velocities of sliding, rolling and torsion.
     pub sliding_normal: SlidingNormal,
     /// Periodic images.
     pub images: &'a Images,
@@ -50,8 +51,10 @@ pub struct StepContext<'a> {
     pub walls: &'a [WallNow],
     /// Sheets as they are now.
     pub surfaces: &'a [Surface],
-    /// Thickness of the liquid film on each row, m, where bridges form as films meet.
-    pub films: Option<&'a [f64]>,
+    /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
+    pub films: Option<&'a [[f64; 2]]>,
+    /// Films of walls, likewise.
+    pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.
     pub wall_curvature: bool,
     /// Whether contacts of clumps are damped by the mass at the contact point.
@@ -60,18 +63,18 @@ pub struct StepContext<'a> {
     pub feature_loads: bool,
     /// Overlap over the smaller radius beyond which contacts are named; infinite where none is.
     pub overlap_limit: f64,
-    /// Overlap with a wall over the radius beyond which it may be that the centre goes through; infinite if nobody wants to know.
+    /// Overlap with a wall over the radius beyond which the centre may go through the wall; infinite if this is not checked.
     pub deep: f64,
-    /// What to see of the contacts; `None` in most steps.
+    /// What to observe of the contacts; `None` in most steps.
     pub watch: Option<Watch>,
-    /// Whether it sees contacts among sleepers too.
+    /// Whether contacts among sleepers are observed too.
     pub sees_sleepers: bool,
-    /// How many contacts are evaluated side by side; changes no bit.
+    /// The number of contacts that are evaluated side by side; changes no bit.
     pub width: Width,
 }
 
 impl StepContext<'_> {
-    /// How long before the positions the normal is against which velocities of sliding, rolling and torsion are taken, s.
+    /// The time between the normal for velocities of sliding, rolling and torsion and the positions, s.
     #[must_use]
     pub fn sliding_lag(&self) -> f64 {
         match self.sliding_normal {
@@ -84,10 +87,10 @@ impl StepContext<'_> {
 /// Rows of exchanges from here on are of vertices of sheets, all sheets one behind the other.
 pub const FIRST_VERTEX: u32 = 1 << 31;
 
-/// Loads that one block of rows has summed up: index of the block, those of earlier cuts first as `None`.
+/// Loads summed up by one block of rows: index of the block, those of earlier lists first as `None`.
 pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 
-/// What is done with a block of particles, by its number, once the loads on them are known.
+/// The function that is called for a block of particles, by its number, once the loads on them are known.
 pub type Finish<'a> = dyn Fn(usize, &mut [Particle], &[Load]) -> MotionBound + Sync + 'a;
 
 /// The largest squared speed of some particles, the largest part of their skin that they use up, and the sum of their squared speeds, which is not finite if any of them is not.
@@ -124,10 +127,10 @@ impl MotionBound {
     }
 }
 
-/// How a listed pair, or a particle and a feature of a wall, stand.
+/// The state of a listed pair, or of a particle and a feature of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotState {
-    /// Listed: they may touch before the list is built again, and nothing is remembered.
+    /// Listed: they may touch before the list is built again; there is no history.
     Near,
     /// They overlap.
     Touching,
@@ -148,8 +151,9 @@ pub trait ContactForces: Send {
         Needs::default()
     }
 
-    /// Takes a new candidate list. Histories of pairs that touch or are bonded go along: `new_row[old]` says where each row of the
-    /// last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which it is called.
+    /// Takes a new candidate list. Histories of pairs that touch or are bonded are carried over: `new_row[old]` says where each
+    /// row of the last list went, `None` for rows that were removed. `parallel`: with the threads of the pool from within which
+    /// it is called.
     fn adopt(
         &mut self,
         list: &CandidateList,
@@ -158,7 +162,7 @@ pub trait ContactForces: Send {
         parallel: bool,
     );
 
-    /// Gives the images by which walls are met other names before a list is built: `new_name` of row, wall and image.
+    /// Renames the images by which particles meet walls before a list is built: `new_name` of row, wall and image.
     fn rename_images(&mut self, new_name: &dyn Fn(u32, WallIndex, u32) -> u32);
 
     /// Computes all loads on `particles`; with a pool, in parallel. `finish` is called for each block of rows as soon as its
@@ -171,8 +175,9 @@ pub trait ContactForces: Send {
         finish: &Finish<'_>,
     ) -> MotionBound;
 
-    /// Takes note of who sleeps: what contacts among sleepers do is held from now on. `roused`: the rows that were roused since it was last told
-    /// ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where somebody fell asleep or the list is a new one. `context` must not watch.
+    /// Registers which particles sleep: the loads among sleepers are held from now on. `roused`: the rows that were woken since
+    /// the last call ([`ROUSED`](crate::state::ROUSED)), where nothing else changed; `None` where a particle fell asleep or the
+    /// list is a new one. `context` must not request an observation.
     fn settle(
         &mut self,
         particles: &Particles,
@@ -181,19 +186,21 @@ pub trait ContactForces: Send {
         roused: Option<&[u32]>,
     );
 
-    /// Shows the rows of those who are asleep and listed with somebody who is not, block by block: loads of others do not change.
+    /// Passes to its argument the rows of sleepers that are listed with an awake particle, block by block: loads of others do not
+    /// change.
     fn visit_borders(&self, visit: &mut dyn FnMut(usize));
 
-    /// Marks, by row, who is listed near one of these walls (yes or no for each), or with a particle whose motion is prescribed.
+    /// Marks, by row, the particles listed near one of these walls (yes or no for each), or with a particle whose motion is
+    /// prescribed.
     fn mark_disturbed(&self, particles: &Particles, walls: &[bool], disturbed: &mut [bool]);
 
-    /// What is held of each row.
+    /// The held load of each row.
     fn save_held(&self) -> Vec<Load>;
 
-    /// Takes back what [`ContactForces::save_held`] gave; after [`ContactForces::restore`].
+    /// Restores what [`ContactForces::save_held`] returned; called after [`ContactForces::restore`].
     fn restore_held(&mut self, particles: &Particles, held: &[Load]);
 
-    /// The events of contacts since they were taken, block by block; taken out of here. None where no law asks for them.
+    /// The events of contacts since the last call, block by block; they are removed from here. None where no law requests them.
     fn take_events(&mut self) -> Vec<ContactEvent>;
 
     /// The bridges that hold liquid at rows that `wanted` names, at either end, in the order of their slots.
@@ -202,16 +209,16 @@ pub trait ContactForces: Send {
     /// Replaces a bridge.
     fn set_bridge(&mut self, place: &BondPlace, bridge: Bridge);
 
-    /// The contacts of the last evaluation that are beyond a limit, taken out of here.
+    /// The contacts of the last evaluation that are beyond a limit; they are removed from here.
     fn take_alarms(&mut self) -> Alarms;
 
-    /// What the last watched evaluation saw.
+    /// The last observation.
     fn observation(&self, walls: usize) -> Observation;
 
-    /// The same without the records of contacts, for what asks in every step.
+    /// The same without the records of contacts, for callers in every step.
     fn sums(&self, walls: usize) -> Observation;
 
-    /// The same, with the records of contacts taken out of here: there are more of them than particles.
+    /// The same, with the records of contacts moved out: there are more of them than particles.
     fn take_observation(&mut self, walls: usize) -> Observation;
 
     /// The loads on features of mesh walls since they were taken last, in order; empties them.
@@ -220,10 +227,10 @@ pub trait ContactForces: Send {
     /// The same as they lie in the blocks, for restarts.
     fn save_feature_loads(&self) -> Vec<SavedLoads>;
 
-    /// Takes back what [`ContactForces::save_feature_loads`] gave; after [`ContactForces::restore`].
+    /// Restores what [`ContactForces::save_feature_loads`] returned; called after [`ContactForces::restore`].
     fn restore_feature_loads(&mut self, saved: &[SavedLoads]);
 
-    /// Appends the contacts with walls that wear of the last evaluation, block by block; taken out of here.
+    /// Appends the contacts with walls that wear of the last evaluation, block by block; they are removed from here.
     fn take_rubs(&mut self, all: &mut Vec<Rub>);
 
     /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
@@ -264,16 +271,16 @@ pub trait ContactForces: Send {
     /// Appends the bytes of the second.
     fn put_near_walls(&self, pieces: &mut Pieces);
 
-    /// About how many bytes both are at most, of so many slots of so many rows, of which so many remember something.
+    /// An upper estimate of the bytes of both, for this many slots of this many rows, of which `remembering` have a history.
     fn saved_bytes(&self, rows: f64, slots: f64, remembering: f64) -> f64;
 
     /// Slots of particles near walls.
     fn listed_at_walls(&self) -> usize;
 
-    /// Takes back what [`ContactForces::save`] gave for `rows` particles.
+    /// Restores what [`ContactForces::save`] returned for `rows` particles.
     fn restore(&mut self, rows: usize, pairs: &SavedSlots, walls: &SavedSlots);
 
-    /// How many numbers [`SavedSlot::history`] has. A loop that chooses the law at each contact saves more than it shows.
+    /// The length of [`SavedSlot::history`]. A loop that chooses the law at each contact saves more than it shows.
     fn saved_numbers(&self) -> usize;
 
     /// Unit and meaning of the numbers in [`ContactRecord::history`].

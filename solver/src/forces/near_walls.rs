@@ -1,4 +1,4 @@
-//! Which particles are near which walls: found with the candidate list, so that a step tests only those.
+//! Which particles are near which walls: found with the candidate list, so that a step tests only these.
 
 use rayon::prelude::*;
 
@@ -22,8 +22,8 @@ pub struct NearWall {
 /// Finds every particle whose surface is closer than `margin` and its `extra_skin` (m; empty for none) to a wall, by rows, and within a
 /// row by walls and images. `grid`: the cells by which the particles are sorted.
 ///
-/// Walls that have an end are met by images too; a wall without one is met once, a mesh that goes on for ever by the image that is between its
-/// faces.
+/// Walls of finite extent are also met by images; an infinite wall is met once, and a mesh that continues periodically by the
+/// image between its faces.
 ///
 /// Each wall looks for blocks of cells that it may be near, and only the particles in them are tested: of many walls most are near
 /// few particles.
@@ -128,7 +128,7 @@ pub fn near_walls_of_vertices(
 /// Blocks that are searched together.
 const CHUNK: usize = 64;
 
-/// What tests a single particle, with memory that is used again.
+/// The test of a single particle, with memory that is used again.
 struct Tests<'a> {
     records: &'a [Particle],
     extra_skin: &'a [f64],
@@ -139,11 +139,11 @@ struct Tests<'a> {
 }
 
 impl Tests<'_> {
-    /// The image by which a particle is near a wall, of those that go with the code `met_by`, and how many features may be touched.
+    /// The image, among those with the code `met_by`, by which a particle is near a wall, and how many features may be touched.
     #[inline]
     fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u32, u32)> {
         let record = &self.records[row];
-        // Particles that contacts cannot move do not feel walls, but sheets feel them.
+        // Walls have no effect on particles that contacts cannot move; sheets are moved by them.
         if record.inverse_mass == 0.0 && wall.surface().is_none() {
             return None;
         }

@@ -1,4 +1,4 @@
-//! What is seen of the contacts in the steps that are written out or audited.
+//! Observation of the contacts in the steps that are written out or audited.
 
 use glam::DVec3;
 
@@ -6,12 +6,12 @@ use crate::state::{Load, WallIndex};
 use crate::surface::Place;
 use crate::walls::WallStiffness;
 
-/// What to see in a force evaluation.
+/// What to observe in a force evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Watch {
     /// Keep a record of every contact.
     pub records: bool,
-    /// Note what each contact does, for the audit of a step of `dt` (s; 0 in the evaluation before the first step).
+    /// Note the loads of each contact, for the audit of a step of `dt` (s; 0 in the evaluation before the first step).
     pub audit: Option<f64>,
 }
 
@@ -25,7 +25,7 @@ pub enum Partner {
         /// Image code of the partner.
         image: u32,
     },
-    /// A wall.
+    /// A wall, as partner.
     Wall {
         /// Index of the wall.
         wall: WallIndex,
@@ -37,24 +37,24 @@ pub enum Partner {
 /// Energy that the springs of contacts store, J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SpringEnergy {
-    /// Of elastic normal forces, and of bonds by adhesion, which count negative.
+    /// Energy of elastic normal forces, and of bonds by adhesion, which count negative.
     pub normal: f64,
-    /// Of normal forces that are not elastic.
+    /// Energy of normal forces that are not elastic.
     pub plastic: f64,
-    /// Of tangential springs.
+    /// Energy of tangential springs.
     pub tangential: f64,
-    /// Of rolling and torsion springs.
+    /// Energy of rolling and torsion springs.
     pub rolling: f64,
 }
 
 impl SpringEnergy {
-    /// Of all springs, J.
+    /// The sum over all springs, J.
     #[must_use]
     pub fn total(&self) -> f64 {
         self.normal + self.plastic + self.tangential + self.rolling
     }
 
-    /// Adds `times` what others store.
+    /// Adds `times` the energies of `others`.
     pub fn add(&mut self, other: &Self, times: f64) {
         self.normal += times * other.normal;
         self.plastic += times * other.plastic;
@@ -70,22 +70,22 @@ crate::state::plain!(SpringEnergy {
     rolling
 });
 
-/// What a contact does to its two sides, for the audit of the energy, which needs velocities that are known only when all forces are.
+/// The loads of a contact on its two sides, for the energy audit, which needs velocities that are known only when all forces are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exchange {
     /// Row of A.
     pub row: u32,
-    /// B.
+    /// The partner B.
     pub partner: Partner,
     /// The number of the sheet and the point of it, if B is one.
     pub sheet: Option<(u16, Place)>,
     /// From the centres of A and B to the contact point, m.
     pub arms: [DVec3; 2],
-    /// Contact point beside A, at its image where it meets a wall by one, m.
+    /// Contact point beside A, at the image by which A meets a wall, m.
     pub point: DVec3,
-    /// Whole force on A, N.
+    /// Total force on A, N.
     pub force: DVec3,
-    /// The part of it along the normal that takes energy, N: viscous, and of laws that are not elastic all of it.
+    /// The part of it along the normal that dissipates energy, N: the viscous part, and for laws that are not elastic all of it.
     pub lossy: DVec3,
     /// Its tangential part, N.
     pub tangential: DVec3,
@@ -93,12 +93,12 @@ pub struct Exchange {
     pub adhesive: DVec3,
     /// Couple on A beyond the lever arm of the force, N m.
     pub couple: DVec3,
-    /// What its springs store half a step after these forces, by their change over the last step: what is lost to the particles
-    /// if one side of the contact is gone before the next forces.
+    /// The energy of its springs half a step after these forces, extrapolated from the last step: the particles lose it if one
+    /// side of the contact is removed before the next forces.
     pub next_stored: SpringEnergy,
 }
 
-/// One contact as the force evaluation saw it.
+/// One contact in the force evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRecord {
     /// Row of the first particle (A); of two particles the one with the lower id.
@@ -136,7 +136,7 @@ impl ContactRecord {
     /// Bytes of a record with so many numbers of history, for estimates of memory.
     #[must_use]
     pub fn bytes(history: usize) -> usize {
-        // What the system's allocator keeps for itself beside the numbers.
+        // The overhead of the system's allocator.
         const HEADER: usize = 16;
         size_of::<Self>()
             + if history == 0 {
@@ -162,18 +162,18 @@ pub struct Observation {
     pub stored: SpringEnergy,
     /// Force and torque (about the wall's reference point) of the particles on each wall, and the power of the wall, W.
     pub walls: Vec<(Load, f64)>,
-    /// How the contacts of each wall answer to its motion, for servos.
+    /// The stiffness and damping of the contacts of each wall, for servos.
     pub wall_stiffness: Vec<WallStiffness>,
     /// Largest overlap over the smaller radius.
     pub largest_overlap: f64,
-    /// Audited steps: what each contact does.
+    /// Audited steps: the loads of each contact.
     pub exchanges: Vec<Exchange>,
-    /// Records, if asked for.
+    /// Records, if requested.
     pub records: Vec<ContactRecord>,
 }
 
 impl Observation {
-    /// Of nothing, with room for the loads of `walls` walls.
+    /// An empty observation, with space for the loads of `walls` walls.
     #[must_use]
     pub fn empty(walls: usize) -> Self {
         Self {
@@ -189,7 +189,7 @@ impl Observation {
         self.records.extend_from_slice(&other.records);
     }
 
-    /// The same, but for the records of single contacts.
+    /// The same, without the records of single contacts.
     pub fn merge_sums(&mut self, other: &Self) {
         self.particle_contacts += other.particle_contacts;
         self.wall_contacts += other.wall_contacts;
@@ -212,7 +212,7 @@ impl Observation {
 mod tests {
     use super::*;
 
-    /// Each sum of `times` contacts.
+    /// Each sum for `times` contacts.
     fn seen(times: u32) -> Observation {
         let number = f64::from(times);
         Observation {

@@ -1,6 +1,6 @@
-//! The forces of a run as a list: the contact loop first, others beside it. Each says what it needs, and nothing but these needs
-//! decides how the step is made: whether the kick is fused with the contact loop, how far pairs are listed, whether shapes of
-//! walls are refitted, which columns exist.
+//! The forces of a run as a list: the contact loop first, other forces after it. the contact loop first, others beside it. Each
+//! states its needs, and only these decide how the step is made: whether the kick is fused with the contact loop, how far pairs
+//! are listed, whether shapes of walls are refitted, which columns exist.
 
 use glam::DVec3;
 
@@ -18,7 +18,7 @@ pub struct Needs {
     pub orientations: bool,
     /// It adds loads once those of the contacts are known, so the kick has to wait for it.
     pub after_contacts: bool,
-    /// It may change the surfaces of walls, so it is asked before the lists are judged, and what it changes is refitted.
+    /// It may change the surfaces of walls, so it runs before the lists are checked, and what it changes is refitted.
     pub reshapes_walls: bool,
 }
 
@@ -35,25 +35,26 @@ impl Needs {
     }
 }
 
-/// A new candidate list, as a pass is told of it.
+/// A new candidate list, as a pass receives it.
 pub struct NewList<'a> {
     /// Particles in their new order.
     pub particles: &'a Particles,
     /// All pairs closer than their radii, the skin and the range of the pass that reaches farthest.
     pub pairs: &'a CandidateList,
-    /// All particles that near to a wall.
+    /// All particles that are near a wall by the same measure.
     pub near_walls: &'a [NearWall],
     /// Where each row of the last list went, `None` for rows that were removed.
     pub new_row: &'a [Option<Row>],
-    /// Made with the threads of the pool from within which it is called.
+    /// The list was made with the threads of the pool from which this is called.
     pub parallel: bool,
 }
 
 /// A force beside the contacts: gravity between grains, drag, bonds, bridges.
 ///
-/// It is asked in the order of the list, always with the same numbers whatever the number of threads, and must answer likewise.
+/// Passes run in the order of the list and get the same numbers whatever the number of threads; their results must not depend on
+/// it either.
 pub trait ForcePass: Send {
-    /// A word for it, unique in the run.
+    /// A name for it, unique in the run.
     fn name(&self) -> &str;
 
     /// What it needs; the same during a whole run.
@@ -63,7 +64,7 @@ pub trait ForcePass: Send {
     fn adopt(&mut self, list: &NewList<'_>);
 
     /// The meshes that it changes in the step that ends at `time` (s), if it [`needs`](Self::needs) to: the number of the wall in
-    /// the plan, and the new places of its corners in the wall's own frame, m.
+    /// the plan, and the new positions of its corners in the wall's own frame, m.
     fn reshape_walls(&mut self, particles: &Particles, time: f64) -> Vec<(usize, Vec<DVec3>)> {
         let _ = (particles, time);
         Vec::new()
@@ -72,16 +73,15 @@ pub trait ForcePass: Send {
     /// Adds its loads to those of the contacts, if it [`needs`](Self::needs) to come after them.
     fn add_loads(&mut self, particles: &mut Particles, context: &StepContext<'_>);
 
-    /// Adds what it saw in the last watched evaluation: energy stored, what it dissipated, its loads on walls.
+    /// Adds its part to the last observation: energy stored and dissipated, its loads on walls.
     fn observe(&self, observation: &mut Observation);
 
-    /// All that it remembers, by ids that survive sorting, so that [`ForcePass::restore`] can go on with the same numbers.
+    /// Its whole state, by ids that survive sorting, so that [`ForcePass::restore`] can continue with the same numbers.
     fn save(&self) -> Vec<u8>;
 
-    /// Takes back what [`ForcePass::save`] gave; called after the contact loop has its lists back.
+    /// Restores what [`ForcePass::save`] returned; called after the contact loop has its lists back.
     ///
-    /// # Errors
-    /// If these are no bytes of this pass; what is wrong with them.
+    /// # Errors If these bytes are not of this pass, with the reason.
     fn restore(&mut self, particles: &Particles, saved: &[u8]) -> Result<(), String>;
 }
 
@@ -94,7 +94,7 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// The contact loop, and what comes beside it.
+    /// The contact loop and the passes beside it.
     #[must_use]
     pub fn new(contacts: Box<dyn ContactForces>, others: Vec<Box<dyn ForcePass>>) -> Self {
         let needs = others.iter().map(|pass| pass.needs());
@@ -106,7 +106,7 @@ impl Forces {
         }
     }
 
-    /// What all of them need together.
+    /// The needs of all of them together.
     #[must_use]
     pub fn needs(&self) -> Needs {
         self.needs
@@ -118,10 +118,9 @@ impl Forces {
         &self.others
     }
 
-    /// Gives the passes beside the contact loop back what they had saved, by their names.
+    /// Restores the passes beside the contact loop from their saved bytes, by their names.
     ///
-    /// # Errors
-    /// If these are not the same passes, or one of them cannot read what is its own.
+    /// # Errors If these are not the same passes, or one of them cannot read its bytes.
     pub fn restore_others(
         &mut self,
         particles: &Particles,
@@ -147,7 +146,7 @@ impl Forces {
         Ok(())
     }
 
-    /// Hands a new candidate list to all.
+    /// Passes a new candidate list to all.
     pub fn adopt(&mut self, list: &NewList<'_>) {
         self.contacts
             .adopt(list.pairs, list.near_walls, list.new_row, list.parallel);
@@ -184,7 +183,7 @@ impl Forces {
             .collect()
     }
 
-    /// What the last watched evaluation saw.
+    /// The last observation.
     #[must_use]
     pub fn observation(&self, walls: usize) -> Observation {
         let mut observation = self.contacts.observation(walls);
@@ -204,7 +203,7 @@ impl Forces {
         sums
     }
 
-    /// The same, with the records of contacts taken out of the contact loop.
+    /// The same, with the records of contacts moved out of the contact loop.
     pub fn take_observation(&mut self, walls: usize) -> Observation {
         let mut observation = self.contacts.take_observation(walls);
         for pass in &self.others {

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-/// What wear follows from at a contact of a particle with a wall. Places and directions are in the wall's own frame.
+/// The quantities of a contact of a particle with a wall from which wear is computed. Places and directions are in the wall's own
+/// frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rub {
     /// Index of the wall.
@@ -15,13 +16,13 @@ pub struct Rub {
     pub normal: DVec3,
     /// |F_n|, N, without adhesion.
     pub load: f64,
-    /// |v_t| dt: way of the particle's surface along the wall, m.
+    /// |v_t| dt: displacement of the particle's surface along the wall, m.
     pub way: f64,
-    /// Its part beyond what the friction spring takes up, m.
+    /// The part of it beyond the friction spring, m.
     pub slip: f64,
-    /// What sliding dissipates, J.
+    /// Energy dissipated by sliding, J.
     pub work: f64,
-    /// What arrives, where the contact begins in this evaluation.
+    /// The impact, where the contact begins in this evaluation.
     pub impact: Option<Impact>,
 }
 

@@ -14,7 +14,7 @@ pub struct SavedSlot<'a> {
     pub partner: u32,
     /// Image code of the partner; for walls the image of the particle.
     pub image: u32,
-    /// How the two stood in the last evaluation.
+    /// The state of the pair in the last evaluation.
     pub state: SlotState,
     /// Wall contacts: the feature of the wall; `u32::MAX` for a slot that is free.
     pub feature: u32,
@@ -22,13 +22,13 @@ pub struct SavedSlot<'a> {
     pub history: &'a [f64],
 }
 
-/// Slots in order. Most remember nothing, and take no room for it: there are millions.
+/// Slots in order. Most have no history and take no memory for one: there are millions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedSlots {
     heads: Vec<Head>,
-    /// The histories of the slots that have one, one behind the other.
+    /// The histories of the slots that have one, one after the other.
     histories: Vec<f64>,
-    /// A history that remembers nothing; as long as all others.
+    /// An empty history; as long as all others.
     nothing: Vec<f64>,
 }
 
@@ -43,11 +43,13 @@ struct Head {
     remembers: bool,
 }
 
-/// Bytes of a slot at a wall in a state but for its history, at most: its first byte, the wall, the row, the image and the feature.
+/// The largest number of bytes of a slot at a wall in a state, without its history: its first byte, the wall, the row, the image
+/// and the feature.
 pub(super) const MOST_AT_WALL: usize = 1 + 4 * size_of::<u32>();
 
-/// Bytes of the slots of pairs of so many rows in a state but for their histories, at most. A pair has no feature, and the slots of a
-/// row, which follow each other, tell it once; that all are of images is more than there can be, and takes four bytes of nine.
+/// The largest number of bytes of the slots of pairs of this many rows in a state, without their histories. A pair has no
+/// feature, and the consecutive slots of a row store it once; the bound assumes images for all pairs, which takes four bytes of
+/// nine.
 pub(super) fn most_bytes_of_pairs(slots: usize, rows: usize) -> usize {
     slots * (1 + 2 * size_of::<u32>()) + slots.min(rows) * size_of::<u32>()
 }
@@ -86,7 +88,7 @@ impl Head {
             | told(OTHER_ROW, before != Some(self.row))
             | told(OTHER_IMAGE, self.image != NO_SHIFT)
             | told(FEATURE, self.feature != FREE);
-        // Two numbers at once: there are several slots for each particle.
+        // Two numbers at once, as there are several slots for each particle.
         let mut raw = [first; 1 + size_of::<u32>()];
         raw[1..].copy_from_slice(&self.partner.to_le_bytes());
         bytes.extend_from_slice(&raw);
@@ -106,14 +108,14 @@ impl Head {
     fn take(before: Option<u32>, bytes: &mut &[u8]) -> Result<Self, String> {
         let first = u8::take(bytes)?;
         if first & UNUSED != 0 {
-            return Err(format!("{first} is no way to tell of a pair"));
+            return Err(format!("invalid contact record header {first:#x}"));
         }
         let partner = u32::take(bytes)?;
         let mut number = |flag: u8, otherwise: Option<u32>| {
             if first & flag != 0 {
                 return u32::take(bytes);
             }
-            otherwise.ok_or_else(|| "the first pair tells of no row".to_owned())
+            otherwise.ok_or_else(|| "the first pair names no row".to_owned())
         };
         Ok(Self {
             row: number(OTHER_ROW, before)?,
@@ -126,13 +128,14 @@ impl Head {
     }
 }
 
-/// Whether a history is another one than that which remembers nothing. To the bit: a zero with a sign is something else.
+/// Whether a history differs from the empty one. Compared bit by bit: a negative zero is different.
 fn remembers(history: &[f64], nothing: &[f64]) -> bool {
     let bits = |number: &f64| number.to_bits();
     !history.iter().map(bits).eq(nothing.iter().map(bits))
 }
 
-/// The bytes of some of the slots of [`SavedSlots`], without making them: for a million particles they would take as long as all else.
+/// The bytes of some of the slots of [`SavedSlots`], without making them: for a million particles they would take as long as
+/// everything else.
 #[derive(Debug)]
 pub(super) struct Stretch {
     heads: Vec<u8>,
@@ -154,14 +157,14 @@ impl Stretch {
         }
     }
 
-    /// Room for slots of so many bytes, of which so many have a history of `numbers` numbers.
+    /// Reserves memory for slots of this many bytes in all, `remembering` of which have a history of `numbers` numbers.
     pub(super) fn reserve(&mut self, bytes: usize, remembering: usize, numbers: usize) {
         self.heads.reserve(bytes);
         let histories = remembering * numbers * size_of::<f64>();
         self.histories.reserve(histories);
     }
 
-    /// Whether there is no room for histories at all.
+    /// Whether no memory for histories was reserved.
     pub(super) fn is_new(&self) -> bool {
         self.histories.capacity() == 0
     }
@@ -186,7 +189,7 @@ impl Stretch {
             self.slots += 1;
             if remembers {
                 self.remembering += 1;
-                // At once: there are some for each particle.
+                // Reserved at once, as there are some for each particle.
                 let begin = self.histories.len();
                 self.histories.resize(begin + size_of_val(&history[..]), 0);
                 let raw = self.histories[begin..].chunks_exact_mut(size_of::<f64>());
@@ -198,7 +201,7 @@ impl Stretch {
     }
 }
 
-/// Appends what [`Plain::put`] of the [`SavedSlots`] with the slots of these stretches would.
+/// Appends what [`Plain::put`] of the [`SavedSlots`] with the slots of these parts would.
 pub(super) fn put_stretches(pieces: &mut Pieces, nothing: &[f64], stretches: Vec<Stretch>) {
     nothing.to_vec().put(pieces.end());
     let slots: usize = stretches.iter().map(|stretch| stretch.slots).sum();
@@ -213,7 +216,7 @@ pub(super) fn put_stretches(pieces: &mut Pieces, nothing: &[f64], stretches: Vec
 }
 
 impl SavedSlots {
-    /// No slots yet, for histories like this one, which remembers nothing.
+    /// No slots yet, for histories of the length of this one, which is empty.
     #[must_use]
     pub fn new(nothing: Vec<f64>) -> Self {
         Self {
@@ -223,13 +226,13 @@ impl SavedSlots {
         }
     }
 
-    /// None of these slots, for the same histories.
+    /// An empty list for the same histories.
     #[must_use]
     pub fn emptied(&self) -> Self {
         Self::new(self.nothing.clone())
     }
 
-    /// Room for so many more.
+    /// Reserves memory for this many more slots.
     pub fn reserve(&mut self, slots: usize) {
         self.heads.reserve(slots);
     }
@@ -425,7 +428,7 @@ mod tests {
                 prop_assert!(same(&found, expected), "{:?} {:?}", found, expected);
             }
 
-            // In stretches of whole rows, as threads write them, the bytes are the same.
+            // In parts of whole rows, as threads write them, the bytes are the same.
             let cut = pushed.iter().position(|slot| slot.row > 10).unwrap_or(pushed.len());
             let stretches = [&pushed[..cut], &pushed[cut..]].map(|part| {
                 let mut stretch = Stretch::reusing(Vec::new(), Vec::new());
@@ -492,18 +495,14 @@ mod tests {
             SavedSlots::take(&mut &bytes[..]).map(|slots| slots.len())
         };
         assert_eq!(of(&[OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0]), Ok(1));
-        assert!(
-            of(&[0, 1, 0, 0, 0])
-                .unwrap_err()
-                .contains("tells of no row")
-        );
+        assert!(of(&[0, 1, 0, 0, 0]).unwrap_err().contains("names no row"));
         assert!(
             of(&[UNUSED | OTHER_ROW, 1, 0, 0, 0, 2, 0, 0, 0])
                 .unwrap_err()
-                .contains("no way to tell")
+                .contains("invalid contact record header")
         );
         assert!(
-            of(&[OTHER_ROW | 5, 1, 0, 0, 0, 2, 0, 0, 0])
+            of(&[OTHER_ROW | 6, 1, 0, 0, 0, 2, 0, 0, 0])
                 .unwrap_err()
                 .contains("no state")
         );

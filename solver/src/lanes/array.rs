@@ -1,4 +1,4 @@
-//! Lanes as a plain array: right on every processor, as fast as the compiler makes it.
+//! Lanes as a plain array: correct on every processor, and as fast as the compiler makes it.
 
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -4,7 +4,7 @@
 //! the condition itself, and the compiler leaves the branches that a law for single contacts would have. As [`Lanes`] it is
 //! several numbers, and each lane gets the very bits that it would get alone.
 //!
-//! How to write a rare case, so that it costs nothing where it is absent and is right where only some lanes are in it:
+//! How to write a rare case, so that it costs nothing where it does not occur and is right if only some lanes are in it:
 //!
 //! ```
 //! use mercury_solver::lanes::{Lanes, Mask, Real};
@@ -13,7 +13,7 @@
 //! fn root<L: Real>(x: L) -> L {
 //!     let below = x.below(L::ZERO);
 //!     if below.all() {
-//!         return L::ZERO; // nobody needs the root
+//!         return L::ZERO; // no lane needs the root
 //!     }
 //!     let root = x.sqrt();
 //!     if below.any() { L::select(below, L::ZERO, root) } else { root }
@@ -131,7 +131,7 @@ pub trait Real:
         }
     }
 
-    /// The lanes whose bits are set, moved to the front; what the others hold then is open.
+    /// The lanes whose bits are set, moved to the front; the content of the others is not specified.
     #[inline(always)]
     #[must_use]
     fn packed(self, bits: u32) -> Self {
@@ -173,7 +173,8 @@ pub trait Real:
         Vector::new(x, y, z)
     }
 
-    /// The way back: lane `k` of a vector, and of what stands behind it, as number `k`; what follows behind [`Real::LANES`] is open.
+    /// The reverse: lane `k` of a vector, and of the number that follows it, as number `k`; what follows behind [`Real::LANES`]
+    /// is not specified.
     #[inline(always)]
     #[must_use]
     fn rows(vector: Vector<Self>, behind: Self) -> [Quad; MOST_LANES] {
@@ -252,7 +253,7 @@ impl Real for f64 {
         f64::abs(self)
     }
 
-    // Not `f64::min` and `f64::max`, which leave open which of two zeros they give.
+    // Not `f64::min` and `f64::max`, which do not specify which of two zeros they return.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         if other < self { other } else { self }

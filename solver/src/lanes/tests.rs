@@ -20,9 +20,10 @@ const KINDS: [f64; 12] = [
     f64::NAN,
 ];
 
-/// Bits that may be compared: which of the many "no number" it is, nobody promises.
+/// Bits that may be compared: the bits of a NaN are not specified.
 fn bits(number: f64) -> u64 {
-    // Asked of the bits: seen here with rustc 1.95, `is_nan` of a root of a constant below zero is folded to "no". The solver asks that of no constant.
+    // Checked on the bits: seen here with rustc 1.95, `is_nan` of a root of a constant below zero is folded to "no". The solver
+    // does not test a constant in this way.
     let bits = number.to_bits();
     if bits & (u64::MAX >> 1) > f64::INFINITY.to_bits() {
         u64::MAX

@@ -6,7 +6,7 @@ use super::registers::Two;
 #[cfg(target_arch = "x86_64")]
 use super::registers::{Eight, Four};
 
-/// Two numbers, where registers hold them without being asked for it.
+/// Two numbers, where registers hold them without a feature check.
 #[cfg(not(any(target_arch = "aarch64", target_arch = "x86_64")))]
 type Two = super::Lanes<2>;
 
@@ -15,8 +15,8 @@ pub trait Task {
     /// What comes of it.
     type Output;
 
-    /// Does it. To be marked `inline(always)`, as all that it calls in its inner loops: only what is inlined here is compiled for
-    /// the processor that was found.
+    /// Performs the task. To be marked `inline(always)`, as all functions that its inner loops call: only what is inlined here is
+    /// compiled for the processor that was found.
     fn run<L: Real>(self) -> Self::Output;
 }
 
@@ -38,7 +38,7 @@ impl Width {
     /// One number at a time: every processor can.
     pub const ONE: Self = Self(Kind::One);
 
-    /// All that this processor can do, the narrowest first.
+    /// All widths of this processor, the narrowest first.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let all = [1, 2, 4, 8].into_iter();
@@ -69,7 +69,8 @@ impl Width {
         wider.or(Self::of(always)).unwrap_or(Self::ONE)
     }
 
-    /// The fastest where contacts remember nothing: finding them is most of the work then, and eight lanes are no faster at it than four (measured).
+    /// The fastest width for contacts without history: finding them is most of the work then, and eight lanes are no faster at it
+    /// than four (measured).
     #[must_use]
     pub fn fastest_without_history() -> Self {
         Self::of(4).unwrap_or_else(Self::fastest)
@@ -95,7 +96,7 @@ impl Width {
             Kind::One => task.run::<f64>(),
             Kind::Two => task.run::<Two>(),
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: nobody has a `Width` of this kind but from `of`, which has asked the processor for the features.
+            // SAFETY: only `of` makes a `Width` of this kind, and it has checked that the processor has the features.
             Kind::Four => unsafe { with_avx2(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.

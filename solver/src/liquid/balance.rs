@@ -1,6 +1,6 @@
 //! Where the liquid is, and where it went.
 
-use super::Sum;
+use super::{Sum, Weighed};
 
 /// What came and went since the start; volumes in m^3.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -13,10 +13,18 @@ pub struct LiquidBalance {
     pub left: Sum,
     /// On particles that were deleted in a region.
     pub deleted: Sum,
+    /// Evaporated.
+    pub evaporated: Sum,
+    /// Mass and energy that liquid from outside brought to particles.
+    pub weighed: Weighed,
+    /// Bridges that dried up.
+    pub dried: u64,
     /// Bridges that formed.
     pub formed: u64,
     /// Bridges that broke.
     pub ruptured: u64,
+    /// How often a bridge formed or took liquid that lies outside of the table of `young-laplace`.
+    pub clamped: u64,
     /// Energy set free as bridges formed and took liquid, J, up to the last force evaluation.
     pub set_free: f64,
     /// The same after it: the next evaluation is the first that sees these bridges.
@@ -28,8 +36,12 @@ crate::state::plain!(LiquidBalance {
     inserted,
     left,
     deleted,
+    evaporated,
+    weighed,
+    dried,
     formed,
     ruptured,
+    clamped,
     set_free,
     next_set_free
 });
@@ -43,6 +55,8 @@ pub struct LiquidRow {
     pub films: f64,
     /// In bridges.
     pub bridges: f64,
+    /// On walls.
+    pub wall_films: f64,
     /// Number of bridges.
     pub bridge_count: u64,
     /// Of sprays: in flight, emitted, caught by particles, lost at walls, left the domain.
@@ -57,19 +71,22 @@ impl LiquidRow {
         balance: &LiquidBalance,
         films: &[f64],
         bridges: impl ExactSizeIterator<Item = f64> + Clone,
+        walls: impl Iterator<Item = f64> + Clone,
         sprayed: [f64; 5],
     ) -> Self {
-        let lost = [balance.left.value(), balance.deleted.value()];
+        let lost = [balance.left, balance.deleted, balance.evaporated].map(Sum::value);
         let [in_flight, emitted, _, lost_at_walls, left] = sprayed;
         let came = [-balance.initial, -balance.inserted.value(), -emitted];
         let of_droplets = [in_flight, lost_at_walls, left];
         let all = films.iter().copied().chain(bridges.clone());
+        let all = all.chain(walls.clone());
         let all = all.chain(of_droplets);
         Self {
             balance: *balance,
             films: sum(films.iter().copied()),
             bridge_count: bridges.len() as u64,
             bridges: sum(bridges),
+            wall_films: sum(walls),
             sprayed,
             error: sum(all.chain(lost).chain(came)),
         }

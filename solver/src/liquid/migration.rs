@@ -6,20 +6,24 @@
 //! - *A touch.* The films of both sides hold T together. If T > 0 and T >= the least volume, a bridge of min(T, largest volume) forms;
 //!   each film gives in proportion. A pair that touches without enough liquid stays dry until it has parted.
 //!   With [`BridgesForm::Films`] it forms as soon as the films meet, where it reaches across the gap.
-//! - *A break.* Each end takes half (a particle at a wall all), and hands the share `distribution` of it on to its other bridges in
-//!   equal parts, each up to its own largest volume. What is left goes to the film of that end.
+//! - *A break.* Each end takes half (a particle at a wall all but the share that a wall with a film keeps), and hands the share
+//!   `distribution` of it on to its other bridges in equal parts, each up to its own largest volume. What is left goes to the film of
+//!   that end.
+//!
+//! A wall with a film takes part like a particle, with what the shadow of the grain covers of the triangle.
 //!
 //! Events of one step are answered in ascending order of (lower id, higher id); those of a particle at walls come after those with
 //! its partners.
 
 use std::collections::HashMap;
 
+use super::weight::End;
 use super::{BridgesForm, LiquidNeighbours, Liquids};
 use crate::contact::registry::LawTable;
 use crate::contact::{Bridge, Event, Liquid};
 use crate::forces::{Bond, BondPlace, ContactEvent, ContactForces, Partner};
 use crate::state::{FILM_VOLUME, Particles};
-use crate::walls::WallNow;
+use crate::walls::{WallNow, WallPlace};
 
 /// What the rules read beside the particles.
 #[derive(Clone, Copy)]
@@ -128,8 +132,10 @@ impl Liquids {
             return;
         };
         let [a, b] = rows_of(bond);
+        let wall = self.wall_place(bond, around);
         let film = |row: Option<u32>| row.map_or(0.0, |row| films[row as usize]);
-        let (of_a, of_b) = (film(a), film(b));
+        let of_wall = wall.map_or(0.0, |wall| self.walls.within_reach(wall, radii[0]));
+        let (of_a, of_b) = (film(a), film(b) + of_wall);
         let there = of_a + of_b;
         let gap = bond.bridge.gap;
         // Films that meet form a bridge that reaches across the gap, or none yet; a touch is remembered even if it stays dry.
@@ -139,7 +145,7 @@ impl Liquids {
         }
         let reaches = !is_apart
             || (self.bridges_form == BridgesForm::Films
-                && gap < liquid.end(there.min(liquid.max_volume), radii));
+                && gap < liquid.end(there.min(liquid.max_volume), radii, &around.laws.tables));
         if there > 0.0 && there >= liquid.min_volume && reaches {
             let volume = there.min(liquid.max_volume);
             let [from_a, from_b] = if there <= liquid.max_volume {
@@ -156,11 +162,47 @@ impl Liquids {
             if let Some(row) = b {
                 films[row as usize] = of_b - from_b;
             }
-            bridge = liquid.fill(&Bridge { gap, ..bridge }, volume, radii);
+            if let Some(wall) = wall {
+                self.walls.set(wall, self.walls.volume(wall) - from_b);
+            }
+            let to_a = if b.is_some() { 0.5 * volume } else { volume } - from_a;
+            let (a, b) = (End::Row(bond.row), b.map_or(End::Outside, End::Row));
+            let (from, to) = if to_a > 0.0 { (b, a) } else { (a, b) };
+            self.carry(particles, from, to, to_a.abs());
+            bridge = liquid.fill(
+                &Bridge { gap, ..bridge },
+                volume,
+                radii,
+                &around.laws.tables,
+            );
+            self.note_clamped(&liquid, volume, radii, around);
             self.balance.formed += 1;
             self.balance.next_set_free -= liquid.energy_of(&bridge);
         }
         net.insert(Bond { bridge, ..*bond }, particles);
+    }
+
+    /// Where a wall with a film holds the liquid of a bond.
+    fn wall_place(&self, bond: &Bond, around: &Surroundings<'_>) -> Option<WallPlace> {
+        match bond.partner {
+            Partner::Wall { wall, .. } => {
+                self.walls.place(wall.index(), bond.feature, around.walls)
+            }
+            Partner::Particle { .. } => None,
+        }
+    }
+
+    /// Counts a bridge that formed or took liquid and lies outside of the table of its law.
+    pub(super) fn note_clamped(
+        &mut self,
+        liquid: &Liquid,
+        volume: f64,
+        radii: [f64; 2],
+        around: &Surroundings<'_>,
+    ) {
+        if liquid.is_clamped(volume, radii, &around.laws.tables) {
+            self.balance.clamped += 1;
+        }
     }
 
     /// A bridge breaks; it is forgotten.
@@ -180,8 +222,17 @@ impl Liquids {
         self.balance.ruptured += 1;
         let at_wall = matches!(bond.partner, Partner::Wall { .. });
         let share = liquid_of(particles, around, &bond).distribution;
-        let half = if at_wall { volume } else { 0.5 * volume };
-        for (end, part) in rows_of(&bond).into_iter().zip([half, volume - half]) {
+        let mut half = if at_wall { volume } else { 0.5 * volume };
+        let mut rest = volume - half;
+        if let Some(wall) = self.wall_place(&bond, around) {
+            let held = self.walls.volume(wall);
+            let holds = held + self.walls.keeps(wall) * volume;
+            self.walls.set(wall, holds);
+            // What the addition has rounded off stays with the particle.
+            (half, rest) = (volume - (holds - held), 0.0);
+            self.carry(particles, End::Row(bond.row), End::Outside, holds - held);
+        }
+        for (end, part) in rows_of(&bond).into_iter().zip([half, rest]) {
             if let Some(row) = end {
                 self.hand_on(row, part, share, at_wall, index, net, particles, around);
             }
@@ -218,7 +269,14 @@ impl Liquids {
             let volume = (held + portion.min(rest)).min(liquid.max_volume).max(held);
             rest -= volume - held;
             held_by_all += volume;
-            let bridge = liquid.fill(&bond.bridge, volume, radii_of(particles, &bond));
+            let radii = radii_of(particles, &bond);
+            let bridge = liquid.fill(&bond.bridge, volume, radii, &around.laws.tables);
+            self.note_clamped(&liquid, volume, radii, around);
+            if let Partner::Particle { row: partner, .. } = bond.partner {
+                let far = if partner == row { bond.row } else { partner };
+                let half = 0.5 * (volume - held);
+                self.carry(particles, End::Row(row), End::Row(far), half);
+            }
             self.balance.next_set_free +=
                 liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
             net.set(other, bridge);
@@ -331,12 +389,12 @@ fn rows_of(bond: &Bond) -> [Option<u32>; 2] {
 }
 
 /// Radii of both sides, m; infinite for a wall.
-fn radii_of(particles: &Particles, bond: &Bond) -> [f64; 2] {
+pub(super) fn radii_of(particles: &Particles, bond: &Bond) -> [f64; 2] {
     rows_of(bond).map(|row| row.map_or(f64::INFINITY, |row| particles.records[row as usize].radius))
 }
 
 /// The law of the bridge.
-fn liquid_of(particles: &Particles, around: &Surroundings<'_>, bond: &Bond) -> Liquid {
+pub(super) fn liquid_of(particles: &Particles, around: &Surroundings<'_>, bond: &Bond) -> Liquid {
     let material = |row: u32| particles.records[row as usize].material.number();
     let other = match bond.partner {
         Partner::Particle { row, .. } => material(row),

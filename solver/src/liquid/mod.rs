@@ -5,15 +5,20 @@
 //! volume that is handed on is what is left after a subtraction, so that the sum of all volumes is kept to round-off.
 
 mod balance;
+mod evaporation;
 mod migration;
 mod sum;
+mod weight;
 
 pub use balance::{LiquidBalance, LiquidRow};
+pub use evaporation::EVERY as EVAPORATES_EVERY;
 pub use migration::Surroundings;
 pub use sum::Sum;
+pub use weight::{Weighed, Weight};
 
 use crate::forces::ContactForces;
 use crate::state::{FILM_VOLUME, Particle, Particles};
+use crate::walls::{WallFilmPlan, WallFilms};
 
 pub use mercury_common::scene::{BridgesForm, LiquidNeighbours};
 
@@ -28,6 +33,12 @@ pub struct LiquidPlan {
     pub neighbours: LiquidNeighbours,
     /// Where bridges form.
     pub bridges_form: BridgesForm,
+    /// Volume lost per area and second, m/s.
+    pub evaporation: f64,
+    /// The mass of liquid, where it has any.
+    pub weight: Option<Weight>,
+    /// Films of walls, in the order of the walls; may be shorter where no further wall has one.
+    pub wall_films: Vec<Option<WallFilmPlan>>,
 }
 
 /// The step part that moves liquid.
@@ -35,13 +46,44 @@ pub struct LiquidPlan {
 pub struct Liquids {
     neighbours: LiquidNeighbours,
     bridges_form: BridgesForm,
-    /// Thickness of each row's film, m, where bridges form as films meet.
-    thickness: Vec<f64>,
+    /// Volume lost per area and second, m/s.
+    evaporation: f64,
+    weight: Option<Weight>,
+    /// Thickness (m) and volume (m^3) of each row's film, where bridges form as films meet.
+    thickness: Vec<[f64; 2]>,
+    /// What walls hold.
+    pub walls: WallFilms,
     /// What came and went since the start.
     pub balance: LiquidBalance,
 }
 
+/// What a checkpoint holds of the liquid beside films and bridges.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SavedLiquid {
+    /// What came and went.
+    pub balance: LiquidBalance,
+    /// Volumes on walls, m^3: of each wall those of its triangles.
+    pub walls: Vec<Vec<f64>>,
+}
+
+crate::state::plain!(SavedLiquid { balance, walls });
+
 impl Liquids {
+    /// What a checkpoint holds of it.
+    #[must_use]
+    pub fn save(&self) -> SavedLiquid {
+        SavedLiquid {
+            balance: self.balance,
+            walls: self.walls.save(),
+        }
+    }
+
+    /// Goes on from a checkpoint; whether its walls are those of the plan.
+    pub fn restore(&mut self, saved: &SavedLiquid) -> bool {
+        self.balance = saved.balance;
+        self.walls.restore(&saved.walls)
+    }
+
     /// Puts the films of the plan on the particles at the start.
     #[must_use]
     pub fn start(plan: &LiquidPlan, particles: &mut Particles) -> Self {
@@ -61,16 +103,26 @@ impl Liquids {
                 spread(volume, &rows, &particles.records, films);
             }
         }
-        liquids.balance.initial = balance::sum(films.iter().copied());
+        let walls = liquids.walls.all();
+        liquids.balance.initial = balance::sum(films.iter().copied().chain(walls));
         liquids
     }
 
     /// Counts the films of particles that were inserted: those of the rows from `first` on.
-    pub fn note_inserted(&mut self, first: usize, particles: &Particles) {
+    pub fn note_inserted(&mut self, first: usize, particles: &mut Particles) {
         let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
         for &film in &films[first.min(films.len())..] {
             self.balance.inserted.add(film);
         }
+        self.weigh_films(first, particles);
+    }
+
+    /// What is there at the start, bridges of another run included, is what the balance begins with.
+    pub fn note_first(&mut self, contacts: &dyn ContactForces, particles: &mut Particles) {
+        let row = self.row(particles, contacts, [0.0; 5]);
+        self.balance.initial = row.films + row.bridges + row.wall_films;
+        self.weigh_films(0, particles);
+        self.weigh_bridges(&contacts.bonds(&|_| true), particles);
     }
 
     /// Finds how thick the films are, where bridges form as films meet.
@@ -81,13 +133,20 @@ impl Liquids {
         let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
         self.thickness.clear();
         let rows = particles.records.iter().zip(films);
-        (self.thickness).extend(rows.map(|(record, film)| film_thickness(*film, record.radius)));
+        let film = |(record, &film): (&Particle, &f64)| [film_thickness(film, record.radius), film];
+        self.thickness.extend(rows.map(film));
     }
 
-    /// Thickness of each row's film when it was last measured, m; `None` where bridges form at the touch.
+    /// Thickness (m) and volume (m^3) of each row's film when they were last measured; `None` where bridges form at the touch.
     #[must_use]
-    pub fn film_thicknesses(&self) -> Option<&[f64]> {
+    pub fn measured_films(&self) -> Option<&[[f64; 2]]> {
         (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
+    }
+
+    /// Films of walls where bridges form as films meet, if there are any.
+    #[must_use]
+    pub fn films_that_meet(&self) -> Option<&WallFilms> {
+        (self.bridges_form == BridgesForm::Films && !self.walls.is_none()).then_some(&self.walls)
     }
 
     /// Without liquid yet.
@@ -96,7 +155,10 @@ impl Liquids {
         Self {
             neighbours: plan.neighbours,
             bridges_form: plan.bridges_form,
+            evaporation: plan.evaporation,
+            weight: plan.weight,
             thickness: Vec::new(),
+            walls: WallFilms::start(&plan.wall_films),
             balance: LiquidBalance::default(),
         }
     }
@@ -115,6 +177,7 @@ impl Liquids {
             &self.balance,
             films,
             bonds.iter().map(|bond| bond.bridge.volume),
+            self.walls.all(),
             sprayed,
         )
     }

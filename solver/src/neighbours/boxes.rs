@@ -1,5 +1,5 @@
-//! Boxes around the particles of blocks of cells, and around blocks of these: for what is sought among all particles at once, as
-//! those near a wall are.
+//! Boxes around the particles of blocks of cells, and around blocks of these, for searches among all particles, such as those of
+//! walls.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ const BLOCK: [usize; 3] = [4, 2, 2];
 pub struct Block {
     /// Lowest coordinates of a centre, m.
     pub low: DVec3,
-    /// Highest coordinates of a centre, m; below the lowest if nobody is there.
+    /// Highest coordinates of a centre, m; below the lowest if the block is empty.
     pub high: DVec3,
     /// Largest radius with its extra skin, m.
     pub radius: f64,
@@ -48,8 +48,8 @@ struct Level {
     blocks: Vec<Block>,
 }
 
-/// The sorted particles by blocks of cells. What cells a particle's size would need does not matter: a box holds where the
-/// centres are, and says how large the largest of its particles is.
+/// The sorted particles by blocks of cells. The cell size that a particle would need does not matter: a box encloses the centres
+/// and stores the largest radius.
 #[derive(Debug)]
 pub struct Boxes<'a> {
     grid: &'a Grid,
@@ -97,7 +97,8 @@ impl<'a> Boxes<'a> {
         Self { grid, levels }
     }
 
-    /// Appends to `found` the smallest blocks of which `may_matter` is true; blocks inside of one of which it is false are not asked.
+    /// Appends to `found` the smallest blocks of which `may_matter` is true; blocks inside of one of which it is false are not
+    /// tested.
     pub fn find(&self, mut may_matter: impl FnMut(&Block) -> bool, found: &mut Vec<u32>) {
         let mut stack = vec![(self.levels.len() - 1, [0, 0, 0])];
         while let Some((height, [a, b, c])) = stack.pop() {
@@ -192,7 +193,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Every row is in one of the smallest blocks, which holds it, and whoever asks for what is near a place finds all there.
+        /// Every row is in one of the smallest blocks, which encloses it, and a search near a place finds all rows there.
         #[test]
         fn blocks_hold_their_particles(
             seed in any::<u64>(),

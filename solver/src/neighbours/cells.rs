@@ -1,4 +1,4 @@
-//! What is near a place: particles in cells, those of a level of sizes together.
+//! Searches near a position: particles in cells, the particles of a level of sizes together.
 
 use std::ops::Range;
 
@@ -24,9 +24,9 @@ struct Level {
 /// The rows of a level in the order of its cells.
 #[derive(Debug, Clone)]
 enum Rows {
-    /// Those of the candidate list, which are sorted by its own cells. Rows of higher levels lie among them.
+    /// The rows of the candidate list, sorted by its own cells.
     Listed,
-    /// Others.
+    /// Other rows.
     Sorted(Vec<u32>),
 }
 
@@ -45,7 +45,7 @@ impl Level {
 }
 
 impl Cells {
-    /// Those of a candidate list that was just built: `grid` holds all rows, sorted.
+    /// The rows of a candidate list that was just built: `grid` holds all rows, sorted.
     #[must_use]
     pub fn of_list(grid: Grid, levels: &Levels, particles: &Particles, images: &Images) -> Self {
         let mut all = vec![Level {
@@ -57,7 +57,7 @@ impl Cells {
         Self { levels: all }
     }
 
-    /// Of some rows, which need not be sorted, where they were listed.
+    /// Some rows, which need not be sorted, at their listed positions.
     #[must_use]
     pub fn sort(rows: Range<usize>, particles: &Particles, images: &Images) -> Self {
         let levels = Levels::choose(&particles.records[rows.clone()], 0.0);
@@ -93,7 +93,7 @@ impl Cells {
                 images.periodic[axis]
                     && (place[axis] - low[axis]).min(high[axis] - place[axis]) <= reach
             };
-            // In the cell of the place itself first: where particles lie densely, what is true of one is most often true of these.
+            // First in the cell of the position itself: where particles are dense, a hit is most likely there.
             any_at(place, 0.0)
                 || any_at(place, reach)
                 || ((0..3).any(is_near_face)

@@ -5,22 +5,22 @@ use super::validity::displacement;
 use super::{Levels, Skin};
 use crate::state::Particles;
 
-/// One particle of so many of a level gets a skin of its own.
+/// One particle of this many of a level gets a skin of its own.
 const FEW: usize = 200;
-/// How much farther than the rest somebody must have gone: pairs of particles with extra skin are harder to find.
+/// How much farther than the rest a particle must have gone: pairs of particles with extra skin are harder to find.
 const WORTH_IT: f64 = 2.0;
-/// How much farther a particle may go, over what it went while the last list lasted: what is fast now may have been speeding up.
+/// How much farther a particle may go, over what it went while the last list lasted: a fast particle may be accelerating.
 const MORE: f64 = 1.5;
-/// Least skin of a level over the thickness: what has hardly moved may be hit next.
+/// Least skin of a level over the thickness: a particle that has hardly moved may be hit next.
 const LEAST: f64 = 0.125;
 
-/// How much farther than half the thickness of the skin particles may go before the next list is built, m. Below zero for those of slow levels, but less
-/// than half the thickness.
+/// The additional distance, over half the thickness of the skin, that particles may move before the next list is built, m. Below
+/// zero for slow levels, but less than half the thickness.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExtraSkins {
-    /// Of each level of sizes, without the few that stand out; empty if it is none for all.
+    /// Of each level of sizes, without the few that move farther; empty if zero for all.
     pub levels: Vec<f64>,
-    /// Of each row, more than that of its level for few; empty if it is none for all.
+    /// Of each row, more than that of its level for few; empty if zero for all.
     pub rows: Vec<f64>,
 }
 
@@ -39,7 +39,8 @@ impl ExtraSkins {
         self.levels.get(level).copied().unwrap_or_default()
     }
 
-    /// By how far each particle went while the last list lasted. `widest`: largest skin of the lowest level, m. Makes the skin thinner if those that went farthest may not go so far.
+    /// Sets the extra skins by how far each particle went while the last list lasted. `widest`: largest skin of the lowest level,
+    /// m. Makes the skin thinner if those that went farthest may not go so far.
     ///
     /// The list is built anew when a particle has used up its part of the skin. Where particles of some size move much farther than all others (balls in a mill, dust that
     /// is blown about between stones), or a few of any size (a stone that falls into a bed, and the grains that it pushes away), they would set the pace for all.
@@ -120,12 +121,12 @@ impl ExtraSkins {
     }
 }
 
-/// How far the particles of a level went.
+/// The displacements of the particles of a level.
 #[derive(Debug, Clone, Copy)]
 struct Way {
     /// The farthest, but for one of each 200, m.
     rest: f64,
-    /// Whether one of these went so much farther that it is worth a skin of its own.
+    /// Whether one of these went so much farther that a skin of its own pays.
     few_stand_out: bool,
 }
 
@@ -183,8 +184,8 @@ mod tests {
         largest: 1.0,
     };
 
-    /// A hundred balls among a thousand grains: whoever goes farther sets the thickness, the others get one and a half of what they used, a
-    /// level that rests an eighth of it; the few of a level that stand out get theirs.
+    /// A hundred balls among a thousand grains: the farthest sets the thickness, the others get one and a half of what they used,
+    /// a level that rests an eighth of it; the few of a level that are much farther get their own.
     #[test]
     fn each_level_gets_skin_by_how_far_it_went() {
         let levels = Levels {
@@ -271,7 +272,7 @@ mod tests {
                 "{k}: {extra_skin}, not {expected}"
             );
         }
-        // Nobody stands out much, nobody moves, there is no room, there are few.
+        // No particle stands out, no particle moves, there is no space, there are few particles.
         let alike = |k: usize| if k < 2 { 0.19 } else { 0.1 };
         assert!(few(moved_by((0..1000).map(alike)), skin).is_empty());
         assert!(few(moved_by((0..1000).map(|_| 0.0)), skin).is_empty());

@@ -11,7 +11,7 @@ use super::rows::{each, each_of};
 
 /// A grid of cells over the particles; rows are sorted by cell, line by line along the fastest axis, the lines brick by brick (`lines.rs`).
 ///
-/// Particles outside the outermost cells belong to the nearest one, which keeps neighbours neighbours. Axes are taken in
+/// Particles outside the outermost cells belong to the nearest one, so that neighbours stay neighbours. Axes are taken in
 /// ascending order of extent, so that the slowest axis is the longest and layers are small.
 #[derive(Debug, Clone)]
 pub struct Grid {
@@ -27,8 +27,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of cells not smaller than `edge` (m) over so many particles, and the order of rows by cell; `parallel`: with the threads of the pool
-    /// from within which it is called.
+    /// A grid of cells not smaller than `edge` (m) over this many particles, and the order of rows by cell; `parallel`: with the
+    /// threads of the pool from which this is called.
     ///
     /// Positions must be finite and, along periodic axes, inside the domain.
     #[must_use]
@@ -50,9 +50,9 @@ impl Grid {
             }
         }
         let extent = max - min;
-        // A thin gas in a huge domain does not need a cell for each of its voids.
+        // A dilute gas in a huge domain does not need a cell for each void.
         let most = 4 * particles + 64;
-        // Without particles nothing sets a size: one cell.
+        // Without particles there is no length scale: one cell.
         let mut edge = if edge > 0.0 { edge } else { f64::INFINITY };
         let counts = loop {
             let count = |length: f64| (length / edge).floor().clamp(1.0, 1e6) as usize;
@@ -93,9 +93,10 @@ impl Grid {
         (grid, rows)
     }
 
-    /// Finds where the rows of each cell begin and gives the rows cell by cell, in each cell in their order; in so many parts at once.
+    /// Finds the first row of each cell and returns the rows cell by cell, in each cell in their order; in this many parts in
+    /// parallel.
     ///
-    /// Every part goes through all rows and sees to those of its own cells: reading them is cheap, and no two parts write at the same place.
+    /// Every part reads all rows and handles those of its own cells: reading is cheap, and no two parts write to the same place.
     fn put_into_cells(&mut self, cell_of: &[u32], parts: usize) -> Vec<u32> {
         let cells = self.start.len() - 1;
         let mut counts = Vec::with_capacity(parts);
@@ -241,7 +242,7 @@ impl Grid {
 /// A line of cells has eight neighbours, half of which come later, and one more where bricks meet.
 pub(super) const MOST_LATER: usize = 5;
 
-/// Fewer particles than these are sorted faster by one thread.
+/// Fewer particles than this are sorted faster by one thread.
 const FEW: usize = 8192;
 
 /// The smallest box along the axes that holds all positions (m); the largest and smallest number without any.

@@ -1,4 +1,4 @@
-//! How far particles may go from where they were listed, by their size.
+//! The distance that particles may move from their listed positions, by their size.
 
 use super::levels::CLASSES;
 use super::{ExtraSkins, Levels};
@@ -18,7 +18,7 @@ impl HalfSkins {
     /// `skin`: thickness without what is extra, m.
     #[must_use]
     pub fn new(levels: &Levels, extra: &ExtraSkins, skin: f64) -> Self {
-        // Without a skin everything is moved too far; the number stays one.
+        // Without a skin every displacement is too large; the number stays finite.
         let part = |level: usize| (1.0 / (0.5 * skin + extra.of_level(level))).min(1e150);
         let mut all = [[0.0; 2]; CLASSES];
         for (level, (one, &largest)) in all.iter_mut().zip(&levels.largest).enumerate() {
@@ -32,7 +32,7 @@ impl HalfSkins {
         Self { levels: all, count }
     }
 
-    /// Whether it can have come from a run.
+    /// Whether a run can have produced it.
     #[must_use]
     pub fn is_possible(&self) -> bool {
         (1..=CLASSES).contains(&self.count) && self.levels.iter().flatten().all(|&one| one >= 0.0)
@@ -59,7 +59,7 @@ impl HalfSkins {
 }
 
 impl Default for HalfSkins {
-    /// Before the first list: no part of anything.
+    /// Before the first list: no share of anything.
     fn default() -> Self {
         Self {
             levels: [[0.0; 2]; CLASSES],

@@ -63,7 +63,7 @@ impl Images {
     /// Periods along each axis up to which images have codes.
     pub const MOST_PERIODS: i32 = 511;
 
-    /// The code of the image that is so many periods away along each axis; as far as there are codes.
+    /// The code of the image that is this many periods away along each axis; only as far as there are codes.
     #[must_use]
     pub fn code(periods: [i32; 3]) -> u32 {
         let most = Self::MOST_PERIODS;
@@ -116,7 +116,7 @@ impl Images {
                 let mut x = position[axis];
                 if x < min || x >= min + size {
                     x -= ((x - min) / size).floor() * size;
-                    // Round-off may leave a hair above the upper face, which is the lower one.
+                    // Round-off may leave a position slightly above the upper face, which is the lower one.
                     if x >= min + size || x < min {
                         x = min;
                     }
@@ -138,7 +138,7 @@ pub fn opposite(code: u32) -> u32 {
 const FAR: u32 = 1 << 30;
 const DIGIT: u32 = 10;
 
-/// The whole periods along each axis that a code stands for.
+/// The whole periods along each axis that a code contains.
 fn steps(code: u32) -> DVec3 {
     if code & FAR != 0 {
         let digit = |place: u32| f64::from(code >> place & ((1 << DIGIT) - 1));

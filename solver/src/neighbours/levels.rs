@@ -4,14 +4,14 @@ use glam::DVec3;
 
 use crate::state::Particle;
 
-/// Largest number of classes of sizes that the choice of levels looks at: 2^(CLASSES - 1) choices are compared.
+/// Largest number of size classes in the choice of levels: 2^(CLASSES - 1) choices are compared.
 pub(super) const CLASSES: usize = 11;
-/// Time to look into a run of cells over the time to test a pair (measured; only to speed).
+/// Time to read a run of cells over the time to test a pair (measured; only for speed).
 const RUN_OVER_TEST: f64 = 3.0;
-/// Another level must save this part of the cost: it also costs what the model does not know.
+/// Another level must save this share of the cost: it also has costs outside of the model.
 const WORTH_IT: f64 = 0.1;
 
-/// How particles are shared out to levels by their radius.
+/// The distribution of particles over levels by their radius.
 ///
 /// In a single grid the largest particle sets the size of the cells, and small particles test all that lie in them. With levels the
 /// particles of one level find each other in cells of their own size, and a larger one looks for smaller ones in the
@@ -42,8 +42,8 @@ impl Levels {
         )
     }
 
-    /// The same for particles that are not there yet: `sizes` says how many are expected of each radius (m), `extent` how far
-    /// their centres are spread along x, y, z (m).
+    /// The same for particles that do not exist yet: `sizes` gives the expected number for each radius (m), `extent` the extent
+    /// of their centres along x, y, z (m).
     #[must_use]
     pub fn for_sizes(
         sizes: impl Iterator<Item = (f64, f64)> + Clone,
@@ -91,7 +91,7 @@ struct Class {
     largest: f64,
 }
 
-/// What the cost depends on.
+/// The quantities on which the cost depends.
 struct Classes {
     /// By size, ascending; each holds a particle.
     classes: Vec<Class>,
@@ -115,7 +115,7 @@ impl Classes {
         Self { classes, extent }
     }
 
-    /// The levels when there is a cut behind class `k` for each bit `k` of `cuts`.
+    /// The levels for a cut behind class `k` for each set bit `k` of `cuts`.
     fn levels(&self, cuts: u32) -> impl Iterator<Item = Class> + '_ {
         let mut level = Class::default();
         let ends = move |k: usize| k + 1 == self.classes.len() || cuts >> k & 1 == 1;

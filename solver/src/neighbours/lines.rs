@@ -4,22 +4,21 @@ use std::ops::Range;
 
 // All of these are smaller in unit tests, so that their few particles lie in bricks too.
 
-/// A layer of cells up to this many rows stays whole: what a step reads of it, until it comes to the rows of the next layer, fits into
-/// the second-level cache of one core.
+/// A layer of cells up to this many rows stays whole: the data that a step reads before the rows of the next layer fits into the
+/// second-level cache of one core.
 const LAYER: f64 = if cfg!(test) { 40.0 } else { 1600.0 };
-/// About so many rows has a layer of a brick.
+/// The approximate number of rows in a layer of a brick.
 const PART: f64 = if cfg!(test) { 20.0 } else { 800.0 };
 /// Least lines of a layer of a brick, so that few of them have neighbours in another brick.
 const NARROW: usize = if cfg!(test) { 3 } else { 8 };
 /// Layers of a brick.
 const SLAB: usize = if cfg!(test) { 4 } else { 32 };
 
-/// In which order the lines of cells follow one another; a line goes along the fastest axis.
+/// The order of the lines of cells; a line goes along the fastest axis.
 ///
-/// Particles touch such as lie in the next line of the same layer, or in the next layer. Layer by layer, that would be far ahead
-/// in the memory where layers are large: what was read for the one would have left the cache before it was read for the other. So a large grid is cut
-/// into bricks, along the middle and the slowest axis, which are gone through one after the other, each layer by layer. A grid of small layers
-/// is a single brick.
+/// Particles touch others in the next line of the same layer, or in the next layer. With large layers, the next layer is far away
+/// in memory: the data would have left the cache before it is used again. So a large grid is cut into bricks, along the middle
+/// and the slowest axis, which are processed one after the other, each layer by layer. A grid of small layers is a single brick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lines {
     /// Lines of a layer of the grid.
@@ -33,7 +32,8 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    /// Of a grid with so many cells along the fastest, the middle and the slowest axis, with so many rows in a cell on average.
+    /// For a grid with this many cells along the fastest, the middle and the slowest axis, and this many rows in a cell on
+    /// average.
     pub(super) fn new([fast, middle, slow]: [usize; 3], rows_per_cell: f64) -> Self {
         let of_line = fast as f64 * rows_per_cell;
         let whole = Self {
@@ -56,7 +56,7 @@ impl Lines {
         }
     }
 
-    /// Which line is `b` along the middle and `c` along the slowest axis.
+    /// The index of the line at `b` along the middle and `c` along the slowest axis.
     #[inline]
     pub(super) fn at(&self, b: usize, c: usize) -> usize {
         if self.strip == self.middle {
@@ -68,12 +68,12 @@ impl Lines {
         self.middle * first_c + slab * first_b + strip * (c - first_c) + (b - first_b)
     }
 
-    /// Those of the lines next to line `b` of layer `c` that come later, each pair of neighbours thus once.
+    /// Those lines next to line `b` of layer `c` that come later, so that each pair of neighbours occurs once.
     pub(super) fn later(&self, b: usize, c: usize) -> impl Iterator<Item = usize> {
         let own = self.at(b, c);
         let next = b + 1 < self.middle;
         let above = c + 1 < self.slow;
-        // Into which brick a line falls decides about the second and the last of these; the other neighbours are always earlier.
+        // The brick of a line decides about the second and the last of these; the other neighbours are always earlier.
         let neighbours = [
             (next, b + 1, c),
             (above && b > 0, b.wrapping_sub(1), c + 1),

@@ -52,11 +52,11 @@ impl CandidateList {
     }
 }
 
-/// What comes of building a list.
+/// The result of building a list.
 pub struct Built {
     /// The pairs.
     pub list: CandidateList,
-    /// Where each old row went: `new_row[old]`.
+    /// The new place of each old row: `new_row[old]`.
     pub new_row: Vec<Row>,
     /// The cells by which the rows are sorted now.
     pub grid: Grid,
@@ -108,7 +108,7 @@ pub fn build(
     }
 }
 
-/// Bytes of a candidate list of so many pairs, for estimates of memory.
+/// Bytes of a candidate list of this many pairs, for estimates of memory.
 #[must_use]
 pub fn list_bytes(rows: f64, pairs: f64) -> f64 {
     rows * size_of::<u32>() as f64 + pairs * size_of::<Candidate>() as f64
@@ -123,12 +123,12 @@ pub fn build_bytes(rows: f64, pairs: f64) -> f64 {
     rows * search as f64 + (1.0 + GROWTH) * list_bytes(rows, pairs)
 }
 
-/// The particles as the search sees them.
+/// The particles in the form that the search needs.
 pub(super) struct Members {
-    /// All of them, with radii that hold their parts of the skin too.
+    /// All of them, with radii that include their shares of the skin.
     pub(super) all: Vec<Spot>,
-    /// The level of each. Those with more skin than their level have one of their own, the highest: they are few, and their reach must not widen
-    /// the cells of all others.
+    /// The level of each. Particles with more skin than their level have a level of their own, the highest: they are few, and
+    /// their reach must not widen the cells of all others.
     pub(super) level: Vec<u8>,
     /// Largest radius of each level, m, skin included.
     pub(super) largest: Vec<f64>,
@@ -180,7 +180,7 @@ impl Members {
 /// neighbouring cells in each later one of the neighbouring lines of cells. That is for particles of the lowest level; the others are few.
 fn list(members: &Members, grid: &Grid, images: &Images, parallel: bool) -> CandidateList {
     let count = members.all.len();
-    // Those of higher levels are near nothing: NaN compares false.
+    // Those of higher levels are near nothing here: NaN compares false.
     let spots = each(count, parallel, |row| Spot {
         radius: if members.level[row] == 0 {
             members.all[row].radius
@@ -286,7 +286,7 @@ pub(super) struct Spot {
     pub(super) radius: f64,
 }
 
-/// Entries of a list that grows without a branch for each: those behind `count` are scratch.
+/// Entries of a list that grows without a branch for each: entries behind `count` are scratch space.
 #[derive(Default)]
 struct Growing {
     entries: Vec<Candidate>,
@@ -294,7 +294,7 @@ struct Growing {
 }
 
 impl Growing {
-    /// Room for `more` entries at once.
+    /// Reserves memory for `more` entries at once.
     #[inline]
     fn reserve(&mut self, more: usize) -> &mut [Candidate] {
         let needed = self.count + more;
@@ -309,8 +309,8 @@ impl Growing {
         &mut self.entries[self.count..needed]
     }
 
-    /// Appends the partners among the rows `run`. Few of those that are looked at are near, in no order that a processor
-    /// could foresee: each is written, and the next one over it if it was not.
+    /// Appends the partners among the rows `run`. Few of the tested rows are near, in no predictable order: each is written, and
+    /// overwritten by the next if it is not near.
     #[inline]
     fn scan(&mut self, spots: &[Spot], spot: Spot, run: Range<usize>) {
         let (first, others) = (run.start, &spots[run]);
@@ -332,7 +332,7 @@ impl Growing {
     }
 }
 
-/// Whether two particles are closer than the sum of their radii, which hold the skin, and can be moved.
+/// Whether two particles are closer than the sum of their radii, which include the skin, and can be moved.
 #[inline]
 pub(super) fn near(spot: Spot, position: [f64; 3], radius: f64) -> bool {
     let [x, y, z] = [
@@ -384,8 +384,8 @@ mod tests {
         );
     }
 
-    /// The fast are searched for at a level of their own, and may all be smaller than a slow particle that they meet across a periodic
-    /// face: how far beyond it they are looked for follows from the largest of all.
+    /// The fast are searched for at a level of their own, and may all be smaller than a slow particle that they meet across a
+    /// periodic face: the search distance beyond it follows from the largest of all.
     #[test]
     fn a_small_fast_particle_is_near_a_large_slow_one_across_a_face() {
         let images = Images::new(DVec3::ZERO, DVec3::ONE, [true, false, false]);
@@ -459,13 +459,13 @@ mod tests {
             };
             let with_extra_skin = if extra_skin_every > 0 { count } else { 0 };
             let given: Vec<f64> = (0..with_extra_skin).map(ahead).collect();
-            // Those that are chosen, one for all, and some that nobody would choose.
+            // The levels that are chosen, one level for all, and some that are never chosen.
             let levels = match seed % 3 {
                 0 => Levels { largest: vec![largest] },
                 1 => Levels { largest: vec![0.3 * largest, 0.5 * largest, largest] },
                 _ => Levels::choose(&particles.records, skin),
             };
-            // Levels may have less than all they hold, who then stand out.
+            // Levels may have less skin than all their particles, which then get extra skin.
             let less = |level: usize| if seed % 7 == 0 { -0.1 * skin * (level % 3) as f64 } else { 0.0 };
             let mut extra = ExtraSkins {
                 levels: (0..levels.largest.len()).map(less).collect(),

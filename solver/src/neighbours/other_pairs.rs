@@ -1,4 +1,4 @@
-//! The pairs of a candidate list that the cells of the lowest level do not show.
+//! The pairs of a candidate list that are not found in the cells of the lowest level.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -36,7 +36,7 @@ impl OtherPairs {
         } else {
             (0..rows).fold(Vec::new(), add)
         };
-        // No two are the same, so their order does not depend on how they are sorted.
+        // No two are equal, so their order does not depend on the sort algorithm.
         let key = |&(row, candidate): &(u32, Candidate)| (row, candidate.partner, candidate.image);
         if parallel {
             pairs.par_sort_unstable_by_key(key);
@@ -71,7 +71,7 @@ impl Above {
     }
 }
 
-/// The search for the pairs that the cells of the lowest level do not show.
+/// The search for the pairs that are not found in the cells of the lowest level.
 struct Search<'a> {
     members: &'a Members,
     /// Cells of the lowest level; they hold all rows.
@@ -82,7 +82,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Adds the pairs of a particle with those of its own level that it meets, and with all of lower levels.
+    /// Adds the pairs of a particle with particles of its own level and of all lower levels.
     fn pairs_of(&self, row: usize, pairs: &mut Vec<(u32, Candidate)>) {
         let Members {
             all,
@@ -95,7 +95,7 @@ impl Search<'_> {
         let here = (own > 0).then_some(NO_SHIFT);
         let images = self.images;
         let (low, high) = (images.min, images.min + images.size);
-        // Those with extra skin need not be the largest.
+        // Particles with extra skin need not be the largest.
         let farthest = largest[..=own].iter().copied().fold(0.0, f64::max);
         for image in here.into_iter().chain(images.neighbours()) {
             let position = DVec3::from_array(spot.position) + images.shift(image);
@@ -109,7 +109,7 @@ impl Search<'_> {
             for (lower, largest) in largest[..=own].iter().enumerate() {
                 let reach = spot.radius.abs() + largest;
                 let mut test = |other: usize| {
-                    // Of two particles of a level the one in the higher row looks.
+                    // Of two particles of a level the one in the higher row searches.
                     if lower == own && other >= row {
                         return;
                     }

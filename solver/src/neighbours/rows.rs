@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
-/// Rows that a thread takes in one go.
+/// Rows that a thread takes at a time.
 pub(super) const RUN: usize = 2048;
 
-/// What is made of each of so many rows, in their order; `parallel`: with the threads of the pool from within which it is called.
+/// The results of a function of the row, in the order of the rows; `parallel`: with the threads of the pool from which this is
+/// called.
 pub(crate) fn each<T: Send>(
     count: usize,
     parallel: bool,
@@ -34,7 +35,7 @@ pub(super) fn change_each<T: Send>(
     }
 }
 
-/// Does something with each of a few parts, at once if there are several.
+/// Calls a function for each of a few parts, in parallel if there are several.
 pub(super) fn each_of<T: Send>(parts: Vec<T>, work: impl Fn(T) + Sync + Send) {
     if parts.len() > 1 {
         parts.into_par_iter().with_max_len(1).for_each(work);

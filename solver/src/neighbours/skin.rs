@@ -3,7 +3,7 @@
 use super::Images;
 
 /// Time of building a list, per particle, over the time of testing one listed pair that does not touch
-/// (measured; see `docs/performance.md`), where contacts remember something, which lies beside each listed pair and is carried over to the next list, and where they
+/// (measured; see `docs/lab/performance.md`), where contacts remember something, which lies beside each listed pair and is carried over to the next list, and where they
 /// do not. It matters to speed, and to when rows are sorted, which is the order of sums; not to which contacts are found.
 const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 
@@ -11,7 +11,7 @@ const REBUILD_OVER_TEST: [f64; 2] = [200.0, 100.0];
 /// ask for so much; beyond it a list holds pairs by the volume around a particle, and gains nothing.
 const WIDEST: f64 = 3.0;
 
-/// How far beyond contact a pair is listed, and the rule by which that follows the scene.
+/// The distance beyond contact at which a pair is listed, and the rule by which it adapts to the scene.
 ///
 /// A thick skin lists pairs that never touch, a thin one is used up quickly. With v the skin used per step and g the listed
 /// pairs that do not touch per particle and metre of skin, a step costs g s + c v / s per particle, c the cost of a rebuild:
@@ -40,13 +40,13 @@ impl Skin {
         Self {
             thickness: 0.1 * mean,
             least: 0.02 * smallest,
-            // More than that is for levels of large ones only.
+            // Thicker skins are for levels of large particles only.
             largest: Self::widest(mean).max(largest),
         }
     }
 
-    /// The skin of a run's first list, no thicker than periodic axes leave room for. Radii (m): the smallest and the largest that
-    /// can occur, and the mean one; `range`: how far beyond contact forces reach, m.
+    /// The skin of a run's first list, limited by the periodic axes. Radii (m): the smallest and the largest that can occur, and
+    /// the mean one; `range`: how far beyond contact forces reach, m.
     #[must_use]
     pub fn first([smallest, mean, largest]: [f64; 3], range: f64, images: &Images) -> Self {
         let mut skin = Self::new([smallest, mean, largest]);
@@ -82,7 +82,7 @@ impl Skin {
         self.thickness >= 0.0 && self.least <= self.largest && self.thickness.is_finite()
     }
 
-    /// Keeps the skin below the room that a periodic domain leaves (m).
+    /// Keeps the skin below what a periodic domain permits (m).
     fn limit(&mut self, largest: f64) {
         self.largest = self.largest.min(largest);
         self.least = self.least.min(self.largest);

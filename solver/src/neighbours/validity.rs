@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use super::rows::RUN;
 use crate::state::Particles;
 
-/// Upper bound of the part of its skin that somebody has used up since the list was built: of half the thickness and the own extra skin.
+/// Upper bound of the share of its skin that a particle has used up since the list was built: of half the thickness and the own
+/// extra skin.
 ///
-/// The bound grows by the largest speed over half the skin times the step, which costs nothing. When it reaches 1, the parts that are used up
-/// are taken once and the bound goes on from there, so that particles which rattle about do not force rebuilds.
+/// The bound grows by the largest speed over half the skin times the step, which costs nothing. When it reaches 1, the used
+/// shares are measured once and the bound continues from there, so that particles which rattle about do not force rebuilds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Validity {
     bound: f64,
@@ -47,7 +48,7 @@ impl Validity {
     }
 }
 
-/// The largest number of so many rows, and whether all say yes.
+/// The largest of the numbers of all rows, and whether all conditions hold.
 fn largest(
     count: usize,
     parallel: bool,
@@ -80,8 +81,9 @@ mod tests {
     use crate::state::{MaterialIndex, Particle};
 
     proptest! {
-        /// Particles set out at any speed, with more skin than most or less, along a line, so that the way is the displacement: as long
-        /// as the list is said to hold, nobody is beyond the own limit; it holds for most of that if nobody changes the speed.
+        /// Particles set out at any speed, with more skin than most or less, along a line, so that the way is the displacement:
+        /// as long as the list is said to be valid, no particle is beyond its own limit; it is valid for most of that time if the
+        /// speeds do not change.
         #[test]
         fn nobody_goes_beyond_the_own_skin(
             ones in prop::collection::vec((0.0..1.0f64, -0.9..5.0f64), 1..20),
@@ -112,7 +114,7 @@ mod tests {
                     let speed = if changes && step < start { 0.1 * speed } else { speed };
                     record.velocity = DVec3::Y * speed;
                     record.position += record.velocity * dt;
-                    // Some say less than they have, as few of a level do.
+                    // Some have less than they could have, as few of a level do.
                     let said = if row % 3 == 0 { own(row).min(limit) } else { own(row) };
                     part = part.max(speed * dt / said);
                 }
@@ -126,7 +128,7 @@ mod tests {
                     prop_assert!(used + steps > 0.97 - 1e-9, "given up at {used} of the skin");
                     return Ok(());
                 }
-                prop_assert!(used <= 1.0 + 1e-9, "somebody has gone {used} of the own skin");
+                prop_assert!(used <= 1.0 + 1e-9, "a particle has gone {used} of the own skin");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! `<prefix>.bodies.arrow`: the native frames of rigid bodies, and beside it what their clumps look like.
+//! `<prefix>.bodies.arrow`: the native frames of rigid bodies, and beside it the surfaces of their clumps.
 
 use std::path::Path;
 

@@ -1,35 +1,48 @@
-//! The energy budget: what particles have, what was done to them and lost since the start, and how well that closes.
+//! The energy budget: the energies of the particles, the work and the losses since the start, and the error of the balance.
 
 use mercury_pictures::{EnergyFlows, EnergyRow};
 
+use super::membrane_files::sheet_energies;
 use crate::boundaries::Tally;
 use crate::plan::{NewBody, NewParticle, Plan};
 use crate::step::Engine;
 
-/// What came in and what went out by a given time.
+/// The gains and losses up to a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Exchanged {
     /// By insertions.
     pub inserted: Tally,
     /// By deletions and through faces of the domain.
     pub removed: Tally,
+    /// Mass of liquid from outside of the particles, where it has any, kg.
+    pub liquid_mass: f64,
+    /// Energy that droplets, and liquid with mass, brought to particles, J.
+    pub liquid_energy: f64,
 }
 
-crate::state::plain!(Exchanged { inserted, removed });
+crate::state::plain!(Exchanged {
+    inserted,
+    removed,
+    liquid_mass,
+    liquid_energy
+});
 
 impl Exchanged {
     /// By now.
     #[must_use]
     pub fn by_now(engine: &Engine) -> Self {
+        let [of_liquid, of_sprays] = engine.liquid_brought();
         Self {
             inserted: engine.boundaries().inserted(),
             removed: engine.boundaries().removed(),
+            liquid_mass: of_liquid[0] + of_sprays[0],
+            liquid_energy: of_liquid[1] + of_sprays[1],
         }
     }
 }
 
-/// What became of the energy since the first state, J; `None` if the plan does not ask for the budget. `at_start`: what had come and gone
-/// before the first state.
+/// The energy balance since the first state, J; `None` if the plan does not include the budget. `at_start`: the terms before the
+/// first state.
 #[must_use]
 pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows> {
     let plan = engine.plan();
@@ -37,7 +50,8 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         return None;
     }
     let audit = engine.audit();
-    // Velocities of particles that come and go are half a step older than their places. What they carry is that of the velocities' time.
+    // Velocities of particles that come and go are half a step older than their places. The energy that they carry is that at the
+    // time of their velocities.
     let half = 0.5 * plan.physics().time_step();
     let carried = |tally: &Tally| {
         let moment = tally.mass_moment - tally.momentum * half;
@@ -51,16 +65,18 @@ pub fn energy_flows(engine: &Engine, at_start: &Exchanged) -> Option<EnergyFlows
         dissipated_liquid: audit.dissipated_adhesion,
         wall_work: audit.wall_work,
         servo_work: audit.servo_work,
-        inserted: carried(&now.inserted) - carried(&at_start.inserted),
+        inserted: carried(&now.inserted) - carried(&at_start.inserted)
+            + (now.liquid_energy - at_start.liquid_energy),
         deleted: carried(&now.removed) - carried(&at_start.removed) + audit.left.total(),
         deleted_elastic: audit.left.total(),
         vanished_walls: audit.vanished.total(),
         put_to_rest: engine.sleepers().map_or(0.0, |(_, counts)| counts.energy),
+        sheets: sheet_energies(engine),
     })
 }
 
-/// Whether all work done on the particles is measured: what is prescribed of particles takes work that is not, and where gravity acts along a
-/// periodic axis, particles fall for ever while their height within the domain does not change.
+/// Whether all work done on the particles is measured: prescribed motion of particles takes work that is not measured, and where
+/// gravity acts along a periodic axis, particles fall for ever while their height within the domain does not change.
 #[must_use]
 pub fn is_closed(plan: &Plan) -> bool {
     let mut particles = plan.physics().particles().iter();
@@ -74,7 +90,7 @@ pub fn is_closed(plan: &Plan) -> bool {
 /// The budget at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetRow {
-    /// Energies, and what became of the rest.
+    /// Energies, and the balance of all gains and losses.
     pub energies: EnergyRow,
     /// By how much the budget fails to close.
     pub gap: Option<Gap>,
@@ -83,8 +99,7 @@ pub struct BudgetRow {
 /// By how much a budget fails to close.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// What should be there and is not, J: the energy of the first state and all that was given since, less all that was taken, less the energy
-    /// of now.
+    /// The error of the balance, J: the energy of the first state and all gains since, less all losses, less the present energy.
     pub error: f64,
     /// The same over the largest term of the budget since the start; 0 if all were 0.
     pub relative: f64,
@@ -93,6 +108,7 @@ pub struct Gap {
 /// The largest term of a budget, J; of gravitational energy the change since `first`, as it has no zero of its own.
 pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
     let flows = row.flows.unwrap_or_default();
+    let of_first = first.flows.unwrap_or_default();
     [
         row.kinetic,
         row.rotational,
@@ -103,6 +119,12 @@ pub(super) fn largest_term(row: &EnergyRow, first: &EnergyRow) -> f64 {
         flows.deleted,
         flows.vanished_walls,
         flows.dissipated(),
+        flows.sheets.kinetic,
+        flows.sheets.stretching,
+        flows.sheets.bending,
+        flows.sheets.gravitational - of_first.sheets.gravitational,
+        flows.sheets.pressure_work,
+        flows.sheets.hold_work,
     ]
     .into_iter()
     .fold(0.0, |largest: f64, energy| largest.max(energy.abs()))

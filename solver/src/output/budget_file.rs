@@ -9,17 +9,30 @@ use super::{OutputError, State};
 use crate::plan::Plan;
 
 const HEAD: &[u8] = b"time,kinetic,rotational,gravitational,elastic,dissipated_normal,dissipated_tangential,dissipated_rolling,dissipated_liquid,wall_work,servo_work,inserted,deleted,deleted_elastic,vanished_walls,put_to_rest,error,closure\n";
+/// How it ends.
+const END: &[u8] = b"error,closure\n";
 
 /// A row for each output interval; energies in J.
 pub(super) struct BudgetFile {
     file: TextFile,
+    /// Whether the run has sheets, for which there are further columns.
+    has_sheets: bool,
 }
+
+/// Columns of runs with elastic sheets, before the error.
+const OF_SHEETS: &str = "membrane_kinetic,membrane_gravitational,membrane_stretching,membrane_bending,membrane_dissipated,pressure_work,hold_work,";
 
 impl BudgetFile {
     pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
         let name = format!("{}.budget.csv", plan.outputs().prefix());
-        let file = TextFile::begin(folder, &name, HEAD, begin)?;
-        Ok(Self { file })
+        let has_sheets = !plan.physics().membranes().is_empty();
+        let mut head = HEAD.to_vec();
+        if has_sheets {
+            let at = HEAD.len() - END.len();
+            head.splice(at..at, OF_SHEETS.bytes());
+        }
+        let file = TextFile::begin(folder, &name, &head, begin)?;
+        Ok(Self { file, has_sheets })
     }
 }
 
@@ -51,6 +64,21 @@ impl Stream for BudgetFile {
         ] {
             out.push(b',');
             push_number(out, energy, NumberStyle::Shortest);
+        }
+        if self.has_sheets {
+            let sheets = &flows.sheets;
+            for energy in [
+                sheets.kinetic,
+                sheets.gravitational,
+                sheets.stretching,
+                sheets.bending,
+                sheets.dissipated,
+                sheets.pressure_work,
+                sheets.hold_work,
+            ] {
+                out.push(b',');
+                push_number(out, energy, NumberStyle::Shortest);
+            }
         }
         // Empty where the budget cannot close, as tables say that a number is missing.
         for number in [

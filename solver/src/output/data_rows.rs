@@ -19,7 +19,7 @@ pub(super) struct DataRows {
 }
 
 impl DataRows {
-    /// Of a state; `pebbles`: a body is shown by its pebbles.
+    /// Of a state; `pebbles`: a body appears as its pebbles.
     pub(super) fn new(state: &State, pebbles: bool) -> Self {
         let mut rows = Vec::with_capacity(state.particles.len());
         let mut row_of_rank = Vec::with_capacity(state.particles.len());

@@ -21,7 +21,7 @@ use super::{OutputError, State};
 use crate::contact::HistoryNumber;
 use crate::plan::{FieldPlan, Plan};
 
-/// How often a mean that grows is written, by the clock: for who wants to see it. The last one is written at the end.
+/// The interval between two files of a growing mean, by the clock, for users who watch it. The last one is written at the end.
 const PAUSE: Duration = Duration::from_secs(10);
 
 pub(super) struct FieldTable {
@@ -43,19 +43,19 @@ pub(super) struct FieldTable {
 
 /// The file.
 enum Table {
-    /// A block for each look, or each smoothed mean, one behind the other.
+    /// A block for each sample, or each smoothed mean, one after the other.
     Blocks(TextFile),
     /// The mean so far, which replaces the one before.
     Mean {
         path: PathBuf,
-        /// When it was written, and whether there was a look since.
+        /// The time at which it was written, and whether there was a sample since.
         written: Option<Instant>,
         is_behind: bool,
     },
 }
 
 impl FieldTable {
-    /// The table of the plan's `index`-th entry; goes on with what an interrupted run remembered.
+    /// The table of the plan's `index`-th entry; continues from the memory of an interrupted run.
     pub(super) fn begin(
         folder: &Path,
         plan: &Plan,
@@ -80,7 +80,7 @@ impl FieldTable {
         let file = if fields.is_mean() {
             let path = folder.join(name);
             if course.frames() == 0 {
-                // Of looks behind the checkpoint, which may not come again.
+                // Of samples after the checkpoint, which may not come again.
                 let removed = std::fs::remove_file(&path);
                 let removed = removed.or_else(|error| match error.kind() {
                     ErrorKind::NotFound => Ok(()),
@@ -110,7 +110,7 @@ impl FieldTable {
         })
     }
 
-    /// The state as coarse-graining reads it from frames.
+    /// The state in the form in which coarse-graining reads it from frames.
     fn state(&self, state: &State) -> Result<mercury_cg::state::State, CgError> {
         let particles = self.particles.frame(state);
         let bodies = self.bodies.as_ref().map(|table| table.frame(state));
@@ -196,7 +196,7 @@ impl Stream for FieldTable {
                 is_behind: true, ..
             } => self.write_mean(),
             Table::Mean { .. } => Ok(()),
-            // Smoothed means that no further look completes. A run that goes on cuts them off again.
+            // Smoothed means that no further sample completes. A resumed run removes them again.
             Table::Blocks(ref mut file) => {
                 let course = std::mem::take(&mut self.course);
                 let analysis = &self.plan.analysis;

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use mercury_common::formats::mesh::TriangleMesh;
+use mercury_common::frames::sheets as sheets_of;
 use mercury_common::surfaces::Placement;
 use mercury_pictures::{
-    ColourBy, Frame, Options, Overview, Painter, Sphere, moves, upwards, wall_surfaces,
+    ColourBy, Frame, Options, Overview, Painter, SHEET_OPACITY, Sphere, Surface, moves, upwards,
+    wall_surfaces,
 };
 
 use super::wall_frames::surfaces;
@@ -12,7 +15,7 @@ use super::{OutputError, State};
 use crate::plan::Plan;
 use crate::state::{FIXED, PRESCRIBED};
 
-/// Writes a file, and says whether anybody still wants the next one.
+/// Writes a file, and returns whether the next one is still needed.
 pub type Put<'a> = dyn Fn(&Path, &[u8]) -> Result<bool, OutputError> + 'a;
 
 /// Draws the last state of a run: colours show the speed, or the height where everything is at rest.
@@ -38,7 +41,7 @@ pub fn draw_final(
     Ok(())
 }
 
-/// What is to be seen, and what its colours show.
+/// The view, and the quantity that its colours show.
 fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     let particles = &last.particles;
     let flat = plan.physics().dimensions() == 2;
@@ -74,6 +77,19 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
     if let Some(wear) = &last.wear {
         shapes = wear.vertices.worn_surfaces(&shapes);
     }
+    let mut all = wall_surfaces(&names, &shapes, &standing, domain);
+    if let Some(sheets) = &last.membranes {
+        // Frames of our own: triangles have their vertices.
+        let meshes = sheets_of(&sheets.vertices, &sheets.triangles).unwrap_or_default();
+        let triangles = |mesh: &TriangleMesh| {
+            let all = 0..mesh.triangles.len();
+            all.map(|k| mesh.corners(k)).collect()
+        };
+        all.extend(meshes.iter().map(|sheet| Surface {
+            opacity: SHEET_OPACITY,
+            ..Surface::wall(triangles(&sheet.mesh))
+        }));
+    }
     let frame = Frame {
         title: plan.outputs().title().to_owned(),
         time: Some(last.time),
@@ -81,7 +97,7 @@ fn frame(plan: &Plan, last: &State) -> (Frame, ColourBy) {
         gravity: plan.physics().gravity(),
         domain: Some(domain),
         spheres: spheres.collect(),
-        surfaces: wall_surfaces(&names, &shapes, &standing, domain),
+        surfaces: all,
         ..Frame::default()
     };
     let colour = if moves {

@@ -1,4 +1,4 @@
-//! `<prefix>.flux.csv`: what crossed each flux plane since the last row, material by material.
+//! `<prefix>.flux.csv`: the particles that crossed each flux plane since the last row, material by material.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::state::MaterialIndex;
 pub(super) struct FluxCounts {
     file: TextFile,
     planes: Vec<String>,
-    /// Index and name of every material that particles have or come with, ascending.
+    /// Index and name of every material of present and inserted particles, ascending.
     materials: Vec<(MaterialIndex, String)>,
     /// Materials of the plan.
     columns: usize,

@@ -1,4 +1,4 @@
-//! The folder of a run: what may be there before, and what may be removed.
+//! The folder of a run: the files that may be there before, and those that may be removed.
 
 mod lock;
 
@@ -28,7 +28,7 @@ pub enum FolderError {
         /// A file of that run.
         found: String,
     },
-    /// The run that is there is another scene's, so that this one cannot go on with it.
+    /// The run in the folder is of another scene, so that this one cannot continue it.
     #[error(
         "{}: the run in this folder is one of `{other}`, not of `{prefix}`, and cannot be resumed as such\nhelp: --output DIR names the folder of the run to go on with, or an empty one; --force replaces what is here",
         path.display()
@@ -38,7 +38,7 @@ pub enum FolderError {
         path: PathBuf,
         /// Whose run it is.
         other: String,
-        /// Whose was asked for.
+        /// The prefix of this run.
         prefix: String,
     },
     /// Another run writes into the folder at this moment.
@@ -69,7 +69,7 @@ pub enum FolderError {
         /// The name.
         path: PathBuf,
     },
-    /// A link to something that is not there stands in its place.
+    /// There is a link to a missing target in its place.
     #[error("{}: this link leads to {}, which is not there\nhelp: make that folder, remove the link, or choose another folder with --output DIR", path.display(), target.display())]
     LeadsNowhere {
         /// The link.
@@ -90,7 +90,7 @@ pub enum FolderError {
 }
 
 /// Endings of the files that a run writes behind its prefix.
-const ENDINGS: [&str; 28] = [
+const ENDINGS: &[&str] = &[
     "scene.toml",
     "scene.json",
     "data",
@@ -113,6 +113,10 @@ const ENDINGS: [&str; 28] = [
     "wear.csv",
     "wear.arrow",
     "wear_triangles.arrow",
+    "membranes.csv",
+    "holds.csv",
+    "membranes.arrow",
+    "membrane_triangles.arrow",
     "0.restart",
     "1.restart",
     "final.png",
@@ -133,7 +137,7 @@ pub fn copy_scene(folder: &Path, prefix: &str, text: &str) -> Result<(), FileErr
         true => ("json", "toml"),
         false => ("toml", "json"),
     };
-    // A run that is gone on with may have been begun from the other kind.
+    // The run that is resumed may have been begun from the other kind.
     let _ = fs::remove_file(folder.join(format!("{prefix}.scene.{other}")));
     write_whole(
         &folder.join(format!("{prefix}.scene.{ending}")),
@@ -169,7 +173,7 @@ pub fn names(prefix: &str) -> impl Iterator<Item = String> + '_ {
 /// The names of a run with this prefix that are in the folder.
 #[must_use]
 pub fn present(folder: &Path, prefix: &str) -> Vec<String> {
-    // Also links that lead nowhere count: they are in the way.
+    // Links without a target count, too: they are in the way.
     let known = names(prefix).filter(|name| folder.join(name).symlink_metadata().is_ok());
     known.chain(field_tables(folder, prefix)).collect()
 }
@@ -199,13 +203,13 @@ fn by(owner: &Owner) -> String {
 }
 
 fn if_dead(owner: &Owner) -> &'static str {
-    match owner.host.as_str() {
-        "" => "",
-        _ => "; a run that was killed on another machine blocks it for 5 minutes",
+    match owner.is_running() {
+        None if !owner.host.is_empty() => "; if that run has ended, remove the file .lock there",
+        _ => "",
     }
 }
 
-/// What is to become of a run that is in the folder.
+/// The treatment of an earlier run in the folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Earlier {
     /// It stays, and the new run goes elsewhere.
@@ -225,19 +229,18 @@ pub enum Found {
     Run,
 }
 
-/// Makes a folder ready for a run: there, writable, without a run or with one to go on with. It belongs to this run until the
+/// Makes a folder ready for a run: existing, writable, without a run or with one to be resumed. It belongs to this run until the
 /// lock is dropped.
 ///
-/// # Errors
-/// If another run is writing into the folder, whatever is asked for; if the folder holds a run that is not to be touched, or one
-/// of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
+/// # Errors If another run is writing into the folder, whatever is requested; if the folder holds a run that is not to be
+/// touched, or one of another scene that is to be continued; if it is no folder, or cannot be made, emptied or written.
 pub fn prepare(
     folder: &Path,
     prefix: &str,
     earlier: Earlier,
 ) -> Result<(FolderLock, Found), FolderError> {
     make(folder)?;
-    // First of all: what a running run has written is not to be judged. That it cannot be locked is told below.
+    // First of all: the files of a running run must not be judged. A failed lock is reported below.
     let locked = match lock::lock(folder) {
         Ok(Ok(lock)) => Ok(lock),
         Err(error) => Err(error),
@@ -298,8 +301,8 @@ pub fn make(folder: &Path) -> Result<(), FolderError> {
     fs::create_dir_all(folder).map_err(|source| system(folder, "the folder cannot be made", source))
 }
 
-/// Takes a folder that is there for somebody whose runs have folders of their own in it: a study. It belongs to him until the lock is
-/// dropped; where nothing can be locked, that is found out when something is written.
+/// Locks an existing folder for a study, whose runs have folders of their own in it. The folder belongs to the study until the
+/// lock is dropped; where locks are not available, an error appears when something is written.
 ///
 /// # Errors
 /// If another one has it.
@@ -337,7 +340,8 @@ pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
     for prefix in prefixes() {
         remove_unfinished(folder, prefix)?;
     }
-    // Who is killed in between leaves nothing that could be gone on with, and to the end the name of the run whose files these are.
+    // If the process is killed during this, the folder holds nothing that could be resumed, and the name of the old run is the
+    // last to go.
     for name in checkpoints.iter().chain(&others) {
         remove(&folder.join(name))?;
     }
@@ -346,7 +350,7 @@ pub fn clear(folder: &Path, prefix: &str) -> Result<(), FolderError> {
             remove(&path)?;
         }
     }
-    // Only if nothing of anybody else is in it.
+    // Only if it holds no other files.
     let _ = fs::remove_dir(folder.join(VTK));
     plan.map_or(Ok(()), |name| remove(&folder.join(name)))
 }
@@ -374,15 +378,15 @@ fn earlier_prefix(folder: &Path) -> Option<String> {
         .parse()
         .ok()?;
     let prefix = plan.get("prefix")?.as_str()?;
-    // It names files in this folder, whoever wrote it.
+    // It names files in this folder, whatever the origin of the plan.
     let is_name = !prefix.contains(['/', '\\']);
     is_name.then(|| prefix.to_owned())
 }
 
-/// What the name of a file begins with by which a run sees whether it may write; the process follows.
+/// The prefix of the file by which a run tests whether it may write; the process follows.
 const PROBE: &str = ".mercury-";
 
-/// Removes what a killed run had under temporary names.
+/// Removes the temporary files of a killed run.
 fn remove_unfinished(folder: &Path, prefix: &str) -> Result<(), FolderError> {
     for inside in [folder.to_owned(), folder.join(VTK)] {
         for entry in fs::read_dir(inside).into_iter().flatten().flatten() {

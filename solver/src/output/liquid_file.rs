@@ -1,4 +1,4 @@
-//! `<prefix>.liquid.csv`: where the liquid is, and where it went.
+//! `<prefix>.liquid.csv`: where the liquid is, and how it left.
 
 use std::path::Path;
 
@@ -32,18 +32,16 @@ impl Stream for LiquidFile {
         push_number(out, state.time, NumberStyle::Shortest);
         let balance = &row.balance;
         let [in_flight, emitted, absorbed, lost, left] = row.sprayed;
-        // Walls hold no liquid, and nothing evaporates.
-        let [wall_films, evaporated] = [0.0; 2];
         for volume in [
             row.films,
             row.bridges,
-            wall_films,
+            row.wall_films,
             in_flight,
             emitted,
             absorbed,
             lost,
             balance.left.value() + left,
-            evaporated,
+            balance.evaporated.value(),
             balance.inserted.value(),
             balance.deleted.value(),
             row.error,

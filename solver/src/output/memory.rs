@@ -26,7 +26,7 @@ pub struct OutputBytes {
     pub writing: f64,
 }
 
-/// What the outputs of a run take that is as large as expected. `history`: the numbers that a contact remembers.
+/// The memory of a run's outputs when the run is as large as expected. `history`: the length of a contact's history.
 ///
 /// The writer is taken to keep up: up to four more states may wait for a slow disk. Pictures are made when the run is over, and not
 /// counted.
@@ -39,7 +39,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
     if expected.bodies > 0.0 {
         kept += Bodies::bytes(expected.bodies, expected.pebbles, rows);
     }
-    // A state is put in order column by column; then the frame takes its own columns, which are encoded as a whole.
+    // A state is sorted column by column; then the frame takes its own columns, which are encoded as a whole.
     let mut writing = 0.0f64;
     let columns = ParticleFrame::specs(&ParticleTable::new(plan).columns);
     let columns: usize = columns.iter().map(|column| bytes(column.kind)).sum();
@@ -70,7 +70,7 @@ pub fn output_bytes(plan: &Plan, expected: &Expected, history: &[HistoryNumber])
         for fields in &output.fields {
             let looks = fields.looks(end);
             let all = fields.analysis.bytes(grains, touching, looks);
-            // What is remembered stays, what a look takes is taken for one table after the other.
+            // Memory of the analysis is kept, memory of a sample is used for one table after the other.
             let look = fields.analysis.bytes(grains, touching, 0.0);
             kept += all - look;
             spreading = spreading.max(look);

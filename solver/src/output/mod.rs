@@ -1,8 +1,8 @@
-//! What a run leaves behind: frames, energies, wall loads, pictures, its summary and its log.
+//! The files of a run: frames, energies, wall loads, pictures, its summary and its log.
 //!
-//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to
-//! one `Stream` for each file. The rooms: `schedule` says when, `moment` and `state` what, `energies` sums
-//! up, one room for each file writes; `folder` guards what is already there.
+//! The time loop hands a [`Moment`] to the [`Writer`], whose thread puts it in the order of ids ([`State`]) and gives it to one
+//! `Stream` for each file. The modules: `schedule` says when, `moment` and `state` what, `energies` sums up, and each kind of
+//! file has its own module; `folder` guards what is already there.
 
 mod body_frames;
 mod budget;
@@ -19,6 +19,7 @@ mod flux_counts;
 pub mod folder;
 mod fstat_file;
 mod liquid_file;
+mod membrane_files;
 mod memory;
 mod moment;
 mod particle_frames;
@@ -40,6 +41,7 @@ mod writer;
 pub use budget::{BudgetRow, Exchanged, Gap, energy_flows, is_closed};
 pub use energies::energies;
 pub use final_picture::{Put, draw_final};
+pub use membrane_files::MembraneState;
 pub use memory::{OutputBytes, output_bytes};
 pub use moment::Moment;
 pub use particle_frames::particle_columns;

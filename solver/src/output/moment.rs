@@ -5,6 +5,7 @@ use mercury_pictures::EnergyFlows;
 
 use super::Due;
 use super::budget::{Exchanged, energy_flows};
+use super::membrane_files::MembraneState;
 use super::wear_files::WearState;
 use crate::boundaries::Crossed;
 use crate::forces::{LoadSums, Observation};
@@ -39,7 +40,7 @@ pub struct Moment {
     pub walls: Vec<WallState>,
     /// What was seen of the contacts.
     pub observation: Observation,
-    /// What became of the energy since the start, in audited runs.
+    /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// Loads on features of meshes since the last frame, and since the last files for ParaView, if planned and due.
     pub load_sums: [Option<LoadSums>; 2],
@@ -53,6 +54,8 @@ pub struct Moment {
     pub droplets: Vec<Droplet>,
     /// Worn walls, in scenes that have any.
     pub wear: Option<WearState>,
+    /// Sheets, in scenes that have any.
+    pub membranes: Option<MembraneState>,
 }
 
 /// A tracked particle or body at one time.
@@ -104,8 +107,8 @@ fn track_points(engine: &Engine) -> Vec<TrackPoint> {
 }
 
 impl Moment {
-    /// Of an engine whose step is complete, and was watched unless tracks alone are due; takes the sums that are due out of it. `at_start`:
-    /// what had come and gone before the first step.
+    /// Copies an engine whose step is complete, and was observed unless tracks alone are due; moves the sums that are due out of
+    /// it. `at_start`: the gains and losses before the first step.
     #[must_use]
     pub fn take(engine: &mut Engine, due: Due, at_start: &Exchanged) -> Self {
         let tracks = match due.tracks {
@@ -151,6 +154,7 @@ impl Moment {
             wear: engine
                 .wear()
                 .map(|wear| WearState::new(wear, (engine.time(), engine.steps()))),
+            membranes: MembraneState::of(engine),
         }
     }
 
@@ -175,6 +179,7 @@ impl Moment {
             liquid: None,
             droplets: Vec::new(),
             wear: None,
+            membranes: None,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `<prefix>.regions.csv`: what is in each counted region, material by material.
+//! `<prefix>.regions.csv`: the content of each counted region, material by material.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::state::{MaterialIndex, volume};
 pub(super) struct RegionCounts {
     file: TextFile,
     regions: Vec<CountedRegion>,
-    /// Index and name of every material that particles have or come with, ascending.
+    /// Index and name of every material of present and inserted particles, ascending.
     materials: Vec<(MaterialIndex, String)>,
     dimensions: u8,
 }
@@ -139,7 +139,7 @@ impl Stream for RegionCounts {
                 push_csv_name(out, material);
                 out.push(b',');
                 push_integer(out, content.number as i64);
-                // Nothing moves at no speed: a reader need not know what is not a number.
+                // Without mass the velocity is 0: readers need not handle NaN.
                 let velocity = if content.mass > 0.0 {
                     content.momentum / content.mass
                 } else {

@@ -1,4 +1,4 @@
-//! When something is written: one schedule for everything that a run leaves.
+//! When outputs are written: one schedule for all files of a run.
 
 use crate::plan::{FieldPlan, OutputPlan};
 
@@ -39,7 +39,7 @@ impl Due {
         }
     }
 
-    /// What either asks for.
+    /// What either of the two needs.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -52,7 +52,7 @@ impl Due {
         }
     }
 
-    /// Whether there is anything but tracks, which need neither all particles nor what was seen of contacts.
+    /// Whether there is anything beside tracks, which need neither all particles nor an observation of contacts.
     #[must_use]
     pub fn beyond_tracks(self) -> bool {
         Self {
@@ -69,8 +69,8 @@ impl Due {
     }
 }
 
-/// When frames, contacts, files for ParaView, fields and checkpoints are written. It follows from the plan and the step that a run has
-/// come to.
+/// When frames, contacts, files for ParaView, fields and checkpoints are written. It follows from the plan and the present step
+/// of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
     frames: Every,
@@ -111,7 +111,7 @@ impl Schedule {
         }
     }
 
-    /// All that is ever written: of the first state and of the last.
+    /// Everything, for the first and the last state.
     #[must_use]
     pub fn everything(&self) -> Due {
         Due {
@@ -124,7 +124,7 @@ impl Schedule {
         }
     }
 
-    /// A bit for each table of fields of which this is so.
+    /// A bit for each table of fields that this holds for.
     fn bits(&self, is_so: impl Fn(&Looks) -> bool) -> u64 {
         let bits = self.fields.iter().map(is_so).enumerate();
         bits.fold(0, |bits, (k, is)| bits | u64::from(is) << k)
@@ -140,7 +140,7 @@ impl Schedule {
         self.frames.next_step().min(others.unwrap_or(u64::MAX))
     }
 
-    /// What is due at the end of this step. Steps are asked about in order, once each; those before [`Schedule::next_step`] may be
+    /// What is due at the end of this step. Steps are passed in order, once each; those before [`Schedule::next_step`] may be
     /// left out.
     pub fn due(&mut self, step: u64) -> Due {
         let time = step as f64 * self.time_step;
@@ -160,7 +160,7 @@ impl Schedule {
         }
     }
 
-    /// Whether a checkpoint is due at the end of this step; asked like [`Schedule::due`].
+    /// Whether a checkpoint is due at the end of this step; called like [`Schedule::due`].
     pub fn is_checkpoint_due(&mut self, step: u64) -> bool {
         self.checkpoints.as_mut().is_some_and(|e| e.is_due(step))
     }
@@ -192,7 +192,7 @@ impl Every {
         self.stride * event as f64 - 1e-6 <= step as f64
     }
 
-    /// The first event behind a step, and behind those that have been.
+    /// The first event after a step, and after the earlier events.
     fn next_behind(&self, step: u64) -> u64 {
         let mut next = self.next.max((step as f64 / self.stride) as u64);
         while self.is_passed(next, step) {
@@ -209,8 +209,8 @@ impl Every {
         (self.stride * self.next as f64 - 1e-6).ceil() as u64
     }
 
-    /// Whether something is due at the end of this step. Steps are asked about in order, once each; those before
-    /// [`Every::next_step`] may be left out.
+    /// Whether something is due at the end of this step. Steps are passed in order, once each; those before [`Every::next_step`]
+    /// may be left out.
     fn is_due(&mut self, step: u64) -> bool {
         if self.stride <= 1e-6 {
             return true;

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use mercury_pictures::EnergyFlows;
 
+use super::membrane_files::MembraneState;
 use super::moment::TrackPoint;
 use super::wear_files::WearState;
 use super::{BudgetRow, Due, Moment};
@@ -37,13 +38,13 @@ pub struct State {
     pub bodies: Vec<Body>,
     /// For each rank the place of its body in `bodies`; `None` for spheres of their own. Empty without clumps.
     pub body_of_rank: Vec<Option<BodyIndex>>,
-    /// Place in this order of each of the engine's rows, which the observation speaks of.
+    /// Place in this order of each of the engine's rows, to which the observation refers.
     pub rank_of_row: Vec<u32>,
     /// The walls as they stand, with the velocities of this time.
     pub walls: Vec<WallState>,
     /// What was seen of the contacts; its rows are the engine's.
     pub observation: Observation,
-    /// What became of the energy since the start, in audited runs.
+    /// The energy balance since the start, in audited runs.
     pub flows: Option<EnergyFlows>,
     /// The energy budget at this time, in audited runs; the writer closes it against the first state.
     pub budget: Option<BudgetRow>,
@@ -61,6 +62,8 @@ pub struct State {
     pub droplets: Vec<Droplet>,
     /// Worn walls, in scenes that have any.
     pub wear: Option<WearState>,
+    /// Sheets, in scenes that have any.
+    pub membranes: Option<MembraneState>,
 }
 
 impl State {
@@ -114,6 +117,7 @@ impl State {
             liquid,
             droplets: moment.droplets,
             wear: moment.wear,
+            membranes: moment.membranes,
         }
     }
 
@@ -142,7 +146,7 @@ impl State {
         self.rank_of_row[row as usize] as usize
     }
 
-    /// Orientation of the particle of this rank; where none is integrated, none has turned.
+    /// Orientation of the particle of this rank; identity where none is integrated.
     #[must_use]
     pub fn orientation(&self, rank: usize) -> DQuat {
         match &self.orientations {

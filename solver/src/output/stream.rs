@@ -34,7 +34,7 @@ pub enum OutputError {
     /// The summary is no JSON.
     #[error("the summary cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A file that a run was writing is no longer what it was.
+    /// A file that a run was writing was changed.
     #[error(
         "{}: the file has {found} bytes, the run had written {expected}\nhelp: it was changed since; begin anew with --force",
         path.display()
@@ -52,7 +52,7 @@ pub enum OutputError {
     Lost,
 }
 
-/// Where a stream begins: anew, or behind what an interrupted run had written, at a position that it told of.
+/// Where a stream begins: at the start of a new file, or at the position that an interrupted run had reported.
 pub(super) type Begin = Option<u64>;
 
 impl From<CgError> for OutputError {
@@ -69,12 +69,12 @@ pub(super) trait Stream: Send {
     /// Where its bytes go.
     fn sink(&self) -> Sink<'_>;
 
-    /// Files that were made whole since this was last asked.
+    /// Files that were completed since the last call.
     fn made(&mut self) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    /// What it knows beside its file and must know again to go on; nothing for those that need none.
+    /// The state that it needs beside its file to continue; `None` for streams that need none.
     fn memory(&self) -> Option<Vec<u64>> {
         None
     }
@@ -91,7 +91,7 @@ pub(super) enum Sink<'a> {
     Text(&'a TextFile),
     /// A file of frames that grows.
     Frames(&'a FrameWriter),
-    /// Files that are written as a whole, so many frames up to now; each was handed to the disk with its name.
+    /// Files that are written as a whole, and the number of frames up to now; each was synced to the disk under its name.
     Whole(u64),
 }
 
@@ -149,7 +149,7 @@ pub(super) struct TextFile {
     file: File,
     /// Bytes in the file.
     length: u64,
-    /// The frame in the making; kept, so that its memory is.
+    /// The buffer of the present frame; kept, so that its memory is used again.
     pub(super) buffer: Vec<u8>,
 }
 
@@ -185,7 +185,7 @@ impl TextFile {
         Ok(text)
     }
 
-    /// The file without what lies behind its first `position` bytes.
+    /// The file, truncated to its first `position` bytes.
     fn behind(path: &Path, position: u64) -> Result<File, OutputError> {
         let failed = FileError::of(path, "the file cannot be continued");
         let mut file = File::options().write(true).open(path).map_err(&failed)?;
@@ -224,7 +224,7 @@ impl TextFile {
     /// Waits until all bytes are on the disk.
     pub(super) fn sync(&self) -> Result<(), OutputError> {
         let synced = self.file.sync_data();
-        let failed = FileError::of(&self.path, "the file cannot be brought to the disk");
+        let failed = FileError::of(&self.path, "the file cannot be synced to the disk");
         Ok(synced.map_err(failed)?)
     }
 }

@@ -45,7 +45,7 @@ pub struct Summary {
     pub inserted: u64,
     /// Particles that went out.
     pub deleted: u64,
-    /// Particles that were placed behind walls which act on both sides and moved through their insertion's region, if there are such walls.
+    /// Particles that were placed behind two-sided walls that moved through their insertion's region, if there are such walls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inserted_behind_walls: Option<u64>,
     /// Of sleepers, if the scene lets particles sleep.
@@ -59,14 +59,14 @@ pub struct Summary {
     pub wear: Vec<WearSummary>,
     /// What a user should know.
     pub warnings: Vec<String>,
-    /// Numbers that were asked for, by their names.
+    /// Requested numbers, by their names.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "by_name")]
     pub results: Vec<(String, ResultValue)>,
     /// How it ended.
     pub status: Status,
 }
 
-/// A number that was asked for.
+/// A requested number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ResultValue {
     /// What it is, as it was written.
@@ -88,7 +88,7 @@ fn by_name<S: Serializer>(
     serializer.collect_map(results.iter().map(|(name, value)| (name, value)))
 }
 
-/// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene asks for it.
+/// Energies at the end of a run, J; fixed particles do not count. The budget is there only if the scene enables it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EnergySummary {
     /// Of translation.
@@ -107,9 +107,9 @@ pub struct EnergySummary {
     pub servo_work: Option<f64>,
     /// Brought in by particles that came.
     pub inserted: Option<f64>,
-    /// Taken out by particles that went, with what their contacts stored.
+    /// Energy of the particles that left, with the energy stored in their contacts.
     pub deleted: Option<f64>,
-    /// The part of it that their contacts stored, by springs.
+    /// The part of it that was stored in their contacts, by springs.
     pub deleted_elastic: Option<Springs>,
     /// Stored in contacts with walls that vanished.
     pub vanished_walls: Option<f64>,
@@ -158,7 +158,7 @@ impl Springs {
     }
 }
 
-/// Where the liquid is at the end of a run, and where it went; volumes in m^3, as in the last row of `.liquid.csv`.
+/// The liquid balance at the end of a run; volumes in m^3, as in the last row of `.liquid.csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LiquidSummary {
     /// At the start.
@@ -167,6 +167,8 @@ pub struct LiquidSummary {
     pub films: f64,
     /// In bridges.
     pub bridges: f64,
+    /// On walls.
+    pub wall_films: f64,
     /// In droplets in flight.
     pub in_flight: f64,
     /// On particles that were inserted.
@@ -181,7 +183,9 @@ pub struct LiquidSummary {
     pub left: f64,
     /// On particles that were deleted in a region.
     pub deleted: f64,
-    /// What is there and what went, less what was there at the start: round-off.
+    /// Evaporated.
+    pub evaporated: f64,
+    /// The present liquid and the losses, less the liquid at the start: round-off.
     pub error: f64,
     /// Bridges at the end.
     pub bridge_count: u64,
@@ -189,6 +193,10 @@ pub struct LiquidSummary {
     pub formed: u64,
     /// Bridges that broke.
     pub ruptured: u64,
+    /// Bridges that dried up.
+    pub dried: u64,
+    /// How often a bridge formed or took liquid that lies outside of the table of `young-laplace`.
+    pub clamped: u64,
 }
 
 impl From<LiquidRow> for LiquidSummary {
@@ -198,6 +206,7 @@ impl From<LiquidRow> for LiquidSummary {
             initial: row.balance.initial,
             films: row.films,
             bridges: row.bridges,
+            wall_films: row.wall_films,
             in_flight,
             inserted: row.balance.inserted.value(),
             emitted,
@@ -205,10 +214,13 @@ impl From<LiquidRow> for LiquidSummary {
             lost,
             left: row.balance.left.value() + left,
             deleted: row.balance.deleted.value(),
+            evaporated: row.balance.evaporated.value(),
             error: row.error,
             bridge_count: row.bridge_count,
             formed: row.balance.formed,
             ruptured: row.balance.ruptured,
+            dried: row.balance.dried,
+            clamped: row.balance.clamped,
         }
     }
 }
@@ -232,17 +244,17 @@ pub struct WearSummary {
     pub blocked: u64,
 }
 
-/// What became of particles at rest.
+/// Statistics of particles at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SleepSummary {
     /// How many sleep at the end, a clump as one.
     pub asleep: u64,
-    /// Share of all steps of spheres and pebbles that were left out.
+    /// Share of all steps of spheres and pebbles that were skipped.
     pub share: f64,
     /// How often one fell asleep.
     pub fell_asleep: u64,
-    /// How often one was roused.
+    /// How often one was woken.
     pub roused: u64,
-    /// Kinetic energy of those who fell asleep, J, which is gone.
+    /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,
 }

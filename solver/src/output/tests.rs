@@ -59,6 +59,7 @@ fn state(flags_of_id_6: u32, records: Vec<ContactRecord>) -> State {
         liquid: None,
         tracks: Vec::new(),
         wear: None,
+        membranes: None,
         time: 1.5,
         step: 3,
         due: Due {

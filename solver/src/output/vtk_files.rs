@@ -32,7 +32,7 @@ const OPTIONS: VtuOptions = VtuOptions {
 pub(super) struct VtkFiles {
     folder: PathBuf,
     frames: usize,
-    /// Since this was last asked.
+    /// Since the last call.
     made: Vec<PathBuf>,
     particles: Series,
     table: ParticleTable,
@@ -40,6 +40,7 @@ pub(super) struct VtkFiles {
     contacts: Series,
     contact_columns: ContactColumns,
     walls: Option<Walls>,
+    membranes: Option<Series>,
     bodies: Option<Bodies>,
 }
 
@@ -95,11 +96,14 @@ impl VtkFiles {
             })
         });
         let parts = ScriptParts {
+            bridges: false,
+            droplets: false,
             particles: true,
             contacts: true,
             walls: walls.is_some(),
             bodies: plan.physics().has_bodies(),
             clumps: false,
+            membranes: !plan.physics().membranes().is_empty(),
         };
         let script = folder.join(format!("{}.paraview.py", plan.outputs().prefix()));
         write_whole(
@@ -120,6 +124,9 @@ impl VtkFiles {
             contacts: series("contacts")?,
             contact_columns: contact_columns(plan, history),
             walls: walls.transpose()?,
+            membranes: (!plan.physics().membranes().is_empty())
+                .then(|| series("membranes"))
+                .transpose()?,
             bodies: bodies.transpose()?,
             folder,
         })
@@ -155,6 +162,14 @@ impl Stream for VtkFiles {
                 reason,
             })?;
             walls.series.write(number, &grid)?;
+        }
+        if let (Some(series), Some(sheets)) = (&mut self.membranes, &state.membranes) {
+            let grid = paraview::membranes(&sheets.vertices, &sheets.triangles);
+            let grid = grid.map_err(|reason| VtuError::Grid {
+                path: self.folder.clone(),
+                reason,
+            })?;
+            series.write(number, &grid)?;
         }
         let centres: HashMap<u32, DVec3> = state
             .ids

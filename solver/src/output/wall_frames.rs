@@ -1,4 +1,4 @@
-//! `<prefix>.walls.arrow`: what the walls look like, and where they stand in each frame.
+//! `<prefix>.walls.arrow`: the surfaces of the walls, and their poses in each frame.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ impl Stream for WallFrames {
     }
 }
 
-/// What the walls look like, each in the frame in which the scene describes it.
+/// The surfaces of the walls, each in the frame in which the scene describes it.
 pub(super) fn surfaces(plan: &Plan) -> Vec<Surface> {
     plan.physics()
         .walls()

@@ -1,4 +1,4 @@
-//! `<prefix>.walls.csv`: force and torque of the particles on each wall, the power of the wall, where it stands and how it moves.
+//! `<prefix>.walls.csv`: force and torque of the particles on each wall, the power of the wall, its pose and its velocity.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! `<prefix>.wear.csv`, `<prefix>.wear.arrow`, `<prefix>.wear_triangles.arrow`: what wear owes and has removed, in all, by vertices and by triangles.
+//! `<prefix>.wear.csv`, `<prefix>.wear.arrow`, `<prefix>.wear_triangles.arrow`: the volumes owed and removed by wear, in all, by
+//! vertices and by triangles.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The thread that formats and writes, so that stepping need not wait for it.
+//! The thread that formats and writes, so that the time loop need not wait for it.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 
 use glam::DVec3;
 use mercury_common::whole_file::{FileError, WholeFile};
-use mercury_pictures::{EnergyFlows, EnergyRow};
+use mercury_pictures::{EnergyFlows, EnergyRow, SheetEnergies};
 use rayon::ThreadPoolBuilder;
 
 use super::body_frames::BodyFrames;
@@ -22,6 +22,7 @@ use super::field_tables::FieldTable;
 use super::flux_counts::FluxCounts;
 use super::fstat_file::FstatFile;
 use super::liquid_file::LiquidFile;
+use super::membrane_files::{HoldCsv, MembraneCsv, MembraneFrames, MembraneTriangles};
 use super::particle_frames::ParticleFrames;
 use super::region_counts::RegionCounts;
 use super::stream::{Begin, Stream};
@@ -33,12 +34,13 @@ use super::wall_loads::WallLoads;
 use super::wear_files::{WearCsv, WearFrames, WearTriangles};
 use super::{Moment, OutputError, State, energies};
 use crate::contact::HistoryNumber;
+use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::stage::{Event, OutputFile, Stage};
 use crate::state::{Encoder, Piece, Plain};
 
-/// States that may wait to be written before stepping has to.
+/// The number of states that may wait to be written before the time loop has to wait.
 const QUEUE: usize = 4;
 
 /// A thread that writes what it is sent.
@@ -52,18 +54,18 @@ pub struct Writer {
     thread: JoinHandle<Result<Written, OutputError>>,
 }
 
-/// What the thread is told.
+/// Messages to the thread.
 #[derive(Debug)]
 enum Message {
     /// Write what is due of this state.
     Write(Box<Moment>),
     /// Say how far everything has come.
     Tell(SyncSender<Told>),
-    /// Bring all files to the disk, add how far they have come, and write this checkpoint.
+    /// Sync all files to the disk, add their positions, and write this checkpoint.
     Checkpoint(Box<ToWrite>),
 }
 
-/// How far everything has come, and the files that grow.
+/// The positions of all files, and the growing files.
 type Told = (Positions, Vec<OutputFile>);
 
 /// A checkpoint but for what the writer adds.
@@ -82,13 +84,13 @@ pub struct ToWrite {
 /// The section of a checkpoint that the writer adds.
 pub const POSITIONS: &str = "outputs";
 
-/// How far the outputs of a run have come: all that must be kept to go on with them later.
+/// The positions of a run's outputs: everything that a later continuation needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions {
-    /// Of each stream, in the order in which the plan asks for them.
+    /// Of each stream, in the order of the plan.
     streams: Vec<u64>,
     sums: RunningSums,
-    /// What streams remember that have to, in the same order.
+    /// The memory of those streams that have any, in the same order.
     memories: Vec<Vec<u64>>,
 }
 
@@ -115,11 +117,11 @@ impl Plain for Positions {
     }
 }
 
-/// The sums over all frames that were handed over.
+/// The sums over all frames that were passed on.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct RunningSums {
     energies: Vec<EnergyRow>,
-    /// The largest term of the energy budget in any of them, J.
+    /// The largest term of the energy budget in any frame, J.
     largest_energy: f64,
     initial: Option<DVec3>,
     deep_frames: u64,
@@ -152,11 +154,21 @@ crate::state::plain!(EnergyFlows {
     deleted,
     deleted_elastic,
     vanished_walls,
-    put_to_rest
+    put_to_rest,
+    sheets
+});
+crate::state::plain!(SheetEnergies {
+    kinetic,
+    gravitational,
+    stretching,
+    bending,
+    dissipated,
+    pressure_work,
+    hold_work
 });
 
 impl Positions {
-    /// How far each stream has come, in the order in which the plan asks for them: bytes of text files, frames of all others.
+    /// How far each stream has come, in the order of the plan: bytes of text files, frames of all others.
     #[must_use]
     pub fn streams(&self) -> &[u64] {
         &self.streams
@@ -180,15 +192,14 @@ pub struct Written {
     pub initial: DVec3,
     /// Frames in which some overlap exceeded a tenth of the smaller radius.
     pub deep_frames: u64,
-    /// The largest overlap over the smaller radius in any of them.
+    /// The largest overlap over the smaller radius in any frame.
     pub deepest: f64,
     /// The last state.
     pub last: Option<State>,
 }
 
 impl Writer {
-    /// Makes the files that the plan asks for, or goes on with them `from` where an interrupted run had come, and starts the
-    /// thread.
+    /// Makes the files of the plan, or continues them `from` the positions of an interrupted run, and starts the thread.
     ///
     /// # Errors
     /// If a file cannot be made or continued, or no thread started.
@@ -234,14 +245,15 @@ impl Writer {
         })
     }
 
-    /// Hands over a state; waits only while the queue is full. False if the writer has given up: [`Writer::finish`] says why.
+    /// Passes a state to the writer; waits only while the queue is full. False if the writer has given up: [`Writer::finish`]
+    /// says why.
     #[must_use]
     pub fn send(&self, moment: Moment) -> bool {
         self.sender.send(Message::Write(Box::new(moment))).is_ok()
     }
 
-    /// How far the files have come once all that was handed over is written; `None` if the writer has given up:
-    /// [`Writer::finish`] says why.
+    /// The positions of the files once everything passed on is written; `None` if the writer has given up: [`Writer::finish`]
+    /// says why.
     #[must_use]
     pub fn positions(&self) -> Option<Positions> {
         self.told().map(|(positions, _)| positions)
@@ -255,19 +267,19 @@ impl Writer {
         told.recv().ok()
     }
 
-    /// Leaves the memory of a state that is not written to the first checkpoint.
+    /// Keeps the memory of a state that is not written for the first checkpoint.
     pub fn lend_memory(&self, state: Encoder) {
         let _ = self.lent.send(state.into_memory());
     }
 
-    /// The memory of a checkpoint that is written, for the next one; without any if there is none yet.
+    /// The memory of a written checkpoint, for the next one; empty if there is none yet.
     #[must_use]
     pub fn spent_memory(&self) -> Vec<Piece> {
         self.memory.try_iter().last().unwrap_or_default()
     }
 
-    /// Hands over a checkpoint, to be written once all that was handed over before is on the disk, with how far it came as its
-    /// last section. False if the writer has given up.
+    /// Passes a checkpoint to the writer, which writes it once everything passed on before is on the disk, with the positions as
+    /// its last section. False if the writer has given up.
     #[must_use]
     pub fn write_checkpoint(&self, checkpoint: ToWrite) -> bool {
         let message = Message::Checkpoint(Box::new(checkpoint));
@@ -284,7 +296,7 @@ impl Writer {
     }
 }
 
-/// The files that the plan asks for.
+/// The files of the plan.
 fn streams(
     folder: &Path,
     plan: &Plan,
@@ -293,7 +305,7 @@ fn streams(
 ) -> Result<Vec<Box<dyn Stream>>, OutputError> {
     let output = plan.outputs().files();
     let mut streams: Vec<Box<dyn Stream>> = Vec::new();
-    // In the order in which their positions were told.
+    // In the order in which their positions were reported.
     let begin = |streams: &Vec<_>| -> Begin {
         from.map(|from| from.streams.get(streams.len()).copied().unwrap_or(0))
     };
@@ -371,6 +383,21 @@ fn streams(
             streams.push(Box::new(WearTriangles::begin(folder, plan, at)?));
         }
     }
+    if !plan.physics().membranes().is_empty() {
+        let at = begin(&streams);
+        streams.push(Box::new(MembraneCsv::begin(folder, plan, at)?));
+        let has_holds = |membrane: &MembranePlan| !membrane.holds.is_empty();
+        if plan.physics().membranes().iter().any(has_holds) {
+            let at = begin(&streams);
+            streams.push(Box::new(HoldCsv::begin(folder, plan, at)?));
+        }
+        if output.frames {
+            let at = begin(&streams);
+            streams.push(Box::new(MembraneFrames::begin(folder, plan, at)?));
+            let at = begin(&streams);
+            streams.push(Box::new(MembraneTriangles::begin(folder, plan, at)?));
+        }
+    }
     if !output.fields.is_empty() {
         let cannot = FileError::of(folder, "the thread that computes fields cannot be started");
         let pool = ThreadPoolBuilder::new().num_threads(1).build();
@@ -400,7 +427,7 @@ fn write_all(
     for message in receiver {
         match message {
             Message::Write(moment) => {
-                // Memory holds one state, not the last one beside the next.
+                // So that memory holds one state, not the last one beside the next.
                 drop(last.take());
                 let mut state = State::new(*moment, images);
                 let budget = sums.take_in(&state, &accounting);
@@ -415,7 +442,7 @@ fn write_all(
                 last = Some(state);
             }
             Message::Tell(answer) => {
-                // Whoever asked may not want to know any more.
+                // The receiver may have been dropped.
                 let _ = answer.send((positions(&streams, &sums), growing(&streams)));
             }
             Message::Checkpoint(checkpoint) => {
@@ -444,7 +471,7 @@ fn write_all(
                         outputs: growing(&streams),
                     });
                 }
-                // Nobody may want it any more.
+                // The receiver may have been dropped.
                 let _ = spent.send(pieces);
             }
         }
@@ -475,7 +502,7 @@ fn positions(streams: &[Box<dyn Stream>], sums: &RunningSums) -> Positions {
     }
 }
 
-/// The files that grow, in the order in which the plan asks for them.
+/// The growing files, in the order of the plan.
 fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
     streams
         .iter()
@@ -483,11 +510,11 @@ fn growing(streams: &[Box<dyn Stream>]) -> Vec<OutputFile> {
         .collect()
 }
 
-/// Those who watch the run, and what they know.
+/// The observer of the run, and what was reported to it.
 struct Watched {
     folder: PathBuf,
     stage: Arc<Stage>,
-    /// The files that grow as they were told of last.
+    /// The growing files at the last report.
     told: Vec<OutputFile>,
 }
 
@@ -501,7 +528,7 @@ impl Watched {
         }
     }
 
-    /// Tells of what was written of a state.
+    /// Reports what was written of a state.
     fn tell_of(&mut self, state: &State, streams: &mut [Box<dyn Stream>]) {
         if !self.stage.is_heard() {
             return;
@@ -510,7 +537,7 @@ impl Watched {
         let is_new = |file: &&OutputFile| !self.told.contains(file);
         let mut outputs: Vec<OutputFile> = all.iter().filter(is_new).cloned().collect();
         for path in streams.iter_mut().flat_map(|stream| stream.made()) {
-            // It was handed to the disk, and nobody removes it.
+            // It is on the disk and is not removed.
             let bytes = std::fs::metadata(&path).map_or(0, |file| file.len());
             outputs.push(self.file(&path, bytes));
         }
@@ -523,7 +550,7 @@ impl Watched {
     }
 }
 
-/// What the energies of a state are counted with.
+/// The quantities that the energies of a state need.
 struct Accounting {
     /// m/s^2
     gravity: DVec3,

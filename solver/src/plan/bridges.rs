@@ -1,12 +1,17 @@
 //! Liquid bridges against the grains that they join.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-use mercury_common::scene::{LawValues, Scene, SceneError};
+use mercury_common::scene::{LawValues, Located, Scene, SceneError};
 
+use super::PairPlan;
 use super::particles::StartingParticles;
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
+use crate::contact::AnyAdhesion;
+use crate::contact::adhesion::liquid::{Fit, Liquid, Tables, reduced_diameter};
+use crate::contact::adhesion::young_laplace::Table;
 use crate::contact::parameter::short;
 
 /// Finds every `max_bridge_volume` above the volume of the smallest grain of its material, in `[[contacts]]` of either material. Materials
@@ -81,4 +86,252 @@ fn smallest_diameters(
         note(part.material.index(), part.sizes.smallest());
     }
     smallest
+}
+
+/// Smallest and largest radius of the spheres of each material, those of clumps included, m; an empty range where there is none.
+pub(super) fn radii_of_materials(
+    scene: &Scene,
+    start: &StartingParticles,
+    clumps: &[Clump],
+    insertions: &[InsertionPlan],
+) -> Vec<[f64; 2]> {
+    let mut radii = vec![[f64::INFINITY, 0.0]; scene.materials.len()];
+    let mut note = |material: usize, [least, most]: [f64; 2]| {
+        let known = &mut radii[material];
+        *known = [known[0].min(least), known[1].max(most)];
+    };
+    for particle in &start.particles {
+        note(particle.material.index(), [particle.radius; 2]);
+    }
+    for body in &start.bodies {
+        let clump = &clumps[body.clump as usize];
+        let (least, most) = clump.pebble_radii();
+        note(
+            clump.material.index(),
+            [least * body.scale, most * body.scale],
+        );
+    }
+    for part in insertions.iter().flat_map(|insertion| &insertion.mixture) {
+        let (least, most) = part.clump.map_or((0.5, 0.5), |index| {
+            let clump = &clumps[index as usize];
+            let (least, most) = clump.pebble_radii();
+            let diameter = clump.equal_volume_diameter();
+            (least / diameter, most / diameter)
+        });
+        let range = [part.sizes.smallest() * least, part.sizes.largest() * most];
+        note(part.material.index(), range);
+    }
+    radii
+}
+
+/// Radii whose ratio is smaller differ too much for the formulas, which are for spheres of one size: their force at the touch is then off by
+/// more than 3 %.
+const WIDE: f64 = 0.2;
+
+/// Warns of pairs of particles whose radii differ too much for the formulas.
+pub(super) fn wide_ratios(pairs: &[PairPlan], radii: &[[f64; 2]]) -> Vec<String> {
+    let warning = |pair: &PairPlan| {
+        let liquid = pair.law.adhesion.liquid()?;
+        if liquid.fit == Fit::YoungLaplace || !pair.between_particles {
+            return None;
+        }
+        let [a, b] = pair.materials.map(|material| radii[material.index()]);
+        let ratio = f64::min(a[0] / b[1], b[0] / a[1]);
+        (ratio < WIDE && a[1] > 0.0 && b[1] > 0.0).then(|| {
+            format!(
+                "{}: radii in a ratio of 1 to {}; `{}` was fitted to spheres of one size, and its force is off by more than 3 % beyond 1 to 5; the law `young-laplace` has every ratio",
+                names(pair),
+                short(1.0 / ratio),
+                liquid.fit.name()
+            )
+        })
+    };
+    pairs.iter().filter_map(warning).collect()
+}
+
+/// Volumes over R_D^3 for which tables of exact bridges are made, and the smallest one that every table has.
+const VOLUMES: (f64, f64) = (1e-5, 0.5);
+const SMALL: f64 = 1e-4;
+
+/// Accuracy of tables that are made for the areas of bridges alone, from which liquid evaporates.
+const OF_AREA: f64 = 1e-2;
+
+/// What a table is made for.
+struct Wanted {
+    theta: f64,
+    accuracy: f64,
+    volumes: (f64, f64),
+    ratios: (f64, f64),
+    /// The pairs that take it.
+    pairs: Vec<usize>,
+}
+
+/// Makes the tables of exact bridges that the pairs need, one for all pairs of the same contact angle and accuracy. Bridges smaller than
+/// those of a table are counted when they form; larger ones are refused here.
+pub(super) fn tables(
+    scene: &Scene,
+    pairs: &mut [PairPlan],
+    radii: &[[f64; 2]],
+    notes: &mut Vec<String>,
+    errors: &mut Vec<SceneError>,
+) -> Tables {
+    let mut wanted: Vec<Wanted> = Vec::new();
+    for (index, pair) in pairs.iter().enumerate() {
+        let Some(&liquid) = pair.law.adhesion.liquid() else {
+            continue;
+        };
+        let for_force = liquid.fit == Fit::YoungLaplace;
+        if !for_force && *scene.liquid.evaporation == 0.0 {
+            continue;
+        }
+        let Some((mut volumes, ratios)) = ranges(pair, &liquid, radii) else {
+            continue;
+        };
+        if for_force && (volumes.1 > VOLUMES.1 || volumes.1 < VOLUMES.0) {
+            errors.push(beyond_tables(scene, pair, volumes.1));
+            continue;
+        }
+        let within = |volume: f64| volume.clamp(VOLUMES.0, VOLUMES.1);
+        volumes = (within(volumes.0), within(volumes.1));
+        let accuracy = if for_force { liquid.accuracy } else { OF_AREA };
+        let same =
+            |other: &&mut Wanted| (other.theta, other.accuracy) == (liquid.contact_angle, accuracy);
+        match wanted.iter_mut().find(same) {
+            Some(other) => {
+                let (v, r) = (&mut other.volumes, &mut other.ratios);
+                *v = (v.0.min(volumes.0), v.1.max(volumes.1));
+                *r = (r.0.min(ratios.0), r.1.max(ratios.1));
+                other.pairs.push(index);
+            }
+            None => wanted.push(Wanted {
+                theta: liquid.contact_angle,
+                accuracy,
+                volumes,
+                ratios,
+                pairs: vec![index],
+            }),
+        }
+    }
+    let mut tables = Tables::default();
+    for table in wanted {
+        let made = Table::new(table.theta, table.volumes, table.ratios, table.accuracy);
+        let made = match made {
+            Ok(made) => Arc::new(made),
+            Err(error) => {
+                let pair = &pairs[table.pairs[0]];
+                let message = format!("{}: {error}", names(pair));
+                let help = "give a larger `accuracy`, a contact angle of at most 60 degrees, or the law `bagheri`";
+                errors.push(
+                    place_of(scene, pair, "accuracy")
+                        .error(message)
+                        .with_help(help),
+                );
+                continue;
+            }
+        };
+        let number = tables.add(&made);
+        let all: Vec<String> = table
+            .pairs
+            .iter()
+            .map(|&pair| names(&pairs[pair]))
+            .collect();
+        notes.push(format!(
+            "liquid bridges of {}: a table of {} exact ones for {} degrees, V/R_D^3 from {} to {}, ratios of radii from {} to {}; largest errors {:.1e} of the force, {:.1e} of the end",
+            all.join(", "),
+            made.bridges(),
+            short(table.theta.to_degrees()),
+            short(table.volumes.0),
+            short(table.volumes.1),
+            short(table.ratios.0),
+            short(table.ratios.1),
+            made.errors().force,
+            made.errors().end,
+        ));
+        for pair in table.pairs {
+            if let AnyAdhesion::Liquid(liquid) = &mut pairs[pair].law.adhesion {
+                liquid.table = number;
+            }
+        }
+    }
+    tables
+}
+
+/// Volumes over R_D^3 and ratios of radii of the bridges of a pair; `None` if there are no particles.
+fn ranges(
+    pair: &PairPlan,
+    liquid: &Liquid,
+    radii: &[[f64; 2]],
+) -> Option<((f64, f64), (f64, f64))> {
+    let [a, b] = pair.materials.map(|material| radii[material.index()]);
+    let (mut diameters, mut ratios) = ((f64::INFINITY, 0.0f64), (f64::INFINITY, 0.0f64));
+    let mut note = |diameter: [f64; 2], ratio: [f64; 2]| {
+        diameters = (diameters.0.min(diameter[0]), diameters.1.max(diameter[1]));
+        ratios = (ratios.0.min(ratio[0]), ratios.1.max(ratio[1]));
+    };
+    if pair.between_particles && a[1] > 0.0 && b[1] > 0.0 {
+        let least = f64::min(a[0] / b[1], b[0] / a[1]).min(1.0);
+        let most = f64::min(a[1] / b[0], b[1] / a[0]).min(1.0);
+        let diameter = [0, 1].map(|k| reduced_diameter([a[k], b[k]]));
+        note(diameter, [least, most]);
+    }
+    if pair.at_walls {
+        for [least, most] in [a, b].into_iter().filter(|radii| radii[1] > 0.0) {
+            note([2.0 * least, 2.0 * most], [0.0, 0.0]);
+        }
+    }
+    let relative = |diameter: f64| liquid.max_volume / (diameter * diameter * diameter);
+    let (largest, of_largest_grains) = (relative(diameters.0), relative(diameters.1));
+    let smallest = (0.1 * of_largest_grains)
+        .clamp(VOLUMES.0, SMALL)
+        .min(largest);
+    (diameters.1 > 0.0).then_some(((smallest, largest), ratios))
+}
+
+/// `A and B`.
+fn names(pair: &PairPlan) -> String {
+    pair.names.each_ref().map(String::as_str).join(" and ")
+}
+
+/// Where a key of the liquid of a pair stands, or else the law.
+fn place_of<'a>(scene: &'a Scene, pair: &PairPlan, key: &str) -> Located<&'a str> {
+    let materials = pair.materials.map(|material| material.index());
+    let of_pair = |between: &[Located<mercury_common::scene::MaterialIndex>; 2]| {
+        let mut between = [between[0].value.0, between[1].value.0];
+        between.sort_unstable();
+        between == materials
+    };
+    let over = (scene.contacts.iter())
+        .filter(|contact| of_pair(&contact.between))
+        .filter_map(|contact| contact.liquid.as_ref())
+        .find_map(|law| law.values.get(key).map(|given| given.place.clone()));
+    let own = || {
+        let laws = materials.map(|material| scene.materials[material].liquid.as_ref());
+        let of_key = |law: &&mercury_common::scene::Law| {
+            law.values.get(key).map(|given| given.place.clone())
+        };
+        let mut laws = laws.into_iter().flatten();
+        let first = laws.clone().next().map(|law| law.place.clone());
+        laws.find_map(|law| of_key(&law)).or(first)
+    };
+    let place = over.or_else(own).unwrap_or_else(|| scene.place.clone());
+    Located { value: "", place }
+}
+
+fn beyond_tables(scene: &Scene, pair: &PairPlan, volume: f64) -> SceneError {
+    let (least, most) = VOLUMES;
+    let message = format!(
+        "{}: a bridge of max_bridge_volume between the smallest particles has V/R_D^3 = {}; the tables of `young-laplace` go from {} to {}",
+        names(pair),
+        short(volume),
+        short(least),
+        short(most)
+    );
+    let help = if volume > most {
+        "give a smaller max_bridge_volume"
+    } else {
+        "give a larger max_bridge_volume, or the law `willett-classical`, which is right for small bridges"
+    };
+    place_of(scene, pair, "max_bridge_volume")
+        .error(message)
+        .with_help(help)
 }

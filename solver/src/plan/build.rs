@@ -1,4 +1,4 @@
-//! From a scene to its plan: every room of the plan in turn, all problems collected.
+//! From a scene to its plan: every module of the plan in turn, all problems collected.
 
 use std::sync::Arc;
 
@@ -10,46 +10,50 @@ use mercury_common::scene::{
 use super::bridges;
 use super::checks;
 use super::closing;
-use super::earlier::{Earlier, Here, carried};
+use super::doubtful::{Doubt, doubts};
 use super::fields::fields;
 use super::fluxes::fluxes;
 use super::insertions::{check_among_walls, deletions, insertions};
 use super::magnitudes::magnitudes;
+use super::membranes::{self, membranes};
 use super::meshes;
 use super::pair::PairPlan;
 use super::particles::{StartingParticles, starting_particles};
-use super::prospects;
 use super::regions::regions;
 use super::requests;
 use super::sizes::Sizes;
 use super::sleeping::sleeping;
 use super::sprays::sprays;
+use super::start_from_run::{Earlier, Here, carried};
 use super::time_step::{
-    Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, bearable_step, limits, steps,
+    Limit, Limits, REFUSED_PART, StepPlan, WARNED_PART, automatic, automatic_part, bearable_step,
+    limits, steps,
 };
-use super::unsupported::unsupported;
 use super::usage::{MaterialUse, material_uses, particles_meet, walls_meet};
+use super::wall_films::wall_films;
 use super::walls::{continue_cylinders, walls};
 use super::wear::wear;
-use super::{Counted, Disk, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
+use super::{Counted, Guard, Material, Notes, OutputPlan, Outputs, Physics, Plan};
 use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
+use crate::contact::adhesion::liquid::Tables;
 use crate::contact::mixing::{elastic_constants, resolve_pair};
 use crate::contact::normal::rayleigh_time;
 use crate::contact::parameter::short;
 use crate::contact::registry::LawTable;
 use crate::contact::{AdhesionLaw, AnyAdhesion};
-use crate::liquid::LiquidPlan;
+use crate::liquid::{LiquidPlan, Weight};
 use crate::state::MaterialIndex;
 use crate::walls::Wall;
 
 /// More steps than this cannot be counted in a double, by which times are computed.
 const MOST_STEPS: f64 = 9e15;
-/// Most materials: of each two the law is made and told.
+/// The largest number of materials: a law is made and reported for each pair.
 const MOST_MATERIALS: usize = 128;
 /// Least reference speed, m/s.
 const LEAST_SPEED: f64 = 0.1;
-/// Resolves a scene: what each pair of materials does, the time step, what is there and what comes, what is skipped.
+/// Resolves a scene: the laws of all pairs of materials, the time step, the particles of the start and of insertions, the parts
+/// that are skipped.
 ///
 /// # Errors
 /// Everything that is wrong with the scene, and every part of it that this version cannot run, each with its place.
@@ -57,13 +61,12 @@ pub fn plan(scene: &Scene) -> Result<Plan, SceneErrors> {
     planned(scene, u64::MAX)
 }
 
-/// The plan of a scene with two sites of each lattice: cheap however many there are, with all that the memory of the whole follows from.
+/// The plan of a scene with two sites of each lattice: cheap whatever their number, and sufficient for the memory of the whole.
 /// What it leaves out is counted in [`Counted::left_out`](super::Counted::left_out).
 ///
-/// # Errors
-/// As [`plan`], but for what is wrong with other sites.
+/// # Errors As [`plan`], except for errors of other sites.
 pub fn sketch(scene: &Scene) -> Result<Plan, SceneErrors> {
-    // Of two particles of a material the law is needed, as of many.
+    // Two particles of a material need the law just as many do.
     planned(scene, 2)
 }
 
@@ -74,7 +77,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         let help = format!("at most {MOST_MATERIALS}: one material may have any number of sizes");
         return Err(SceneErrors(vec![error.with_help(help)]));
     }
-    let mut errors = unsupported(scene);
+    let mut errors: Vec<SceneError> = Vec::new();
     let mut warnings = Vec::new();
     let dimensions = match scene.domain.dimensions {
         Dimensions::Two => 2,
@@ -106,7 +109,11 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         &mut warnings,
         &mut errors,
     );
-    let uses = material_uses(scene, &start, &clumps, &insertions, &walls);
+    let sheets = membranes(scene, &walls, &mut warnings, &mut notes, &mut errors);
+    let mut uses = material_uses(scene, &start, &clumps, &insertions, &walls);
+    for (material, used) in uses.iter_mut().enumerate() {
+        used.lightest_vertex = sheets.lightest_vertex(material);
+    }
     let sizes = Sizes::of(
         &densities(scene),
         (&start.particles, &start.bodies),
@@ -115,17 +122,23 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         dimensions,
     );
     let mut pairs = plan_pairs(scene, &uses, &mut errors);
-    if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
-        for pair in &mut pairs {
-            if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
-                *liquid = liquid.reaching(sizes.smallest);
-            }
-        }
-    }
-
     let found = errors.len();
     magnitudes(scene, &start, &clumps, &insertions, dimensions, &mut errors);
     bridges::larger_than_grains(scene, &start, &clumps, &insertions, &mut errors);
+    let tables = if errors.is_empty() {
+        let radii = bridges::radii_of_materials(scene, &start, &clumps, &insertions);
+        warnings.extend(bridges::wide_ratios(&pairs, &radii));
+        bridges::tables(scene, &mut pairs, &radii, &mut notes, &mut errors)
+    } else {
+        Tables::default()
+    };
+    if sizes.smallest > 0.0 && sizes.smallest.is_finite() {
+        for pair in &mut pairs {
+            if let AnyAdhesion::Liquid(liquid) = &mut pair.law.adhesion {
+                *liquid = liquid.reaching(sizes.smallest, &tables);
+            }
+        }
+    }
     checks::inside_the_domain(scene, &start, &mut errors);
     checks::far_from_the_origin(scene, &start, sizes.smallest, &mut errors, &mut warnings);
     if sizes.largest > 0.0 {
@@ -140,7 +153,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let reach =
         sizes.largest + (pairs.iter().map(|pair| pair.law.adhesion.range())).fold(0.0, f64::max);
     meshes::continue_periodically(&mut walls, &scene.domain, reach, &mut notes);
-    // Overlaps are looked for by the engine's list, which relies on the domain.
+    // Overlaps are found with the engine's list, which needs a valid domain.
     let mut counted = Counted {
         left_out: start.left_out,
         ..Counted::default()
@@ -179,6 +192,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             &clumps,
             &insertions,
             &walls,
+            sheets.critical(),
             dimensions,
             &mut errors,
             &mut warnings,
@@ -201,7 +215,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         if errors.is_empty() {
             errors.push(scene.place.error("the scene has no plan"));
         }
-        // As a reader meets them: file order, the command line last.
+        // In the order in which a reader meets them: file order, the command line last.
         errors.sort_by_key(|error| {
             let place = &error.place;
             (place.is_argument(), place.line(), place.column())
@@ -228,6 +242,7 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let mut laws = LawTable {
         materials: scene.materials.len(),
         laws: vec![None; scene.materials.len() * scene.materials.len()],
+        tables,
     };
     for pair in &pairs {
         let [a, b] = pair.materials.map(|material| material.index());
@@ -248,7 +263,9 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     let triangle_loads = meshes::has_triangle_loads(&walls, &scene.output, &mut warnings);
     ignored_keys(scene, &mut warnings);
     let wear = wear(scene, &walls);
-    let has_liquid = laws.has_liquid()
+    let wall_films = wall_films(scene, &walls);
+    let has_liquid = !wall_films.is_empty()
+        || laws.has_liquid()
         || sprays.is_some()
         || !start.films.is_empty()
         || !start.films_of_bodies.is_empty()
@@ -259,6 +276,15 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
         films_of_bodies: std::mem::take(&mut start.films_of_bodies),
         neighbours: scene.liquid.neighbours,
         bridges_form: scene.liquid.bridges_form,
+        evaporation: *scene.liquid.evaporation,
+        weight: (sprays.as_ref())
+            .and_then(|sprays| sprays.nozzles.iter().find(|nozzle| nozzle.mass))
+            .map(|nozzle| Weight {
+                density: nozzle.liquid_density,
+                gravity: *scene.gravity,
+                lag: 0.5 * time_step,
+            }),
+        wall_films,
     });
     let mut plan = Plan {
         physics: Physics {
@@ -294,7 +320,8 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
             sprays,
             walls,
             wear,
-            surfaces: Vec::new(),
+            surfaces: sheets.surfaces,
+            membranes: sheets.membranes,
             particles: start.particles,
             clumps,
             bodies: start.bodies,
@@ -356,15 +383,13 @@ fn planned(scene: &Scene, most_sites: u64) -> Result<Plan, SceneErrors> {
     for (insertion, walls) in plan.physics.insertions.iter_mut().zip(closing) {
         insertion.closing = walls;
     }
-    let units = prospects::forgotten_units(&plan);
-    let turning = prospects::turns_for_ever(&plan);
-    (plan.notes.remarks).extend(units.into_iter().chain(turning));
-    let of_disk = Disk::of(&plan).warning();
-    let prospects = prospects::warnings(&plan);
-    let of_closing = closing::warnings(&plan);
-    plan.notes
-        .warnings
-        .extend(of_disk.into_iter().chain(prospects).chain(of_closing));
+    let doubts: Vec<Doubt> = doubts(&plan).collect();
+    for doubt in doubts {
+        match doubt {
+            Doubt::Warning(text) => plan.notes.warnings.push(text),
+            Doubt::Remark(text) => plan.notes.remarks.push(text),
+        }
+    }
     Ok(plan)
 }
 
@@ -504,6 +529,7 @@ fn plan_step(
     clumps: &[Clump],
     insertions: &[InsertionPlan],
     walls: &[Wall],
+    sheet: Option<Limit>,
     dimensions: u8,
     errors: &mut Vec<SceneError>,
     warnings: &mut Vec<String>,
@@ -520,18 +546,42 @@ fn plan_step(
         TimeStep::Seconds(_) => contact.as_ref().zip(critical.as_ref()),
     };
     let would_be = would_be.map(|(contact, critical)| bearable_step(contact, critical));
+    // What the sheets allow, in the form of a contact that allows the same.
+    let by_sheet = sheet
+        .as_ref()
+        .map(|limit| limit.time / membranes::STEPS_PER_CRITICAL);
+    let would_be = match (scene.time.step.value, by_sheet) {
+        (TimeStep::Seconds(_), Some(time)) => Some(would_be.map_or(time, |other| other.min(time))),
+        _ => would_be,
+    };
     let (step, reason) = match (
         scene.time.step.value,
         contact.as_ref().zip(critical.as_ref()),
     ) {
         (TimeStep::Seconds(step), _) => (step, "as given".to_owned()),
+        (TimeStep::Auto, contacts)
+            if by_sheet.is_some_and(|time| {
+                contacts.is_none_or(|(contact, critical)| time < bearable_step(contact, critical))
+            }) =>
+        {
+            let limit = sheet.clone().unwrap_or_default();
+            let interval = *scene.output.interval;
+            let (step, reason, warning) = automatic_part(
+                &limit,
+                membranes::STEPS_PER_CRITICAL,
+                "critical step",
+                interval,
+            );
+            warnings.extend(warning);
+            (step, reason)
+        }
         (TimeStep::Auto, Some((contact, critical))) => {
             let (step, reason, warning) = automatic(contact, critical, *scene.output.interval);
             warnings.extend(warning);
             (step, reason)
         }
         (TimeStep::Auto, None) => {
-            let message = "\"auto\" needs a contact to follow: nothing in this scene can meet";
+            let message = "\"auto\" needs a contact to follow: nothing in this scene can touch";
             errors.push(place.error(message).with_help("give the step in seconds"));
             return None;
         }
@@ -558,6 +608,20 @@ fn plan_step(
         );
         errors.push(place.error(message).with_help(
             "the integration would be unstable: shorten the step (or use \"auto\"), or soften the contact",
+        ));
+        return None;
+    }
+    if let Some(limit) = &sheet
+        && step > REFUSED_PART * limit.time
+    {
+        let message = format!(
+            "{} s is above 0.9 of the critical step of {}, {} s",
+            short(step),
+            limit.of,
+            short(limit.time)
+        );
+        errors.push(place.error(message).with_help(
+            "the integration would be unstable: shorten the step (or use \"auto\"), soften the sheet, or coarsen its mesh",
         ));
         return None;
     }

@@ -1,4 +1,4 @@
-//! Whether the scene makes sense as a whole: places, overlaps, periodic axes, two dimensions.
+//! Whether the scene makes sense as a whole: positions, overlaps, periodic axes, two dimensions.
 
 use std::collections::HashMap;
 
@@ -18,12 +18,13 @@ use crate::walls::{Scratch, Touches, Wall, WallNow};
 const PERIODIC_ROOM: f64 = 1.05;
 /// The tolerance of "the same z" and "in the plane", as a part of the radius or of a direction's length.
 const FLAT: f64 = 1e-9;
-/// Numbers that lie further apart than this part of a radius are no places: overlaps are a thousandth of it and less.
+/// If neighbouring numbers are farther apart than this part of a radius, positions are meaningless: overlaps are a thousandth of
+/// it and less.
 const COARSE: f64 = 1e-5;
 /// Above this part of a radius forces have less than five digits of an overlap of a thousandth.
 const COARSER_THAN_USUAL: f64 = 1e-8;
 
-/// What a particle or body is called in messages: its id, or its number among the bodies, and where it was typed.
+/// The name of a particle or body in messages: its id, or its number among the bodies, and the place where it was typed.
 pub(super) fn name(scene: &Scene, start: &StartingParticles, grain: usize) -> String {
     let Typed { entry, line } = start.typed(grain);
     let key = scene.particles[entry].place.key();
@@ -86,8 +87,8 @@ pub(super) fn inside_the_domain(
     }
 }
 
-/// Places are fine enough for contacts: numbers have 16 digits, so that far from the origin they lie apart by more than an overlap.
-/// One error, and one warning, for the grain that fares worst.
+/// The resolution of positions is fine enough for contacts: numbers have 16 digits, so that far from the origin they lie apart by
+/// more than an overlap. One error, and one warning, for the worst grain.
 pub(super) fn far_from_the_origin(
     scene: &Scene,
     start: &StartingParticles,
@@ -418,7 +419,7 @@ pub(super) fn overlaps(
 /// Spheres in a cube any two of which overlap by more than the limit; so many make a list of all pairs long.
 const CROWD: usize = 16;
 
-/// Pairs that touch, for each sphere on the average: so many are looked at one by one, whatever the limit.
+/// Pairs that touch, for each sphere on the average: up to this number they are tested one by one, whatever the limit.
 const MOST_TOUCHING: usize = 500;
 
 /// The spheres of a cube any two of which overlap by more than a part of the smaller radius. Those of a grain come one after the other.
@@ -482,8 +483,9 @@ impl Cubes {
     }
 }
 
-/// Two grains of a crowd, if there is one: spheres that are no pebbles of one body nor both fixed, each two of which overlap by more than
-/// `limit` of the smaller radius. Asked before all pairs are listed, as those of a thousand spheres at one point are a million.
+/// Two overlapping grains, if there are such: spheres that are no pebbles of one body nor both fixed, each two of which overlap
+/// by more than `limit` of the smaller radius. Checked before all pairs are listed, as those of a thousand spheres at one point
+/// are a million.
 fn crowded(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
     if limit >= 2.0 {
         return None;
@@ -502,7 +504,7 @@ fn crowded(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
 /// among fixed spheres, which may overlap.
 fn too_many(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
     let mut cubes = Cubes::default();
-    // What is below this limit and moves is no crowd of more than some thousands.
+    // A grain below this limit that can move is in no crowd of more than some thousands.
     for sphere in spheres.iter().filter(|sphere| sphere.fixed || limit > 1.0) {
         cubes.add(sphere, 0.0);
     }
@@ -510,7 +512,7 @@ fn too_many(spheres: &[StartingSphere], limit: f64) -> Option<(usize, usize)> {
     if all <= MOST_TOUCHING as f64 * spheres.len() as f64 {
         return None;
     }
-    // Of equal ones the first, whatever the order of the table.
+    // Of equal ones the first, whatever the order in memory.
     let crowds = cubes.0.values().filter(|cube| cube.others() > 0);
     let largest = crowds.max_by_key(|cube| (cube.others(), std::cmp::Reverse(cube.first)))?;
     Some(largest.ends())

@@ -1,4 +1,5 @@
-//! Walls that act on both sides and move through a region while particles are inserted into it: some come to lie behind them.
+//! Walls that act on both sides and move through a region while particles are inserted into it: particles may be placed behind
+//! them.
 
 use glam::{DVec2, DVec3};
 
@@ -6,7 +7,7 @@ use super::Plan;
 use super::insertions::{expected_number, grains_per_unit};
 use crate::boundaries::{InsertionPlan, Quantity, Total, overlaps_wall, places, volume_within};
 use crate::neighbours::Images;
-use crate::walls::{Component, ServoState, Shape, Target, Wall, WallNow};
+use crate::walls::{Component, ServoState, Target, Wall, WallNow};
 
 /// Places of the region that are compared with the wall at each time.
 const PLACES: usize = 256;
@@ -16,7 +17,7 @@ const TIMES: [f64; 2] = [16.0, 1024.0];
 const PART: f64 = 0.125;
 /// Solid fraction up to which all particles are placed in the first round: far below that of saturation, 0.38 for equal spheres and 0.55 for discs.
 const AT_ONCE: f64 = 0.2;
-/// Halvings of the time by which all has come: to a part in 10^12.
+/// Halvings of the time by which the insertion is complete: to a part in 10^12.
 const HALVINGS: u32 = 40;
 
 /// The closing walls of each insertion.
@@ -31,28 +32,6 @@ pub(super) fn closing_walls(plan: &Plan) -> Vec<Vec<usize>> {
         .map(|insertion| {
             let crossing = walls().filter(|(_, wall)| crosses(plan, insertion, wall));
             crossing.map(|(index, _)| index).collect()
-        })
-        .collect()
-}
-
-/// A warning for each of them: what it does, and what to do.
-pub(super) fn warnings(plan: &Plan) -> Vec<String> {
-    let physics = plan.physics();
-    let insertions = physics.insertions().iter();
-    let pairs = insertions.flat_map(|insertion| {
-        let walls = insertion.closing.iter();
-        walls.map(move |&wall| (insertion, &physics.walls()[wall]))
-    });
-    pairs
-        .map(|(insertion, wall)| {
-            let way_out = match wall.shape {
-                Shape::Mesh(_) => "give it side = \"front\", the side to which the normals of its triangles point, so that nothing is placed behind it; or use a plane",
-                _ => "use a plane, behind which nothing is placed",
-            };
-            format!(
-                "walls.{}: it acts on both sides and moves through the region of \"{}\" while that inserts, so that particles are placed behind it too; {way_out}; or end the insertion before (`until`)",
-                wall.name, insertion.name
-            )
         })
         .collect()
 }
@@ -80,7 +59,7 @@ fn closes(wall: &Wall, end: f64) -> bool {
     })
 }
 
-/// When the insertion has placed all that it is to place, s; its end, or that of the run, if that is not known.
+/// The time at which the insertion is complete, s; its end, or that of the run, if that is not known.
 fn done_at(plan: &Plan, insertion: &InsertionPlan) -> f64 {
     let physics = plan.physics();
     let end = insertion.until.min(end_of(plan));
@@ -154,7 +133,7 @@ fn crosses(plan: &Plan, insertion: &InsertionPlan, wall: &Wall) -> bool {
         let times = (way / (PART * size)).clamp(TIMES[0], TIMES[1]).ceil();
         (1..=times as u32).any(|k| {
             let time = begin + (end - begin) * f64::from(k) / times;
-            // Where it is when the insertion begins; then from time to time.
+            // The wall at the start of the insertion; then from time to time.
             put(&mut now, wall, time.max(insertion.from), dt, &images);
             let wall = std::slice::from_ref(&now);
             places
@@ -164,7 +143,7 @@ fn crosses(plan: &Plan, insertion: &InsertionPlan, wall: &Wall) -> bool {
     })
 }
 
-/// Puts a wall where it is at a time (s); what servos drive where they take it if nothing is in their way.
+/// Puts a wall where it is at a time (s); walls with servos where they would be without an obstacle.
 fn put(now: &mut WallNow, wall: &Wall, time: f64, dt: f64, images: &Images) {
     for (servo, state) in wall.motion.all_servos().zip(&mut now.servos) {
         let load: f64 = match &servo.target {

@@ -64,8 +64,8 @@ pub(super) fn clumps(
     (errors.len() == before).then_some(clumps)
 }
 
-/// The surface that a clump file names. Nothing in a run needs it but its pictures: where it cannot be read they show the pebbles, and
-/// a warning says so.
+/// The surface that a clump file names. Only pictures use it: where it cannot be read they show the pebbles, and a warning says
+/// so.
 fn surface(
     name: &str,
     file: &ClumpFile,

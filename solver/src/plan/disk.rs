@@ -1,4 +1,4 @@
-//! What a run is expected to leave on the disk, told before it is started.
+//! The expected size of a run's output on the disk, reported before the start.
 
 use mercury_common::readable::bytes;
 
@@ -112,7 +112,7 @@ impl Disk {
         self.frames.max(self.contact_frames).max(self.vtk_frames)
     }
 
-    /// What to say before such a run is started, if anything.
+    /// The warning before the start of such a run, if one is needed.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let is_much = self.most_frames() > MANY_FRAMES || self.bytes > MANY_BYTES;

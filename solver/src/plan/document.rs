@@ -237,10 +237,7 @@ struct Pass {
     reason: String,
 }
 
-#[allow(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde asks for a reference"
-)]
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde needs a reference")]
 fn is_zero(count: &usize) -> bool {
     *count == 0
 }

@@ -10,8 +10,10 @@ use super::{Carried, Guard, Notes, OutputPlan, Outputs, Physics, Plan, Sleeping}
 use crate::bodies::{Clump, NewBody};
 use crate::boundaries::{CountedRegion, DeletionPlan, FluxPlan, InsertionPlan};
 use crate::contact::SlidingNormal;
+use crate::contact::adhesion::liquid::Tables;
 use crate::contact::registry::{AnyPairLaw, LawTable};
 use crate::liquid::LiquidPlan;
+use crate::membrane::MembranePlan;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
 use crate::surface::SurfacePlan;
@@ -45,7 +47,7 @@ pub enum DraftError {
     },
 }
 
-/// A plan to be filled in: set what is to be so, then [`Draft::plan`] makes a plan of it, in which all is consistent.
+/// A plan to be filled in: set the fields, then [`Draft::plan`] makes a consistent plan of it.
 ///
 /// [`Draft::new`] has one material, an empty domain, no gravity and no output. Radii, and all else that follows from the particles and
 /// insertions, is found when the plan is made.
@@ -65,7 +67,7 @@ pub struct Draft {
     pub time_step: f64,
     /// Steps to make.
     pub steps: u64,
-    /// Also ends when the particles have come to rest.
+    /// Also ends when the particles are at rest.
     pub until_at_rest: bool,
     /// Lower corner of the domain, m.
     pub domain_min: DVec3,
@@ -77,7 +79,7 @@ pub struct Draft {
     pub materials: Vec<Material>,
     /// Laws of all pairs of materials.
     pub laws: LawTable,
-    /// Against which normal velocities of sliding, rolling and torsion are taken.
+    /// The normal for the velocities of sliding, rolling and torsion.
     pub sliding_normal: SlidingNormal,
     /// R* includes the curvature of walls.
     pub wall_curvature: bool,
@@ -87,7 +89,7 @@ pub struct Draft {
     pub contact_point_mass: bool,
     /// What a run may not do in silence; off.
     pub guard: Guard,
-    /// When particles fall asleep, if any may; nobody.
+    /// When particles fall asleep; `None` (the default): never.
     pub sleeping: Option<Sleeping>,
     /// Films at the start and rules for liquid. Where laws have liquid and this is `None`, the default holds.
     pub liquid: Option<LiquidPlan>,
@@ -99,13 +101,15 @@ pub struct Draft {
     pub wear: Vec<WearPlan>,
     /// Sheets.
     pub surfaces: Vec<SurfacePlan>,
+    /// Their mechanics, one for each, or none at all.
+    pub membranes: Vec<MembranePlan>,
     /// Particles of the start, in the order of their ids.
     pub particles: Vec<NewParticle>,
     /// Templates of rigid bodies.
     pub clumps: Vec<Clump>,
     /// Bodies of the start, in the order of their ids, which follow those of `particles`.
     pub bodies: Vec<NewBody>,
-    /// Contacts of the start that go on from other runs.
+    /// Contacts of the start that continue from other runs.
     pub carried: Option<Arc<Carried>>,
     /// Insertions.
     pub insertions: Vec<InsertionPlan>,
@@ -147,6 +151,7 @@ impl Draft {
             laws: LawTable {
                 materials: 1,
                 laws: vec![Some(law)],
+                tables: Tables::default(),
             },
             sliding_normal: SlidingNormal::default(),
             wall_curvature: false,
@@ -159,6 +164,7 @@ impl Draft {
             walls: Vec::new(),
             wear: Vec::new(),
             surfaces: Vec::new(),
+            membranes: Vec::new(),
             particles: Vec::new(),
             clumps: Vec::new(),
             bodies: Vec::new(),
@@ -173,14 +179,14 @@ impl Draft {
         }
     }
 
-    /// With these particles instead of those it has.
+    /// With these particles instead of the present ones.
     #[must_use]
     pub fn with_particles(mut self, particles: Vec<NewParticle>) -> Self {
         self.particles = particles;
         self
     }
 
-    /// With these clumps and bodies instead of those it has.
+    /// With these clumps and bodies instead of the present ones.
     #[must_use]
     pub fn with_bodies(mut self, clumps: Vec<Clump>, bodies: Vec<NewBody>) -> Self {
         (self.clumps, self.bodies) = (clumps, bodies);
@@ -189,8 +195,7 @@ impl Draft {
 
     /// The plan.
     ///
-    /// # Errors
-    /// If a number cannot be computed with, or something is of a material or clump that is not there.
+    /// # Errors If a number is not valid, or a material or clump does not exist.
     pub fn plan(self) -> Result<Plan, DraftError> {
         self.check()?;
         let densities: Vec<f64> = self.materials.iter().map(|m| m.density).collect();
@@ -231,6 +236,7 @@ impl Draft {
                 walls: self.walls,
                 wear: self.wear,
                 surfaces: self.surfaces,
+                membranes: self.membranes,
                 particles: self.particles,
                 clumps: self.clumps,
                 bodies: self.bodies,
@@ -386,7 +392,7 @@ impl Draft {
 }
 
 impl Plan {
-    /// What a plan is made of, to be changed and planned again; what was told of it is left out.
+    /// The inputs of a plan, to be changed and planned again; its notes are left out.
     #[must_use]
     pub fn draft(&self) -> Draft {
         let (physics, outputs) = (self.physics.clone(), self.outputs.clone());
@@ -415,6 +421,7 @@ impl Plan {
             walls: physics.walls,
             wear: physics.wear,
             surfaces: physics.surfaces,
+            membranes: physics.membranes,
             particles: physics.particles,
             clumps: physics.clumps,
             bodies: physics.bodies,
@@ -446,7 +453,7 @@ fn positive(what: &str, value: f64) -> Result<(), DraftError> {
     }
 }
 
-/// The same of one of many, whose name is made only if it is wrong.
+/// The same for one of many entries, whose name is made only for an error.
 fn positive_of(what: &str, index: usize, value: f64) -> Result<(), DraftError> {
     if value > 0.0 && value.is_finite() {
         Ok(())

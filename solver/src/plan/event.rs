@@ -1,4 +1,4 @@
-//! What is still to come by the clock of a run.
+//! Events that are still to come in a run.
 
 use std::fmt;
 
@@ -7,12 +7,12 @@ use mercury_common::readable::rounded;
 use super::Physics;
 use crate::walls::Wall;
 
-/// Something that a scene lets begin or end at a time.
+/// Something that a scene begins or ends at a given time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     /// When, s.
     pub time: f64,
-    /// The wall that comes, goes, or begins or ceases to move.
+    /// The wall that appears, disappears, or begins or ceases to move.
     pub wall: String,
 }
 
@@ -24,7 +24,8 @@ impl fmt::Display for Event {
 }
 
 impl Physics {
-    /// The last time at which a wall comes, goes, or begins or ceases to move; `None` if nothing of that kind happens after the start.
+    /// The last time at which a wall appears, disappears, or begins or ceases to move; `None` if nothing of that kind happens
+    /// after the start.
     #[must_use]
     pub fn last_event(&self) -> Option<Event> {
         let events = self.walls.iter().map(|wall| Event {
@@ -37,7 +38,7 @@ impl Physics {
     }
 }
 
-/// When a wall does something new for the last time, s; 0 if never.
+/// The last time at which a wall changes its behaviour, s; 0 if never.
 fn last_event(wall: &Wall) -> f64 {
     let times = wall.motion.events().chain([wall.from, wall.until]);
     times.filter(|time| time.is_finite()).fold(0.0, f64::max)

@@ -1,11 +1,11 @@
-//! What a run is expected to hold: grains, spheres, and pairs of them.
+//! What a run is expected to hold: grains, spheres, and pairs.
 
 use super::insertions::expected_inserted;
 use super::particles::StartingParticles;
 use super::{NewBody, Plan};
 use crate::bodies::Clump;
 
-/// Numbers of what a run holds when all that is planned has come.
+/// The numbers of a run when everything planned is present.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Expected {
     /// Spheres that are grains of their own.
@@ -26,7 +26,7 @@ pub struct Expected {
 /// 2.4, and 2.7 to 3.6.
 const DENSE: [f64; 2] = [2.35, 3.3];
 
-/// What the run of a plan is expected to hold.
+/// The expected numbers for the run of a plan.
 #[must_use]
 pub fn expected(plan: &Plan) -> Expected {
     let pebbles = |clump: u32| plan.physics().clumps()[clump as usize].pebbles.len() as f64;
@@ -84,13 +84,13 @@ pub struct Counted {
     pub touching: u64,
     /// Pairs that the first candidate list holds.
     pub listed: u64,
-    /// What is not in the plan although it is in the scene.
+    /// The parts of the scene that are not in the plan.
     pub left_out: LeftOut,
 }
 
 impl Counted {
-    /// Pairs of a sketch as those of the whole: as many for each pebble, as most of those at the start are of one body, else for each
-    /// particle.
+    /// Pairs of a sketch extrapolated to the whole: as many for each pebble, as most of those at the start are of one body, else
+    /// for each particle.
     pub(super) fn scale_up(&mut self, made: &StartingParticles, clumps: &[Clump]) {
         let LeftOut {
             particles, pebbles, ..

@@ -1,4 +1,4 @@
-//! `[[fields]]` as what coarse-graining wants.
+//! `[[fields]]` as requests to coarse-graining.
 
 use glam::DVec3;
 use mercury_cg::CgError;
@@ -15,7 +15,7 @@ use crate::bodies::Clump;
 use crate::boundaries::InsertionPlan;
 use crate::state::{FIXED, PRESCRIBED};
 
-/// Most field tables of a scene: what is due of them is a bit each.
+/// The largest number of field tables of a scene: the schedule has one bit for each.
 pub const MOST_FIELDS: usize = 64;
 
 /// Most smoothed means.
@@ -26,7 +26,7 @@ const MOST_MEANS: f64 = 1e7;
 pub struct FieldPlan {
     /// Part of the file's name.
     pub name: String,
-    /// Where, how and of what; limits and widths that nobody gave are those of the start.
+    /// Where, how and of what; limits and widths that are not given are those of the start.
     pub analysis: Analysis,
     /// Between two looks, s.
     pub interval: f64,
@@ -37,7 +37,7 @@ pub struct FieldPlan {
 }
 
 impl FieldPlan {
-    /// Whether all looks make one mean, instead of a block each.
+    /// Whether all samples make one mean, instead of a block each.
     #[must_use]
     pub fn is_mean(&self) -> bool {
         self.analysis.time == TimeMode::Average
@@ -50,20 +50,21 @@ impl FieldPlan {
         fields.any(|field| field.needs_contacts())
     }
 
-    /// Whether it looks at this time (s). Times are multiples of the step up to round-off, which a slack of 1e-6 of a step takes.
+    /// Whether it takes a sample at this time (s). Times are multiples of the step up to round-off, which a slack of 1e-6 of a
+    /// step takes.
     #[must_use]
     pub fn looks_at(&self, time: f64, time_step: f64) -> bool {
         let slack = 1e-6 * time_step;
         (self.from - slack..=self.until + slack).contains(&time)
     }
 
-    /// Looks of a run that ends at `end` (s), at most.
+    /// Samples of a run that ends at `end` (s), at most.
     #[must_use]
     pub fn looks(&self, end: f64) -> f64 {
         (self.until.min(end) - self.from).max(0.0) / self.interval + 2.0
     }
 
-    /// Numbers that its table has at the end of a run that ends at `end` (s), at most.
+    /// Numbers in its table at the end of a run that ends at `end` (s), at most.
     #[must_use]
     pub fn numbers(&self, end: f64) -> f64 {
         let analysis = &self.analysis;
@@ -100,7 +101,7 @@ pub(super) fn fields(
     let materials = scene.materials.iter();
     let materials: Vec<String> = materials.map(|one| one.name.value.clone()).collect();
     let first = first_state(scene, start, clumps);
-    // Where nothing flows yet, widths are in diameters of what comes.
+    // Where nothing flows yet, widths are in diameters of inserted particles.
     let flows = first.particles.flowing.contains(&true);
     let coming = if flows {
         None
@@ -118,7 +119,7 @@ pub(super) fn fields(
         if from > *scene.time.end {
             let end = *scene.time.end;
             warnings.push(format!(
-                "{}: `{}` looks at nothing: the run ends at {end} s, `from` is {from} s",
+                "{}: `{}` takes no sample: the run ends at {end} s, `from` is {from} s",
                 table.place.key(),
                 table.name.value
             ));
@@ -143,19 +144,19 @@ pub(super) fn fields(
     planned
 }
 
-/// What is wrong with a width and a step (s) of smoothing over looks every `interval` (s) until `end` (s).
+/// The error in a width and a step (s) of smoothing over samples every `interval` (s) until `end` (s).
 fn smoothing([width, step]: [f64; 2], interval: f64, end: f64) -> Option<String> {
     if end / step > MOST_MEANS {
         return Some(format!("means every {step} s are more than {MOST_MEANS:e}"));
     }
     (width < 0.5 * interval).then(|| {
         format!(
-            "a width of {width} s smooths nothing: looks are {interval} s apart; at least half of that"
+            "a width of {width} s smooths nothing: samples are {interval} s apart; at least half of that"
         )
     })
 }
 
-/// What coarse-graining says of a choice, for whoever wrote a scene: its options are the keys of the table.
+/// The error of coarse-graining in the terms of a scene: its options are the keys of the table.
 fn refused(table: &FieldTable, error: &CgError) -> SceneError {
     if let CgError::Format(error) = error {
         // The one file that is read here.
@@ -170,7 +171,7 @@ fn refused(table: &FieldTable, error: &CgError) -> SceneError {
         .strip_prefix("--")
         .and_then(|rest| rest.split_once(": "))
     {
-        // The place tells the key.
+        // The place names the key.
         Some((key, rest)) if !key.contains(' ') => (table.place_of(key), rest),
         Some((option, _)) => {
             let (key, value) = option.split_once(' ').unwrap_or((option, ""));
@@ -210,7 +211,7 @@ fn with_keys(text: &str) -> String {
     out
 }
 
-/// Mean diameter by number of what insertions bring, m; of clumps that of a sphere of equal volume.
+/// Mean diameter by number of inserted particles, m; of clumps that of a sphere of equal volume.
 fn mean_diameter(insertions: &[InsertionPlan]) -> Option<f64> {
     let parts = insertions.iter().flat_map(|insertion| &insertion.mixture);
     let (mut sum, mut shares) = (0.0, 0.0);
@@ -221,7 +222,7 @@ fn mean_diameter(insertions: &[InsertionPlan]) -> Option<f64> {
     (sum > 0.0).then(|| sum / shares)
 }
 
-/// What a table wants; `coming`: the diameter in which widths are given if not that of the first particles, m.
+/// The request of a table; `coming`: the diameter in which widths are given if not that of the first particles, m.
 fn analysis(
     table: &FieldTable,
     materials: &[String],

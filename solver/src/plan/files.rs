@@ -1,4 +1,4 @@
-//! Every file that is read for a scene: what a service has to keep with it, and what a user has to hand over.
+//! Every file that is read for a scene: a service has to keep them with it, and a user has to pass them on.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use super::Plan;
 pub struct SceneFile {
     /// The key of the scene that leads to it.
     pub key: String,
-    /// Its name as it was typed; of a run that is started from the checkpoint that is used.
+    /// Its name as typed; of a run that is started from the checkpoint that is used.
     pub name: String,
     /// The file that names it, as that was typed, unless the scene does so itself.
     pub from: Option<String>,

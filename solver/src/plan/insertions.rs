@@ -93,7 +93,7 @@ fn plan_one(
             continue;
         }
         let mean_volume = mean_volume(&sizes, dimensions);
-        // A share of mass or volume holds as many particles as it is worth of their mean size.
+        // A share of mass or volume is turned into a number of particles by their mean size.
         let per_particle = match insertion.share_by {
             Quantity::Number => 1.0,
             Quantity::Volume => mean_volume,
@@ -185,7 +185,7 @@ fn plan_one(
     })
 }
 
-/// The share of the particles, by number, that must have a place: the rest is too rare to wait for at the start.
+/// The share of the particles, by number, that must have a position: the rest is too rare to wait for at the start.
 const ALMOST_ALL: f64 = 0.999;
 
 /// Of each ingredient the radius (m) of the sphere of a `diameter` (m) of its sizes, of clumps of the largest pebble of a body of that size;
@@ -230,7 +230,7 @@ fn check_large(
     ))
 }
 
-/// Refuses a region in which nothing can ever be inserted: what is wrong, and what to do.
+/// Refuses a region in which nothing can ever be inserted: returns the reason, and advice.
 fn check_room(
     name: &str,
     region: &Region,
@@ -312,7 +312,8 @@ pub(super) fn check_among_walls(
         let help = "move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`";
         if share == 1.0 {
             let error = insertion.region.error(format!(
-                "the region of {whose} lies behind or in walls, most of it `{wall}`: of {PLACES_AMONG_WALLS} places in it not one has room for a sphere of {} m",
+                "the region of {whose} lies behind or in walls, most of it `{wall}`: of {PLACES_AMONG_WALLS} random places in \
+                it none has space for a sphere of {} m",
                 short(2.0 * radius)
             ));
             errors.push(error.with_help(help));
@@ -367,7 +368,7 @@ fn wrong_quota(
     })
 }
 
-/// The sizes of a component; a clump without a distribution comes in its own size.
+/// The sizes of a component; a clump without a distribution has its own size.
 fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistribution, SceneError> {
     let Some(psd) = &component.psd else {
         let own = clump.and_then(|clump| SizeDistribution::single(clump.equal_volume_diameter()));
@@ -380,7 +381,7 @@ fn sizes(component: &Component, clump: Option<&Clump>) -> Result<SizeDistributio
     })
 }
 
-/// What is wrong with the table that a scene names, at the place where it does.
+/// The error in the table that a scene names, at the place of the name.
 fn of_file(psd: &Located<Psd>, mut error: FormatError) -> SceneError {
     let help = error.help.take();
     let error = match &psd.law {
@@ -411,7 +412,7 @@ pub(crate) fn mean_volume(sizes: &SizeDistribution, dimensions: u8) -> f64 {
 const PLACED: [f64; 2] = [0.38, 0.55];
 const PACKED: [f64; 2] = [0.64, 0.84];
 
-/// The particles that an insertion brings at most: as many as its total and its rate say, and as have room.
+/// The particles that an insertion brings at most: limited by its total, its rate and the space.
 #[must_use]
 pub(super) fn expected_inserted(insertion: &InsertionPlan, plan: &Plan) -> f64 {
     let densities: Vec<f64> = plan
@@ -504,7 +505,7 @@ pub fn expected_number(
 pub(super) fn region(region: &SceneRegion, errors: &mut Vec<SceneError>) -> Option<Region> {
     let mut all = |parts: &[SceneRegion]| -> Option<Vec<Region>> {
         let parts = parts.iter().map(|part| self::region(part, errors));
-        // All of them, so that every problem is told.
+        // All of them, so that every problem is reported.
         parts.collect::<Vec<_>>().into_iter().collect()
     };
     Some(match region {

@@ -1,4 +1,4 @@
-//! What of a scene brings the most spheres: for a run that needs more memory than there is.
+//! What of a scene brings the most spheres: advice for a run that needs more memory than there is.
 
 use mercury_common::scene::{ClumpPlace, Lattice, ParticleSource, Place, Scene};
 
@@ -15,7 +15,7 @@ pub struct Largest<'a> {
     pub what: &'static str,
     /// How many it brings, at most.
     pub spheres: f64,
-    /// Whether they are bound to come, and not only if there is room and time for them.
+    /// Whether they come in any case, and not only if there are space and time for them.
     pub is_certain: bool,
 }
 
@@ -41,7 +41,7 @@ pub fn largest<'a>(scene: &'a Scene, plan: &Plan) -> Option<Largest<'a>> {
             is_certain: true,
         });
     }
-    // What tables and runs hold is not counted one by one.
+    // Tables and runs are not counted one by one.
     let other = scene.particles.iter().find(|entry| {
         let source = &entry.source;
         matches!(

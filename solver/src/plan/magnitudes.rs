@@ -1,6 +1,7 @@
-//! Whether sizes and speeds are such that their products are numbers.
+//! Whether sizes and speeds are such that their products are finite.
 //!
-//! A double reaches from 2.2e-308 to 1.8e308. A sphere of 1e-110 m has a volume of 0 there, and what weighs nothing is at infinity after a step.
+//! A double reaches from 2.2e-308 to 1.8e308. The volume of a sphere of 1e-110 m is 0 then, and a particle without mass is at
+//! infinity after a step.
 
 use glam::DVec3;
 use mercury_common::scene::{Place, Scene, SceneError};
@@ -71,8 +72,8 @@ pub(super) fn magnitudes(
                 .map(|diameter| Matter::of_sphere(0.5 * diameter, density, dimensions))
                 .find(|matter| !matter.is_divisible());
             if let Some(matter) = bad {
-                let who = format!("a particle of `{}`", plan.name);
-                errors.push(matter.error(&typed.place, &who));
+                let subject = format!("a particle of `{}`", plan.name);
+                errors.push(matter.error(&typed.place, &subject));
                 break;
             }
         }
@@ -113,9 +114,9 @@ impl Matter {
         numbers.into_iter().all(f64::is_normal)
     }
 
-    fn error(&self, place: &Place, who: &str) -> SceneError {
+    fn error(&self, place: &Place, subject: &str) -> SceneError {
         let message = format!(
-            "{who} has a mass of {} kg and a moment of inertia of {} kg m2: these and one over them must lie within the range of numbers, 2.2e-308 to 1.8e308",
+            "{subject} has a mass of {} kg and a moment of inertia of {} kg m2: these and one over them must lie within the range of numbers, 2.2e-308 to 1.8e308",
             short(self.mass),
             short(self.moment)
         );
@@ -124,7 +125,7 @@ impl Matter {
 }
 
 impl StartingParticles {
-    /// Of a free grain; none of a fixed one, whose mass is not asked for.
+    /// Of a free grain; none of a fixed one, whose mass is not used.
     fn matter(
         &self,
         scene: &Scene,

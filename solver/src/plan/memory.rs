@@ -1,11 +1,11 @@
-//! What a run is expected to need of the machine's memory.
+//! The expected memory of a run.
 
 use super::expected::{AtStart, at_start};
 use super::particles::{StartingSphere, Typed};
 use super::{NewBody, NewParticle, Plan};
 use crate::walls::Shape;
 
-/// Bytes that a run is expected to need. What needs how much is counted where a run is made (`run::memory`), for it depends on all rooms.
+/// Expected memory of a run, bytes. The parts are counted where a run is made (`run::memory`), as they depend on all modules.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Memory {
     /// Spheres that are expected.
@@ -16,14 +16,14 @@ pub struct Memory {
     pub steps: f64,
     /// Part of that which is free, and which the allocator keeps for the next list.
     pub kept_free: f64,
-    /// At most: while a candidate list is built, or a frame is written.
+    /// The maximum: while a candidate list is built, or a frame is written.
     pub most: f64,
-    /// Besides, from the first checkpoint on: its bytes, whose memory is kept for the next one.
+    /// In addition, from the first checkpoint on: its bytes, whose memory is kept for the next one.
     pub checkpoint: f64,
 }
 
 impl Memory {
-    /// The most that is needed at any time, bytes.
+    /// The most memory needed at any time, bytes.
     #[must_use]
     pub fn peak(&self) -> f64 {
         (self.most + self.checkpoint).max(self.start)

@@ -22,7 +22,7 @@ pub(super) fn mesh(source: &MeshSource, side: MeshSide) -> Result<Shape, SceneEr
         .map(|mesh| Shape::Mesh(Arc::new(mesh)))
         .map_err(|error| {
             let message = error.to_string();
-            // The scene's key stands before it already; what is wrong is in the file.
+            // The scene's key already precedes the message; the error is in the file.
             let message = message.strip_prefix("file: ").unwrap_or(&message);
             let file = source.file.value.display();
             source.file.error(format!("{file}: {message}"))
@@ -41,12 +41,12 @@ pub(super) fn solid(source: &MeshSource) -> Result<Solid, SceneError> {
     })
 }
 
-fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
+pub(super) fn triangles(source: &MeshSource) -> Result<TriangleMesh, SceneError> {
     read_mesh(&source.file.value).map_err(|error| source.file.error(error.to_string()))
 }
 
 /// Where a corner of the file comes to stand, m: scaled, then turned about the origin, then moved.
-fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
+pub(super) fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
     let turn = source
         .rotate
         .as_ref()
@@ -62,7 +62,7 @@ fn placement(source: &MeshSource) -> impl Fn(DVec3) -> DVec3 {
 /// How far beyond its faces a mesh that goes on for ever is queried, in largest radii: one radius and the widest skin, and a twentieth more, as
 /// far as its corners may move.
 const REACH: f64 = 1.05 * (1.0 + Skin::widest(1.0));
-/// Meshes that miss a period by less than this part of it may have been meant to span it.
+/// Meshes that miss a period by less than this part of it may have been intended to span it.
 const NEARLY: f64 = 0.01;
 
 /// Continues meshes along the periodic axes that they span, as far as spheres of the largest radius (m) see.
@@ -102,7 +102,7 @@ pub(super) fn continue_periodically(
                     "; a mesh of just one period would go on without a seam"
                 };
                 notes.push(format!(
-                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it is met with its images{meant}",
+                    "walls.{}: the mesh is {} m long along the periodic axis {letter}, whose period is {} m: it acts with its images{meant}",
                     wall.name,
                     short(extent),
                     short(length)
@@ -125,7 +125,7 @@ pub(super) fn continue_periodically(
 /// A mesh whose extents have a diagonal of more than this many of the domain's is taken for one in the wrong unit.
 const HUGE: f64 = 10.0;
 
-/// What may be wrong with the meshes (warnings), and what else to know of them (notes).
+/// Possible errors of the meshes (warnings), and other facts about them (notes).
 pub(super) fn remarks(
     scene: &Scene,
     walls: &[Wall],
@@ -156,7 +156,7 @@ pub(super) fn remarks(
             (_, true) => "is more than 10 times as large as the domain",
             _ => continue,
         };
-        // In front: what else is wrong may follow from it.
+        // In front, as other errors may follow from it.
         let at = told.min(warnings.len());
         told += 1;
         warnings.insert(at, format!(
@@ -184,7 +184,7 @@ fn file_of(scene: &Scene, name: &str) -> String {
     }
 }
 
-/// Whether the loads on triangles are summed up: if asked for, if there are any, and if something is written that holds them.
+/// Whether the loads on triangles are summed up: if requested, if there are any, and if an output holds them.
 pub(super) fn has_triangle_loads(
     walls: &[Wall],
     output: &Output,

@@ -1,24 +1,25 @@
-//! The plan: what a scene means. Everything is resolved, checked and decided here, so that the kernels can trust it.
+//! The plan: the meaning of a scene. Everything is resolved, checked and decided here, so that the kernels can trust it.
 
 mod bridges;
 mod build;
+mod checkpoint_identity;
 mod checks;
 mod closing;
 mod clumps;
 mod disk;
 mod document;
+mod doubtful;
 mod draft;
-mod earlier;
 mod event;
 mod expected;
 mod fields;
 mod files;
 mod fluxes;
 mod guard;
-mod head;
 mod insertions;
 mod largest;
 mod magnitudes;
+mod membranes;
 mod memory;
 mod meshes;
 mod motions;
@@ -30,7 +31,6 @@ mod particle_table;
 mod particles;
 mod passes;
 mod physics;
-mod prospects;
 mod reading;
 mod refusal;
 mod regions;
@@ -39,27 +39,27 @@ mod requests;
 mod sizes;
 mod sleeping;
 mod sprays;
+mod start_from_run;
 #[cfg(test)]
 mod tests;
 mod time_step;
-mod unsupported;
 mod usage;
+mod wall_films;
 mod walls;
 mod wear;
 mod workload;
 
 pub use crate::contact::parameter::{Origin, Parameter, Value};
 pub use build::{plan, sketch};
+pub use checkpoint_identity::{Head, checkpoint_paths};
 pub use disk::Disk;
 pub use document::{document, document_as_json};
 pub use draft::{Draft, DraftError};
-pub use earlier::{Carried, StartedFrom};
 pub use event::Event;
 pub use expected::{Counted, Expected, LeftOut, expected};
 pub use fields::{FieldPlan, MOST_FIELDS};
 pub use files::{SceneFile, files};
 pub use guard::{Guard, GuardPolicy};
-pub use head::{Head, checkpoint_paths};
 pub use insertions::expected_number;
 pub(crate) use insertions::mean_volume;
 pub use largest::{Largest, largest, lattice_grains};
@@ -73,6 +73,7 @@ pub use reading::{parse_scene, read_scene};
 pub use refusal::refusal;
 pub use report::report;
 pub use sleeping::Sleeping;
+pub use start_from_run::{Carried, StartedFrom};
 pub use time_step::{Limit, Meeting, StepPlan};
 pub use workload::{Ahead, Here, Workload};
 

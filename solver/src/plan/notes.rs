@@ -1,9 +1,9 @@
-//! What is told of a plan.
+//! Notes on a plan.
 
 use super::getters;
 use super::{Counted, PairPlan, StartedFrom, StepPlan};
 
-/// What is told of a plan and decides nothing.
+/// Notes on a plan, which decide nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Notes {
     pub(super) counted: Counted,

@@ -8,9 +8,9 @@ use mercury_common::scene::{
     Start,
 };
 
-use super::earlier::{Earlier, take_up};
 use super::expected::LeftOut;
 use super::particle_table::Table;
+use super::start_from_run::{Earlier, take_up};
 use super::{NewBody, NewParticle, PrescribedMotion};
 use crate::bodies::Clump;
 use crate::contact::parameter::short;
@@ -36,7 +36,7 @@ pub(super) struct StartingParticles {
     pub bodies: Vec<NewBody>,
     /// Where each body was typed.
     pub typed_bodies: Vec<Typed>,
-    /// What is not here although the scene has it.
+    /// The number of grains of the scene that were left out.
     pub left_out: LeftOut,
     /// Name and id of the entries that are single particles with a name; of bodies once all ids are known.
     pub named: Vec<(String, u32)>,
@@ -383,7 +383,7 @@ fn moving_body(start: &Start, clump: u32) -> NewBody {
     }
 }
 
-/// Motion at the start: what is prescribed stands above what is given.
+/// Motion at the start: prescribed components replace given ones.
 struct Motion {
     velocity: DVec3,
     angular_velocity: DVec3,

@@ -1,4 +1,4 @@
-//! What a run does in its steps, what it skips, and why.
+//! The parts of a run's step, the skipped parts, and the reasons.
 
 use super::Plan;
 use super::sizes::levels;

@@ -13,6 +13,7 @@ use crate::boundaries::{DeletionPlan, InsertionPlan, Setting};
 use crate::contact::SlidingNormal;
 use crate::contact::registry::LawTable;
 use crate::liquid::LiquidPlan;
+use crate::membrane::MembranePlan;
 use crate::neighbours::Images;
 use crate::spray::SprayPlan;
 use crate::state::{Material, NewParticle};
@@ -20,7 +21,7 @@ use crate::surface::SurfacePlan;
 use crate::walls::Wall;
 use crate::wear::WearPlan;
 
-/// What a run simulates: all that decides how its particles move.
+/// What a run simulates: everything that decides how its particles move.
 #[derive(Debug, Clone)]
 pub struct Physics {
     pub(super) seed: u64,
@@ -45,6 +46,7 @@ pub struct Physics {
     pub(super) walls: Vec<Wall>,
     pub(super) wear: Vec<WearPlan>,
     pub(super) surfaces: Vec<SurfacePlan>,
+    pub(super) membranes: Vec<MembranePlan>,
     pub(super) particles: Vec<NewParticle>,
     pub(super) clumps: Vec<Clump>,
     pub(super) bodies: Vec<NewBody>,
@@ -104,6 +106,8 @@ impl Physics {
         borrow wear: [WearPlan];
         /// Sheets.
         borrow surfaces: [SurfacePlan];
+        /// Their mechanics, in the same order; none of sheets without inner forces.
+        borrow membranes: [MembranePlan];
         /// Particles of the start, in the order of their ids.
         borrow particles: [NewParticle];
         /// Templates of rigid bodies, in the order of the file.
@@ -147,7 +151,7 @@ impl Physics {
         !self.bodies.is_empty() || mixtures.any(|part| part.clump.is_some())
     }
 
-    /// What its boundaries need to know beside the insertions and deletions.
+    /// The setting of its boundaries, beside the insertions and deletions.
     #[must_use]
     pub fn setting(&self) -> Setting<'_> {
         Setting {

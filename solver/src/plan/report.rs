@@ -15,7 +15,7 @@ use crate::contact::parameter::short;
 use crate::walls::{Shape, Wall};
 use crate::wear::{WearBasis, WearLaw, WearPlan};
 
-/// The plan in aligned plain text, with the memory that its run is expected to take, beside what the machine has, if that is known.
+/// The plan in aligned plain text, with the expected memory of its run beside that of the machine, if that is known.
 #[must_use]
 pub fn report(plan: &Plan, memory: &Memory, machine: Option<MachineMemory>) -> String {
     let mut text = String::new();
@@ -88,7 +88,7 @@ fn write_report(
     machine: Option<MachineMemory>,
 ) -> std::fmt::Result {
     writeln!(text, "{}", plan.outputs().title())?;
-    // In front, as the rest is long, and may be wrong where they are right.
+    // First, as the rest is long, and may be wrong if these are right.
     if !plan.notes().warnings().is_empty() {
         heading(text, "Warnings")?;
         for warning in plan.notes().warnings() {
@@ -127,7 +127,7 @@ fn write_report(
     walls(text, plan)?;
     heading(text, "Contacts")?;
     if plan.notes().pairs().is_empty() {
-        writeln!(text, "  none: nothing in this scene can meet")?;
+        writeln!(text, "  none: nothing in this scene can touch")?;
     }
     for pair in plan.notes().pairs() {
         write_pair(text, pair)?;
@@ -414,6 +414,22 @@ fn walls(text: &mut String, plan: &Plan) -> std::fmt::Result {
         let wear = plan.physics().wear().iter();
         for wear in wear.filter(|wear| wear.wall == index) {
             line(text, "", &wear_line(wear))?;
+        }
+    }
+    membranes(text, plan)
+}
+
+/// Sheets, where there are any.
+fn membranes(text: &mut String, plan: &Plan) -> std::fmt::Result {
+    let sheets = (plan.physics().surfaces().iter()).zip(plan.physics().membranes());
+    for (number, (surface, membrane)) in sheets.enumerate() {
+        if number == 0 {
+            heading(text, "Membranes")?;
+        }
+        let material = &plan.physics().materials()[surface.material.index()].name;
+        line(text, &surface.name, material)?;
+        for words in super::membranes::describe(surface, membrane) {
+            line(text, "", &words)?;
         }
     }
     Ok(())

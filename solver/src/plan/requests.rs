@@ -1,4 +1,4 @@
-//! What is asked of insertions and cannot come: less than a particle, or nothing before the end.
+//! Insertions that cannot be made: less than a particle, or none before the end.
 
 use mercury_common::scene::{Scene, Total};
 
@@ -64,7 +64,7 @@ pub(super) fn warnings(scene: &Scene, insertions: &[InsertionPlan], dimensions: 
     warnings
 }
 
-/// Why an insertion is never at work in a run of this length (s).
+/// Why an insertion is never active in a run of this length (s).
 fn idle(insertion: &InsertionPlan, end: f64) -> Option<String> {
     let name = &insertion.name;
     let from = short(insertion.from);

@@ -101,7 +101,7 @@ fn radii<'a>(
         .chain(pebbles)
 }
 
-/// Points at which a size distribution is looked at.
+/// The number of points at which a size distribution is sampled.
 const QUANTILES: u32 = 64;
 
 /// The levels that the neighbour search would choose for all that is planned, by the skin of the first list.

@@ -1,4 +1,4 @@
-//! When particles fall asleep, and what rouses them (`docs/theory/sleeping.md`).
+//! When particles fall asleep, and what wakes them (`docs/theory/sleeping.md`).
 
 use glam::DVec3;
 use mercury_common::scene::{Scene, SceneError};
@@ -6,26 +6,26 @@ use mercury_common::scene::{Scene, SceneError};
 use super::sizes::Sizes;
 use crate::contact::parameter::short;
 
-/// When particles fall asleep, and what rouses them.
+/// When particles fall asleep, and what wakes them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sleeping {
-    /// Steps from one look at all particles to the next: who rests at two in a row falls asleep.
+    /// Steps between two checks of all particles: a particle at rest in two consecutive checks falls asleep.
     pub every: u64,
-    /// Who is slower rests, m/s.
+    /// A particle below this speed is at rest, m/s.
     pub speed: f64,
-    /// Imbalance of the forces on a sleeper that rouses it, as a part of its weight.
+    /// Imbalance of the forces on a sleeper that wakes it, as a part of its weight.
     pub imbalance: f64,
 }
 
 /// Default of `speed`, in sqrt(g d): a sphere that falls by its diameter becomes 1,400 times as fast.
 const SPEED: f64 = 1e-3;
-/// Default of `after`, in sqrt(d/g): a sphere without support falls by an eighth of its diameter meanwhile, and whoever is slower than `speed` before and
-/// after is accelerated by 0.004 g at most.
+/// Default of `after`, in sqrt(d/g): a sphere without support falls by an eighth of its diameter meanwhile, and a particle that
+/// is slower than `speed` before and after is accelerated by 0.004 g at most.
 const AFTER: f64 = 0.5;
-/// Fewer steps between two looks would not tell rest from a point of return.
+/// With fewer steps between two checks, rest looks like a point of return.
 const LEAST: f64 = 10.0;
 
-/// What `[sleeping]` means for steps of `dt` (s); `None` without the table, or after an error.
+/// The meaning of `[sleeping]` for steps of `dt` (s); `None` without the table, or after an error.
 pub(super) fn sleeping(
     scene: &Scene,
     sizes: &Sizes,
@@ -41,19 +41,19 @@ pub(super) fn sleeping(
     };
     if *scene.gravity == DVec3::ZERO {
         let message = "whether a particle is in balance is judged by its weight, and gravity is 0";
-        let help = "leave [sleeping] out: without gravity nobody sleeps";
+        let help = "leave [sleeping] out: without gravity no particle can sleep";
         return refuse(table.place.error(message), help);
     }
     if imbalance >= 1.0 {
         let message = format!(
-            "{} times its weight: so far out of balance is also who falls freely",
+            "{} times its weight: a particle in free fall is not further out of balance",
             short(imbalance)
         );
         let help = "a number above 0 and below 1, as 0.1";
         return refuse(table.imbalance.place.error(message), help);
     }
     if sizes.smallest == 0.0 {
-        notes.push("sleeping: there is nobody who could".to_owned());
+        notes.push("sleeping: the scene has no particle that can sleep".to_owned());
         return None;
     }
     let (diameter, gravity) = (2.0 * sizes.smallest, scene.gravity.length());
@@ -75,7 +75,7 @@ pub(super) fn sleeping(
     if every.is_nan() || every < LEAST {
         let place = (table.after.as_ref()).map_or(&table.place, |after| &after.place);
         let message = format!(
-            "{} s between two looks are {} time steps of {} s: too few to tell who rests",
+            "{} s between two checks are {} time steps of {} s: too few to detect rest",
             short(after),
             short(every),
             short(dt)
@@ -89,7 +89,8 @@ pub(super) fn sleeping(
         format!(", d = {} m the smallest diameter", short(diameter))
     };
     notes.push(format!(
-        "sleeping: a look every {every} steps ({} s{after_is}); at rest is who is slower than {} m/s{speed_is}{of}; roused by an imbalance of {} times the weight",
+        "sleeping: checked every {every} steps ({} s{after_is}); at rest below {} m/s{speed_is}{of}; woken by an imbalance of \
+        {} times the weight",
         short(after),
         short(speed),
         short(imbalance)

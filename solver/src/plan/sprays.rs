@@ -28,7 +28,10 @@ pub(super) fn sprays(
         return None;
     }
     if let Some(table) = &scene.sleeping
-        && let Some(spray) = scene.sprays.iter().find(|spray| spray.momentum)
+        && let Some(spray) = scene
+            .sprays
+            .iter()
+            .find(|spray| spray.momentum || *spray.mass)
     {
         let message = format!(
             "particles cannot sleep while the droplets of \"{}\" push them (momentum = true)",
@@ -37,6 +40,15 @@ pub(super) fn sprays(
         let error = table.place.error(message);
         errors.push(error.with_help("leave [sleeping] out, or `momentum` at the spray"));
     }
+    one_density(scene, errors);
+    if scene.walls.iter().all(|wall| wall.film.is_none())
+        && let Some(spray) = (scene.sprays.iter()).find(|spray| spray.at_walls == AtWalls::Film)
+    {
+        warnings.push(format!(
+            "spray \"{}\": at_walls = \"film\", but no wall has a `film`, so that what hits walls is lost; give one: film = {{}} at a wall",
+            spray.name.value
+        ));
+    }
     let nozzles = (scene.sprays.iter())
         .filter_map(|spray| plan_one(scene, spray, walls, warnings, errors))
         .collect();
@@ -44,6 +56,32 @@ pub(super) fn sprays(
         nozzles,
         seed: scene.seed,
     })
+}
+
+/// Whether all sprays agree where liquid has mass, as films mix.
+fn one_density(scene: &Scene, errors: &mut Vec<SceneError>) {
+    let Some(first) = scene.sprays.iter().find(|spray| *spray.mass) else {
+        return;
+    };
+    for spray in &scene.sprays {
+        let message = if !*spray.mass {
+            format!(
+                "has no mass, but \"{}\" has: the films of particles hold liquid of both",
+                first.name.value
+            )
+        } else if *spray.liquid_density != *first.liquid_density {
+            format!(
+                "sprays liquid of {} kg/m3, but \"{}\" of {}: the films of particles hold liquid of both, and all of it needs one density",
+                *spray.liquid_density, first.name.value, *first.liquid_density
+            )
+        } else {
+            continue;
+        };
+        let error = spray.name.place.error(message);
+        errors.push(error.with_help(
+            "give all sprays `mass = true` and the same liquid_density, or none of them mass",
+        ));
+    }
 }
 
 fn plan_one(
@@ -75,7 +113,8 @@ fn plan_one(
         }),
         at_walls: spray.at_walls,
         restitution: spray.restitution.as_deref().copied().unwrap_or(0.0),
-        momentum: spray.momentum,
+        momentum: spray.momentum || *spray.mass,
+        mass: *spray.mass,
         max_droplets: *spray.max_droplets,
         from: *spray.from,
         until: spray.until.as_deref().copied().unwrap_or(f64::INFINITY),
@@ -102,10 +141,10 @@ fn source(
     let before = errors.len();
     let place = &nozzle.position;
     if !is_inside(scene, **place) {
-        let error = place.error("the nozzle stands outside of the domain");
+        let error = place.error("the nozzle is outside of the domain");
         errors.push(error.with_help("move it into the box of domain.min and domain.max"));
     } else if let Some(wall) = inside_of(**place, walls) {
-        let error = place.error(format!("the nozzle stands in or behind the wall `{wall}`"));
+        let error = place.error(format!("the nozzle is in or behind the wall `{wall}`"));
         let help = "move it to the side on which particles are: each droplet would end at once";
         errors.push(error.with_help(help));
     }
@@ -277,7 +316,7 @@ fn too_many(scene: &Scene, nozzle: &NozzlePlan) -> Option<String> {
     let most = rate * time.min(flight).max(0.0);
     (most > nozzle.max_droplets as f64).then(|| {
         format!(
-            "spray \"{}\": up to {} droplets may come to be in flight at once, and max_droplets = {} ends the run; raise it, spray larger droplets or less, or check the units of flow and diameter",
+            "spray \"{}\": up to {} droplets may be in flight at once, and max_droplets = {} ends the run; raise it, spray larger droplets or less, or check the units of flow and diameter",
             nozzle.name,
             short(most),
             nozzle.max_droplets

@@ -1,4 +1,4 @@
-//! The time step: how short contacts are, what the integrator can bear, and the step of a scene.
+//! The time step: durations of contacts, limits of the integrator, and the step of a scene.
 
 use super::pair::PairPlan;
 use super::usage::MaterialUse;
@@ -17,12 +17,12 @@ pub(super) const WARNED_PART: f64 = 0.2;
 /// A step is refused above this part of the critical one.
 pub(super) const REFUSED_PART: f64 = 0.9;
 
-/// The step of a plan and what it was compared with.
+/// The step of a plan and the values that it was compared with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepPlan {
     /// Whether the plan chose it.
     pub is_automatic: bool,
-    /// What the automatic step would be where another one was given and something can meet, s.
+    /// The automatic step where another one was given and something can touch, s.
     pub automatic: Option<f64>,
     /// Why it is what it is, in a sentence.
     pub reason: String,
@@ -39,7 +39,7 @@ pub struct StepPlan {
 }
 
 /// A time and the contact that sets it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Limit {
     /// s
     pub time: f64,
@@ -195,6 +195,7 @@ pub(super) fn limits(
             let [a, b] = &pair.names;
             let words = || match kind {
                 Kind::Wall => format!("{a}-{b}, at a wall"),
+                Kind::Vertex => format!("{a}-{b}, at a vertex of a sheet"),
                 Kind::Particles => format!("{a}-{b}, particles"),
                 Kind::Fixed => format!("{a}-{b}, at a fixed particle"),
             };
@@ -218,6 +219,7 @@ enum Kind {
     Particles,
     Fixed,
     Wall,
+    Vertex,
 }
 
 /// Every way in which the smallest bodies of a pair of materials can meet.
@@ -261,6 +263,9 @@ fn meetings(
             if uses[other].walls {
                 add(body, (f64::INFINITY, f64::INFINITY), Kind::Wall);
             }
+            if let Some(mass) = uses[other].lightest_vertex {
+                add(body, (f64::INFINITY, mass), Kind::Vertex);
+            }
         }
     }
     found
@@ -269,7 +274,7 @@ fn meetings(
 /// An interval below this part of the step that the contacts allow draws a warning.
 const SHORT_INTERVAL: f64 = 0.5;
 
-/// The automatic step where no output asks for a shorter one, s.
+/// The automatic step where no output needs a shorter one, s.
 pub(super) fn bearable_step(contact: &Limit, critical: &Limit) -> f64 {
     let by_stability = critical.time / STEPS_PER_CRITICAL;
     (contact.time / STEPS_PER_CONTACT).min(by_stability)
@@ -287,11 +292,23 @@ pub(super) fn automatic(
 ) -> (f64, String, Option<String>) {
     let by_contact = contact.time / STEPS_PER_CONTACT;
     let by_stability = critical.time / STEPS_PER_CRITICAL;
-    let (wanted, part, limit, what) = if by_contact <= by_stability {
-        (by_contact, STEPS_PER_CONTACT, contact, "shortest contact")
+    let (part, limit, what) = if by_contact <= by_stability {
+        (STEPS_PER_CONTACT, contact, "shortest contact")
     } else {
-        (by_stability, STEPS_PER_CRITICAL, critical, "critical step")
+        (STEPS_PER_CRITICAL, critical, "critical step")
     };
+    automatic_part(limit, part, what, interval)
+}
+
+/// The step that is a part of a limit, rounded down so that it divides `interval` (s); as [`automatic`].
+#[must_use]
+pub(super) fn automatic_part(
+    limit: &Limit,
+    part: f64,
+    what: &str,
+    interval: f64,
+) -> (f64, String, Option<String>) {
+    let wanted = limit.time / part;
     // A hair of slack, so that a quotient that is whole but for round-off does not cost a step.
     let parts = (interval / wanted - 1e-9).ceil().max(1.0);
     let allowed = format!(

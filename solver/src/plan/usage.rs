@@ -1,4 +1,4 @@
-//! Which materials occur in a scene, how large their particles are, and who can meet whom.
+//! Which materials occur in a scene, how large their particles are, and which can meet.
 
 use mercury_common::scene::Scene;
 
@@ -16,6 +16,8 @@ pub(super) struct MaterialUse {
     pub fixed: u64,
     /// Whether a wall is made of it.
     pub walls: bool,
+    /// Mass of the lightest vertex of the sheets of it, kg.
+    pub lightest_vertex: Option<f64>,
     /// Smallest radius of the free particles and pebbles, m; infinite if there are none.
     pub smallest_free: f64,
     /// Smallest radius of the free spheres, m; infinite if there are none.
@@ -49,6 +51,7 @@ pub(super) fn material_uses(
         free: 0,
         fixed: 0,
         walls: false,
+        lightest_vertex: None,
         smallest_free: f64::INFINITY,
         smallest_fixed: f64::INFINITY,
         smallest_sphere: f64::INFINITY,
@@ -116,5 +119,10 @@ pub(super) fn particles_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
 /// Whether particles of one of two materials (by row) can meet walls of the other.
 #[must_use]
 pub(super) fn walls_meet(uses: &[MaterialUse], a: usize, b: usize) -> bool {
-    (uses[a].free > 0 && uses[b].walls) || (uses[b].free > 0 && uses[a].walls)
+    let is_surface = |used: &MaterialUse| used.walls || used.lightest_vertex.is_some();
+    let (one, other) = (&uses[a], &uses[b]);
+    // Vertices of sheets touch walls, too.
+    let sheets = one.lightest_vertex.is_some() && other.walls
+        || other.lightest_vertex.is_some() && one.walls;
+    (one.free > 0 && is_surface(other)) || (other.free > 0 && is_surface(one)) || sheets
 }

@@ -109,7 +109,7 @@ pub(super) fn walls(scene: &Scene, errors: &mut Vec<SceneError>) -> Vec<Wall> {
         }
     }
     if planned.len() > MOST_WALLS {
-        let message = format!("{} walls; {MOST_WALLS} can be told apart", planned.len());
+        let message = format!("{} walls; at most {MOST_WALLS} are possible", planned.len());
         errors.push(scene.place.error(message));
     }
     planned
@@ -142,7 +142,7 @@ pub(super) fn continue_cylinders(walls: &mut [Wall], domain: &Domain, notes: &mu
     }
 }
 
-/// What to say of a wall so far beside a periodic domain that its images have no codes.
+/// The message for a wall so far beside a periodic domain that its images have no codes.
 fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<SceneError> {
     let (low, high) = shape.bounds();
     let size = *domain.max - *domain.min;
@@ -156,7 +156,7 @@ fn out_of_reach(wall: &SceneWall, shape: &Shape, domain: &Domain) -> Option<Scen
         |&axis: &usize| domain.periodic[axis] && periods(axis).is_finite() && periods(axis) > most;
     let axis = (0..3).find(is_far)?;
     let message = format!(
-        "it reaches {} periods beyond the periodic axis {}; at most {most} are met",
+        "it reaches {} periods beyond the periodic axis {}; at most {most} are possible",
         periods(axis).round(),
         ["x", "y", "z"][axis],
     );
@@ -230,8 +230,31 @@ fn motion(wall: &SceneWall, errors: &mut Vec<SceneError>) -> Option<Motion> {
     }
 }
 
-/// The engine's form of a motion.
+/// The engine's form of a motion of a wall.
 fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneError> {
+    if let MotionKind::Servo {
+        axis,
+        target: aim,
+        max_speed,
+    } = &motion.kind
+    {
+        return Ok(Component::Servo(Servo {
+            axis: **axis,
+            target: target(wall, **axis, aim)?,
+            max_speed: **max_speed,
+            from: *motion.from,
+            until: motion.until.as_deref().copied().unwrap_or(f64::INFINITY),
+        }));
+    }
+    component_about(own_origin(wall), motion)
+}
+
+/// The engine's form of a motion that is no servo; `origin`: the point about which a table turns, m.
+pub(super) fn component_about(
+    origin: DVec3,
+    motion: &SceneMotion,
+) -> Result<Component, SceneError> {
+    let own_origin = origin;
     let from = *motion.from;
     let until = motion.until.as_deref().copied().unwrap_or(f64::INFINITY);
     Ok(match &motion.kind {
@@ -264,19 +287,11 @@ fn component(wall: &SceneWall, motion: &SceneMotion) -> Result<Component, SceneE
         },
         MotionKind::Table { file } => Component::Table {
             table: MotionTable::read(file).map_err(|error| file.error(error.to_string()))?,
-            origin: own_origin(wall),
+            origin: own_origin,
         },
-        MotionKind::Servo {
-            axis,
-            target: aim,
-            max_speed,
-        } => Component::Servo(Servo {
-            axis: **axis,
-            target: target(wall, **axis, aim)?,
-            max_speed: **max_speed,
-            from,
-            until,
-        }),
+        MotionKind::Servo { .. } => {
+            return Err(motion.place.error("only a wall has a servo"));
+        }
     })
 }
 
@@ -317,7 +332,7 @@ fn target(wall: &SceneWall, axis: DVec3, aim: &ServoTarget) -> Result<Target, Sc
     })
 }
 
-/// What of a flat wall stands edge-on to a direction, and stays so.
+/// Whether a flat wall is edge-on to a direction, and stays so.
 fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
     let turns = |motion: &SceneMotion| {
         matches!(
@@ -347,7 +362,7 @@ fn edge_on(wall: &SceneWall, axis: DVec3) -> Option<String> {
 }
 
 /// A load in time; `column` names it in a table.
-fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
+pub(super) fn course(load: &Load, column: &str) -> Result<Course, SceneError> {
     match load {
         Load::Constant(value) => {
             Course::constant(**value).map_err(|error| value.error(error.to_string()))

@@ -1,7 +1,7 @@
-//! How many grains a run has over time, as far as its plan knows, and so how much work is ahead of it.
+//! The number of grains of a run over time, as far as its plan knows, and the remaining work.
 //!
-//! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and neither is when an
-//! insertion whose region is full finds space again: it is told by a range, from never to at once.
+//! A run's work is counted in particle-steps, the sum of the grains over all steps. Grains that leave are not foreseen, and
+//! neither is when an insertion whose region is full finds space again: it is given as a range, from never to at once.
 
 use super::Plan;
 use super::insertions::{expected_inserted, grains_per_unit};
@@ -97,7 +97,7 @@ pub struct Here<'a> {
     pub brought: &'a [(u64, bool)],
 }
 
-/// What is ahead of a run, at least and at most. Equal where the plan knows.
+/// The remaining work of a run, lower and upper bound. Equal where the plan knows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ahead {
     /// Particle-steps.
@@ -114,7 +114,7 @@ impl Ahead {
     }
 }
 
-/// An insertion that has brought less than this share of what it should have by now waits for space: rates count whole grains.
+/// An insertion that has placed less than this share of its present target waits for space: rates count whole grains.
 const LATE: f64 = 0.99;
 
 impl Workload {
@@ -141,14 +141,14 @@ impl Workload {
         }
     }
 
-    /// Grains that are planned at a time (s), if nobody leaves.
+    /// Grains that are planned at a time (s), if none leaves.
     #[must_use]
     pub fn grains(&self, time: f64) -> f64 {
         let brought = self.sources.iter().map(|source| source.brought(time));
         self.at_start + brought.sum::<f64>()
     }
 
-    /// What is ahead of a run that is here, if nobody leaves any more.
+    /// The remaining work of the present run, if no more grains leave.
     #[must_use]
     pub fn ahead(&self, here: Here<'_>) -> Ahead {
         let steps = self.steps.saturating_sub(here.step) as f64;

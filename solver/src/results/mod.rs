@@ -1,6 +1,7 @@
 //! Numbers of a run by name: `torque = "mean(walls.drum.ty, 1..2)"`.
 //!
-//! What is asked for is checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run when it is over.
+//! The requested results are checked against the plan before a run ([`NamedResult::check`]), and read from the files of the run
+//! when it is over.
 
 mod values;
 
@@ -193,7 +194,7 @@ impl NamedResult {
         };
         let source = source(&path, function).map_err(|problem| match in_quotes(&path) {
             Some(quoted) => format!(
-                "{problem}\nhelp: names with dots stand in quotes: '{name}={}'",
+                "{problem}\nhelp: write names with dots in quotes: '{name}={}'",
                 text.trim().replace(&path.join("."), &quoted)
             ),
             None => problem,
@@ -256,7 +257,7 @@ impl NamedResult {
         }
     }
 
-    /// Whether a run of this plan will have what it asks for.
+    /// Whether the outputs of this plan contain what the result needs.
     ///
     /// # Errors
     /// What is missing, and what there is.
@@ -353,7 +354,7 @@ impl NamedResult {
         self.value(&values)
     }
 
-    /// What it comes to in the run whose files lie in `folder` and begin with `prefix`, or why it comes to nothing.
+    /// Its value in the run whose files are in `folder` and begin with `prefix`, or the reason why it has none.
     #[must_use]
     pub fn read(&self, folder: &Path, prefix: &str) -> ResultValue {
         let read = self.of_run(folder, prefix);
@@ -564,7 +565,7 @@ fn source(path: &[String], function: Function) -> Result<Source, String> {
         [first, ..] => {
             one_of("source", first, &SOURCES)?;
             Err(format!(
-                "`{}` leads nowhere: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
+                "`{}` names no result: expected walls.NAME.COLUMN, regions.NAME.COLUMN, regions.NAME.MATERIAL.COLUMN, flux likewise, energy.COLUMN or particles.COLUMN",
                 path.join(".")
             ))
         }
@@ -651,7 +652,7 @@ mod tests {
             ("a=meen(walls.drum.ty)", "did you mean `mean`?"),
             ("a=mean(wals.drum.ty)", "did you mean `walls`?"),
             ("a=mean(walls.drum.tt)", "no column `tt`"),
-            ("a=mean(walls.drum)", "leads nowhere"),
+            ("a=mean(walls.drum)", "names no result"),
             (
                 "a=mean(walls.box.-z.fz, 1..)",
                 "'a=mean(walls.\"box.-z\".fz, 1..)'",

@@ -198,7 +198,7 @@ fn surface_slope(x: &[f64], y: &[f64], z: &[f64], radius: &[f64]) -> Option<f64>
         let (dx, dy) = (x[row] - x0, y[row] - y0);
         let distance = (dx * dx + dy * dy).sqrt();
         let ring = (distance / diameter) as usize;
-        // Who rolled far away is no part of the heap.
+        // Particles that rolled far away are no part of the heap.
         if ring < 10_000 {
             highest.resize(highest.len().max(ring + 1), 0.0);
             highest[ring] = highest[ring].max(z[row] + radius[row] - floor);

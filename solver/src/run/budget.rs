@@ -1,4 +1,4 @@
-//! What came in, what went out, what is there: the budgets of a run.
+//! Gains, losses and present amounts: the budgets of a run.
 
 use glam::DVec3;
 use mercury_pictures::{EnergyFlows, EnergyRow};
@@ -32,7 +32,10 @@ impl Budget {
             Some(last) => last.mass_and_momentum(),
             None => (0.0, DVec3::ZERO),
         };
-        let Exchanged { inserted, removed } = Exchanged::by_now(engine);
+        let exchanged = Exchanged::by_now(engine);
+        let Exchanged {
+            inserted, removed, ..
+        } = exchanged;
         let particles = plan
             .physics()
             .particles()
@@ -52,7 +55,7 @@ impl Budget {
                 + bodies
                     .map(|body| body.mass(plan.physics().clumps()))
                     .sum::<f64>(),
-            inserted_mass: inserted.mass,
+            inserted_mass: inserted.mass + exchanged.liquid_mass,
             deleted_mass: removed.mass,
             final_mass,
             initial_momentum: written.initial,
@@ -67,7 +70,7 @@ impl Budget {
     }
 }
 
-/// The energies at the end, and their budget where the plan asks for it.
+/// The energies at the end, and their budget where the plan includes it.
 pub(super) fn energy_summary(engine: &Engine, written: &Written) -> EnergySummary {
     let at_end = written.at_end.as_ref();
     let energy = |pick: fn(&EnergyRow) -> f64| at_end.map_or(0.0, |budget| pick(&budget.energies));

@@ -1,7 +1,8 @@
-//! Checkpoints: files from which a run goes on as if it had never stopped.
+//! Checkpoints: files from which a run continues exactly.
 //!
-//! `<prefix>.0.restart` and `<prefix>.1.restart` take turns, so that one is whole while the other is written. Each holds what the
-//! scene said, what the run knows beside the engine, the engine's state ([`Snapshot`]), and how far the outputs had come.
+//! `<prefix>.0.restart` and `<prefix>.1.restart` alternate, so that one is whole while the other is written. Each holds the
+//! statement of the scene, the state of the run beside the engine, the engine's state ([`Snapshot`]), and the positions of the
+//! outputs.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,7 +14,7 @@ use mercury_common::whole_file::FileError;
 use serde_json::{Value, json};
 
 use super::Run;
-use super::rest::Rest;
+use super::rest_criterion::Rest;
 use crate::forces::{SavedSlots, SlotState};
 use crate::output::{Exchanged, POSITIONS, Positions};
 use crate::plan::{Head, Plan, checkpoint_paths};
@@ -21,7 +22,7 @@ use crate::state::{DecodeError, Decoder, Encoder};
 use crate::step::Snapshot;
 use crate::wear::SavedWorn;
 
-/// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not what happens.
+/// Keys of a scene that may change before its run goes on: they decide when a run ends and when it writes, not the physics.
 pub const MAY_CHANGE: [&str; 8] = [
     "title",
     "time.end",
@@ -149,7 +150,7 @@ pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
     })
 }
 
-/// The newest whole checkpoint of a run, and a word on each that is not whole; `None` if there is none at all.
+/// The newest whole checkpoint of a run, and a message for each that is not whole; `None` if there is none at all.
 ///
 /// # Errors
 /// If there are checkpoints, and none is whole.
@@ -181,7 +182,7 @@ pub fn newest(
 }
 
 impl Checkpoint {
-    /// Whether a run of this plan can go on from here. `scene` is what its scene says.
+    /// Whether a run of this plan can go on from here. `scene` is the statement of its scene.
     ///
     /// # Errors
     /// What differs.
@@ -217,7 +218,7 @@ impl Checkpoint {
         Ok(())
     }
 
-    /// Whether nothing is left to do for a run of this plan.
+    /// Whether a run of this plan has reached its end.
     #[must_use]
     pub fn is_at_end(&self, plan: &Plan) -> bool {
         let at_rest = self.known.rest.as_ref().is_some_and(Rest::is_over);
@@ -228,13 +229,13 @@ impl Checkpoint {
     }
 }
 
-/// Slots of a list in which a contact is, and all of them.
+/// The number of slots with a contact, and of all slots of a list.
 fn touching(slots: &SavedSlots) -> (usize, usize) {
     let held = slots.iter().filter(|slot| slot.state != SlotState::Near);
     (held.count(), slots.len())
 }
 
-/// What a scene states, as a value: all of it is TOML but what was added of files.
+/// The statement of a scene as a value: all of it is TOML except what was added for files.
 fn typed(text: &str) -> Value {
     let parsed = format!("v = {text}").parse::<toml::Table>().ok();
     let value = parsed.and_then(|mut table| table.remove("v"));

@@ -1,4 +1,4 @@
-//! What insertions brought, and whether their sizes are those that were asked for.
+//! What insertions placed, and whether the sizes match the given distributions.
 
 use mercury_common::readable::rounded;
 
@@ -7,16 +7,16 @@ use crate::boundaries::{
 };
 use crate::plan::{Plan, mean_volume};
 
-/// The probability with which random sizes of the right distribution are called wrong.
+/// The probability of a false alarm for random sizes of the right distribution.
 const LEVEL: f64 = 0.01;
 
 /// With fewer particles not even the median has an interval at this level: 2/2^7 > 0.01 > 2/2^8.
 const FEWEST: u64 = 8;
 
-/// A line for each insertion: how much of what was asked for came, how full its region got, why it ended; and one for the sizes of
-/// each of its ingredients.
+/// A line for each insertion: how much of the target was placed, how full its region became, why it ended; and one for the sizes
+/// of each of its ingredients.
 ///
-/// `have_places`: of each insertion that waits for space, whether there is some.
+/// `have_places`: for each insertion that waits for space, whether there is some.
 pub(super) fn told(plan: &Plan, boundaries: &Boundaries, have_places: &[bool]) -> Vec<String> {
     let mut lines = Vec::new();
     let insertions = plan.physics().insertions().iter();
@@ -64,7 +64,7 @@ fn amounts(
         Limit::Space => "; its region is full",
         Limit::Total if insertion.total == Some(Total::Full) => "; its region got full",
         Limit::Total if inserted.number == 0 => {
-            "; complete with nothing: what was asked for is below half of its smallest particle"
+            "; complete with nothing: the target is below half of its smallest particle"
         }
         Limit::Total => "; complete",
         Limit::Time => "; its time is over",
@@ -97,7 +97,7 @@ pub(super) fn behind(plan: &Plan, boundaries: &Boundaries) -> Vec<String> {
     .collect()
 }
 
-/// How many were placed behind walls; nothing where no wall moves through a region.
+/// How many were placed behind walls; empty where no wall moves through a region.
 pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64> {
     let mut insertions = plan.physics().insertions().iter();
     let has_closing = insertions.any(|insertion| !insertion.closing.is_empty());
@@ -109,7 +109,7 @@ pub(super) fn number_behind(plan: &Plan, boundaries: &Boundaries) -> Option<u64>
     })
 }
 
-/// The shares of a mixture's ingredients, by mass and by number, beside those that were asked for.
+/// The shares of a mixture's ingredients, by mass and by number, beside their targets.
 fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
     let used = (insertion.mixture.iter().enumerate()).filter(|(_, part)| part.share > 0.0);
     if used.clone().count() < 2 || state.inserted.number == 0 {
@@ -126,7 +126,7 @@ fn composition(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -
         .map(|(index, part)| {
             let brought = state.brought.get(index).copied().unwrap_or_default();
             format!(
-                "{} {} % of the mass ({} % asked for) and {} % of the number ({} %)",
+                "{} {} % of the mass ({} % requested) and {} % of the number ({} %)",
                 name(plan, part),
                 percent(brought.mass / state.inserted.mass),
                 percent(asked_mass(part) / all_mass),
@@ -146,7 +146,7 @@ fn name<'a>(plan: &'a Plan, part: &Ingredient) -> &'a str {
     }
 }
 
-/// The largest distance of the cumulative numbers from those of each ingredient's distribution, and what follows.
+/// The largest distance of the cumulative numbers from those of each ingredient's distribution, and the verdict.
 fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<String> {
     let several = insertion.mixture.len() > 1;
     let mut lines = Vec::new();
@@ -169,7 +169,7 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
         let verdict = if insertion.by_quota && state.limit != Limit::Total {
             "of a quota that is not complete".to_owned()
         } else if insertion.by_quota {
-            // What a quota promises, up to the round-off of shares.
+            // The bound of a quota, up to the round-off of shares.
             let kept = largest <= (1.0 + 1e-6) / n;
             format!(
                 "{} the quota's 1/N",
@@ -194,7 +194,7 @@ fn sizes(plan: &Plan, insertion: &InsertionPlan, state: &InsertionState) -> Vec<
             )
         };
         lines.push(format!(
-            "sizes{name}: {} mm by number (asked for); largest distance from the distribution asked for {}, {verdict}",
+            "sizes{name}: {} mm by number (requested); largest distance from the requested distribution {}, {verdict}",
             quantiles.join(", "),
             rounded(largest, 3)
         ));

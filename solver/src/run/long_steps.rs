@@ -1,7 +1,7 @@
-//! Steps in which a great many particles are placed: whoever asks for a stop meanwhile does not wait for their end.
+//! Steps in which a great many particles are placed: a request to stop does not wait for their end.
 //!
-//! The state before such a step is kept. When the run is to stop while the step is made, the step is given up, and the run goes back to that
-//! state: its checkpoint is the one that a stop before the step would have left, and a run that goes on from there ends in the same bytes.
+//! The state before such a step is kept. If the run is stopped during the step, the step is given up, and the run returns to that
+//! state: its checkpoint is the one that a stop before the step would have left, and a resumed run ends in the same bytes.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,10 +10,10 @@ use super::{Ending, Run, RunFailure, StopReason};
 use crate::plan::{Plan, expected_number};
 use crate::step::{Engine, RunError, Snapshot};
 
-/// Fewer are placed before anybody gets impatient.
+/// Placing fewer takes too short a time to be interrupted.
 const MANY: f64 = 20_000.0;
 
-/// A step in which an insertion begins that brings many at once.
+/// A step in which an insertion begins that places many particles at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LongStep {
     pub(super) step: u64,
@@ -21,7 +21,7 @@ pub(super) struct LongStep {
     pub(super) expected: u64,
 }
 
-/// Those of a plan, by their steps. An insertion at a rate brings few at a time, however many in all.
+/// Those of a plan, by their steps. An insertion at a rate places few at a time, whatever its total.
 pub(super) fn long_steps(plan: &Plan) -> Vec<LongStep> {
     let physics = plan.physics();
     let densities: Vec<f64> = (physics.materials().iter())
@@ -55,7 +55,7 @@ pub(super) fn next_long_step(long_steps: &[LongStep], made: u64) -> Option<LongS
 }
 
 impl Run {
-    /// Makes the next step, which may be long: gives it up when the run is to stop meanwhile. False if the writer has given up.
+    /// Makes the next step, which may be long: gives it up on a request to stop. False if the writer has given up.
     pub(super) fn make_long_step(
         &mut self,
         long: LongStep,

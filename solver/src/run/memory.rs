@@ -1,4 +1,4 @@
-//! The memory that a run takes, by what its rooms hold, and whether the machine has it.
+//! The memory that a run takes, counted module by module, and whether the machine has it.
 
 use mercury_common::machine::MachineMemory;
 use mercury_common::readable::{bytes, count};
@@ -12,13 +12,13 @@ use crate::plan::{Memory, Plan, StartBytes, expected, largest, lattice_grains, p
 use crate::state::{Bodies, Particles};
 use crate::step::SavedSleep;
 
-/// What any run takes: the program, its libraries, its pictures.
+/// The memory of any run: the program, its libraries, its pictures.
 const PROGRAM: f64 = 16e6;
 
 /// What the run of a plan is expected to take.
 ///
-/// The sum of what the particles, lists and outputs hold by their own account, for as many particles and contacts as are expected. A
-/// list that is built while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
+/// The sum of the memory of particles, lists and outputs, for the expected number of particles and contacts. A list that is built
+/// while a frame is written takes somewhat more than either, and so do states that wait for a slow disk.
 #[must_use]
 pub fn memory(plan: &Plan) -> Memory {
     let expected = expected(plan);
@@ -45,7 +45,7 @@ pub fn memory(plan: &Plan) -> Memory {
     let checkpoint = particles + forces.saved_bytes(rows, expected.listed, expected.touching);
 
     let steps = PROGRAM + start.plan + particles + slots + parked + output.kept;
-    // A list is made while the old slots are there; then their histories wait, twice for a moment, for the new ones.
+    // A list is made while the old slots exist; then their histories are kept, twice for a moment, for the new ones.
     let searching = build_bytes(rows, expected.listed);
     let waiting = (GROWTH + 1.0) * expected.touching * carried;
     let carrying =
@@ -53,7 +53,7 @@ pub fn memory(plan: &Plan) -> Memory {
     let checking =
         start.spheres * columns + build_bytes(start.spheres, plan.notes().counted().listed as f64);
     let most = steps + searching.max(carrying).max(output.writing);
-    // These histories lie in many small pieces, whose room the allocator keeps for the next list of few particles.
+    // These histories lie in many small pieces, and the allocator keeps their memory for the next list of few particles.
     let kept_free = if rows > MANY as f64 { 0.0 } else { waiting };
     let steps = steps + kept_free;
     Memory {
@@ -66,13 +66,14 @@ pub fn memory(plan: &Plan) -> Memory {
     }
 }
 
-/// More than any grain takes, bytes: lattices of so many that they could be too many are counted before they are made.
+/// An upper bound of the memory of a grain, bytes: very large lattices are counted before they are made.
 const MOST_EACH: f64 = 1e4;
-/// What a grain takes at least, bytes, with its contacts and outputs.
+/// A lower bound of the memory of a grain, bytes, with its contacts and outputs.
 const LEAST_EACH: f64 = 1e3;
 
-/// The plan of a scene and the memory that its run is expected to take. Lattices that cannot fit into the machine's memory are refused
-/// before they are made; what insertions bring is left to [`check_fit`]. No `machine`: whatever the system gives.
+/// The plan of a scene and the memory that its run is expected to take. Lattices that cannot fit into the machine's memory are
+/// refused before they are made; inserted particles are left to [`check_fit`]. Without `machine` there is no limit. whatever the
+/// system gives.
 ///
 /// # Errors
 /// Those of [`plan`](crate::plan::plan), and of [`check_fit`].
@@ -85,14 +86,14 @@ pub fn plan_within(
         match sketch(scene) {
             Ok(sketch) => {
                 let memory = memory(&sketch);
-                // What comes later may never come: people see the plan before they are told so.
+                // What comes later may never come: the plan is printed before a lack of memory is reported.
                 if memory.start.max(LEAST_EACH * grains) > machine.total {
                     check_fit(scene, &sketch, &memory, machine)
                         .map_err(|error| SceneErrors(vec![error]))?;
                 }
             }
             Err(errors) if grains * LEAST_EACH > machine.total => return Err(errors),
-            // What is wrong is told of all sites.
+            // Errors are reported for all sites.
             Err(_) => {}
         }
     }
@@ -101,10 +102,10 @@ pub fn plan_within(
     Ok((plan, memory))
 }
 
-/// Refuses a run that takes more memory than the machine has. What is free now does not count, as it may change while the run goes on.
+/// Refuses a run that takes more memory than the machine has. The present free memory does not count, as it may change while the
+/// run goes on.
 ///
-/// # Errors
-/// How much is needed, how much there is, what needs most, and what to do.
+/// # Errors The memory needed, the memory of the machine, the largest parts, and advice.
 pub fn check_fit(
     scene: &Scene,
     plan: &Plan,

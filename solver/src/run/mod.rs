@@ -2,20 +2,19 @@
 
 mod budget;
 pub mod checkpoint;
-mod exits;
+mod exit_report;
+mod failed_state;
 mod insertions;
 mod long_steps;
 mod memory;
-mod pace;
 mod pictures;
-mod remaining;
 mod report;
-mod rest;
+mod rest_criterion;
 mod servos;
 mod shortfall;
-mod showing;
 #[cfg(test)]
 mod tests;
+mod time_left;
 mod trial;
 
 use std::collections::BTreeMap;
@@ -34,11 +33,10 @@ pub use trial::{Trial, trial};
 
 use checkpoint::{Checkpoint, Known};
 use long_steps::{LongStep, long_steps, next_long_step};
-use pace::{Pace, Way};
 use pictures::draw_pictures;
-use remaining::Cost;
 use report::{Looped, log_body, log_head, report};
-use rest::Rest;
+use rest_criterion::Rest;
+use time_left::Cost;
 
 use crate::forces::{Watch, block_size};
 use crate::lanes::Width;
@@ -52,19 +50,23 @@ use crate::stage::{Event, OutputFile, Stage, Task};
 use crate::state::{Encoder, FIXED, PEBBLE};
 use crate::step::{Engine, RunError, StartOptions};
 
+/// Fewer particles and pebbles than these are stepped by one thread: two threads took as long for 1,000 beads, and 0.7 of the time for 2,000
+/// (`benches/busy.py`).
+const ALONE_BELOW: usize = 1_500;
+
 /// From so many on a checkpoint takes tens of megabytes.
 const MANY_ROWS: usize = 100_000;
 
 /// What a run needs beside its plan.
 #[derive(Debug, Clone, Default)]
 pub struct RunOptions {
-    /// Where the files go; ready for a run ([`folder::prepare`]).
+    /// The folder of the files; ready for a run ([`folder::prepare`]).
     pub folder: PathBuf,
     /// Threads that step, at most; the results do not depend on them.
     pub threads: usize,
-    /// Steps are made by one of them while that is faster.
+    /// Steps of few particles are made by one of them.
     pub fewer_where_faster: bool,
-    /// Contacts that are evaluated side by side; the results do not depend on it. `None`: what is fastest.
+    /// Contacts that are evaluated side by side; the results do not depend on it. `None`: the fastest.
     pub width: Option<Width>,
     /// How the run was called, for `run.log`.
     pub command_line: String,
@@ -72,30 +74,30 @@ pub struct RunOptions {
     pub plan_document: Option<String>,
     /// Text of the scene, in TOML or JSON, of which the run keeps a copy.
     pub scene_text: Option<String>,
-    /// Set by anyone who wants the run to end after the step it is in.
+    /// Set to end the run after the present step.
     pub stop: Arc<AtomicBool>,
-    /// Who is told what takes long; its flag for stops should be the one above.
+    /// The observer of long work; its flag for stops should be the one above.
     pub stage: Arc<Stage>,
-    /// The run stops by itself after so long, by the clock.
+    /// The wall-clock time after which the run stops by itself.
     pub time_limit: Option<Duration>,
     /// Checkpoints; `None`: none are written.
     pub checkpoints: Option<Checkpoints>,
     /// What the log should say besides.
     pub notes: Vec<String>,
-    /// Numbers that the summary should have of a run that came to its end.
+    /// Numbers for the summary of a run that reaches its end.
     pub results: Vec<NamedResult>,
 }
 
-/// When a run writes checkpoints; besides, it writes one when it is stopped, and where the plan says so.
+/// When a run writes checkpoints; in addition it writes one when it is stopped, and where the plan says so.
 #[derive(Debug, Clone, Default)]
 pub struct Checkpoints {
     /// By the clock.
     pub every: Option<Duration>,
-    /// At the end, for who wants to go on from there.
+    /// At the end, for a later run that starts from there.
     pub at_end: bool,
-    /// Set by anyone who wants one now.
+    /// Set to write one now.
     pub now: Arc<AtomicBool>,
-    /// What the scene says: [`Statement::entries`](mercury_common::scene::Statement::entries).
+    /// The statement of the scene: [`Statement::entries`](mercury_common::scene::Statement::entries).
     pub scene: BTreeMap<String, String>,
 }
 
@@ -111,7 +113,7 @@ pub enum RunFailure {
 }
 
 impl RunFailure {
-    /// Whether it is none: the run was stopped before its first step, and has written nothing.
+    /// Whether there is none: the run was stopped before its first step, and has written nothing.
     #[must_use]
     pub fn is_stop(&self) -> bool {
         matches!(self, Self::Engine(RunError::GivenUp))
@@ -119,6 +121,11 @@ impl RunFailure {
 }
 
 impl RunOptions {
+    /// Whether one thread makes the steps of so many particles and pebbles, as they are too few for others to gain anything.
+    fn steps_alone(&self, rows: usize) -> bool {
+        self.fewer_where_faster && self.threads > 1 && rows < ALONE_BELOW
+    }
+
     fn start(&self, schedule: &Schedule) -> StartOptions {
         StartOptions::threads(self.threads)
             .records(schedule.everything().needs_records())
@@ -133,9 +140,9 @@ pub struct Progress<'a> {
     pub engine: &'a Engine,
     /// Particles times steps made so far.
     pub particle_steps: u64,
-    /// What the steps took, s: since the first one that was made here, without the insertion of a great many.
+    /// Time of the steps, s: since the first one that was made here, without the insertion of a great many.
     pub seconds: f64,
-    /// What those that are ahead are expected to take, s.
+    /// Expected time of the remaining steps, s.
     pub left: f64,
 }
 
@@ -177,7 +184,7 @@ impl Progress<'_> {
     }
 }
 
-/// Threads that a run of this plan can keep busy, of those that the machine has.
+/// The number of threads, of those of the machine, that a run of this plan can keep busy.
 #[must_use]
 pub fn useful_threads(plan: &Plan, available: usize) -> usize {
     if !plan.physics().insertions().is_empty() {
@@ -193,7 +200,7 @@ pub fn useful_threads(plan: &Plan, available: usize) -> usize {
         .clamp(1, available.max(1))
 }
 
-/// Runs a plan to its end and writes its files; `observe` is called now and then.
+/// Runs a plan to its end and writes its files; `observe` is called from time to time.
 ///
 /// # Errors
 /// If a particle's motion is no longer a number, threads cannot be started, or a file cannot be written. What was
@@ -208,8 +215,7 @@ pub fn run(
 
 /// The same from a checkpoint, which must [fit](Checkpoint::fits) the plan.
 ///
-/// # Errors
-/// Also if the files of the run are not there any more, or were changed.
+/// # Errors Also if the files of the run are missing or were changed.
 pub fn run_from(
     checkpoint: Option<Checkpoint>,
     plan: Plan,
@@ -221,7 +227,7 @@ pub fn run_from(
         match run.advance(f64::INFINITY, observe) {
             Ok(_) => run.finish(),
             Err(failure) => {
-                // Also after a failed step everything that was handed over is written.
+                // Everything that was passed on is written, also after a failed step.
                 let _ = run.writer.finish();
                 Err(failure)
             }
@@ -231,13 +237,13 @@ pub fn run_from(
         && !failure.is_stop()
     {
         let log = log_head(options) + &format!("failed: {failure}\n");
-        // The failure is what the caller must hear of, not that it cannot be logged.
+        // The caller must receive this failure, not that of the log.
         let _ = write_whole(&options.folder.join("run.log"), log.as_bytes());
     }
     result
 }
 
-/// Particle-steps that are made without looking up: some tenths of a second.
+/// Particle-steps between two checks: some tenths of a second.
 const STEPS_AT_ONCE: u64 = 2_000_000;
 
 /// Between two calls of `observe`.
@@ -246,16 +252,16 @@ const LOOK: Duration = Duration::from_millis(100);
 /// How far [`Run::advance`] came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Advance {
-    /// To the time that was asked for; it can go on.
+    /// To the end of the given time; it can go on.
     Reached,
     /// To its end: as planned, at rest, or stopped. Only [`Run::finish`] is left.
     Ended,
 }
 
-/// A run that is made in pieces: what the command line, a service or another language calls.
+/// A run that is made in pieces: the interface for the command line, a service or another language.
 ///
-/// [`Run::new`] starts it, [`Run::advance`] goes on to a time, [`Run::finish`] writes what a run leaves at its end. The pieces in
-/// which it is made change no output.
+/// [`Run::new`] starts it, [`Run::advance`] continues to a time, [`Run::finish`] writes the files of the end. The pieces do not
+/// change any output.
 pub struct Run {
     engine: Engine,
     options: RunOptions,
@@ -263,8 +269,8 @@ pub struct Run {
     schedule: Schedule,
     rest: Option<Rest>,
     long_steps: Vec<LongStep>,
-    /// With how many threads steps are made, where that is free.
-    pace: Option<Pace>,
+    /// Particle-steps made by one thread although there are more.
+    alone: u64,
     /// What had come and gone before the first step.
     at_start: Exchanged,
     /// Grains of the start.
@@ -272,21 +278,21 @@ pub struct Run {
     begun: Instant,
     /// Step from which an interrupted run went on.
     resumed_at: Option<u64>,
-    /// When the last checkpoint was made, or the run begun.
+    /// The time of the last checkpoint, or of the start.
     last_checkpoint: Instant,
     /// Which of the two files is written next.
     next_checkpoint: usize,
-    /// How many, and how long the steps had to wait for them.
+    /// Their number, and the time that the steps had to wait for them.
     checkpoints_made: (u32, Duration),
     looked_for_stop_file: Instant,
     /// When the first step of this process began.
     first_step: Instant,
-    /// Spent since on steps that insert a great many.
+    /// Time since then on steps that insert many particles.
     inserting: Duration,
-    /// What the steps cost, and the grains that are planned: for the time that is left.
+    /// The cost of the steps, and the planned grains: for the remaining time.
     cost: Cost,
     workload: Workload,
-    /// Of a run that has come to its end: the checkpoint to go on from there.
+    /// Of a run that has come to its end: the checkpoint from which it can continue.
     at_end: Option<(ToWrite, Vec<OutputFile>)>,
     /// Of the time loop, without output.
     stepping: Duration,
@@ -312,7 +318,7 @@ pub enum Ending {
 /// What stopped a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// Ctrl-C, a signal, or whoever called.
+    /// Ctrl-C, a signal, or the caller.
     Request,
     /// A file `STOP` in the folder of the run; it was removed.
     File,
@@ -320,8 +326,9 @@ pub enum StopReason {
     TimeLimit,
 }
 
-/// The warning of a run that was told to stop while its pictures were drawn.
-const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as a stop was asked for while they were drawn: `mercury-export png` draws frames of the run";
+/// The warning of a run that was stopped while its pictures were drawn.
+const PICTURES_LEFT_OUT: &str = "pictures of the end were left out, as the run was stopped while they were drawn: \
+`mercury-export png` draws frames of the run";
 
 /// The file that stops a run when it appears in its folder.
 pub const STOP_FILE: &str = "STOP";
@@ -330,7 +337,7 @@ pub const STOP_FILE: &str = "STOP";
 const LOOK_FOR_STOP_FILE: Duration = Duration::from_millis(500);
 
 impl Run {
-    /// Starts a run: evaluates the first forces, makes the files, hands over the first state.
+    /// Starts a run: evaluates the first forces, makes the files, passes on the first state.
     ///
     /// # Errors
     /// If the start is not a number, threads cannot be started, or a file cannot be written.
@@ -338,10 +345,9 @@ impl Run {
         Self::begun(plan, options, None)
     }
 
-    /// Goes on with an interrupted run of this plan, which [`Checkpoint::fits`]: cuts its files back to where they were then.
+    /// Resumes an interrupted run of this plan, which [`Checkpoint::fits`]: truncates its files to their positions at that time.
     ///
-    /// # Errors
-    /// Also if its files are not there any more, or were changed.
+    /// # Errors Also if its files are missing or were changed.
     pub fn resume(
         plan: Plan,
         options: RunOptions,
@@ -404,7 +410,7 @@ impl Run {
                 let writer = open(&engine, None)?;
                 let rest = (plan.physics().until_at_rest()).then(|| Rest::new(&plan));
                 let at_start = Exchanged::by_now(&engine);
-                // Should the writer have given up, `advance` finds it so, and `finish` says why.
+                // If the writer has given up, `advance` notices it, and `finish` returns the reason.
                 let moment = Moment::take(&mut engine, schedule.everything(), &at_start);
                 let _ = writer.send(moment);
                 (engine, writer, Known { rest, at_start })
@@ -426,7 +432,7 @@ impl Run {
             schedule,
             rest: known.rest,
             long_steps,
-            pace: (options.fewer_where_faster && options.threads > 1).then(Pace::new),
+            alone: 0,
             at_start: known.at_start,
             starting,
             begun,
@@ -450,8 +456,8 @@ impl Run {
         Ok(run)
     }
 
-    /// Fetches the memory of checkpoints before the first step, where there is so much of it that the system takes longer to hand it out than
-    /// it takes to fill it, and the steps would be held up for it.
+    /// Allocates the memory of checkpoints before the first step, where there is so much of it that the system takes longer to
+    /// provide it than it takes to fill it, and the steps would have to wait.
     fn prepare_checkpoints(&self) {
         let many = self.engine.particles.len() > MANY_ROWS;
         if let Some(checkpoints) = self.options.checkpoints.as_ref().filter(|_| many)
@@ -468,7 +474,7 @@ impl Run {
         &self.engine
     }
 
-    /// Goes on to the first step at or after `until` (s), or to the end of the run; `observe` is called now and then.
+    /// Goes on to the first step at or after `until` (s), or to the end of the run; `observe` is called from time to time.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number.
@@ -513,7 +519,7 @@ impl Run {
         Ok(Advance::Ended)
     }
 
-    /// Who wants the run to stop now, if anybody does.
+    /// The source of a present request to stop, if there is one.
     fn stopping(&mut self) -> Option<StopReason> {
         if self.options.stop.load(Ordering::Relaxed) {
             return Some(StopReason::Request);
@@ -531,8 +537,8 @@ impl Run {
         removed.is_ok().then_some(StopReason::File)
     }
 
-    /// Makes steps until something is due, or as many as nobody has to wait for, up to step `until`; when `stopping`, one that is
-    /// the last. False if the writer has given up.
+    /// Makes steps until something is due, or as many as take a short time, up to step `until`; when `stopping`, one that is the
+    /// last. False if the writer has given up.
     fn advance_a_bit(
         &mut self,
         until: u64,
@@ -541,28 +547,23 @@ impl Run {
         let since = Instant::now();
         let engine = &mut self.engine;
         let step = engine.steps();
-        // Steps that nobody looks at are made at once, but not so many that a request to stop has to wait.
-        let at_once = self
-            .pace
-            .as_ref()
-            .map_or(u64::MAX, Pace::at_once)
-            .min(STEPS_AT_ONCE);
-        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        // Steps without output are made at once, but not so many that a request to stop has to wait.
+        let most = (STEPS_AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let mut target = (step + most)
             .min(self.schedule.next_step())
             .clamp(step + 1, until);
         if stopping.is_some() {
             target = step + 1;
         } else if self.rest.is_some() {
-            target = target.min((step / rest::EVERY + 1) * rest::EVERY);
+            target = target.min((step / rest_criterion::EVERY + 1) * rest_criterion::EVERY);
         }
         let count = target - step;
         let before = step;
         let mut step = target;
         let mut due = self.schedule.due(step);
         let planned_end = step == engine.plan().physics().steps();
-        let is_rest_due = step.is_multiple_of(rest::EVERY);
-        // A step that may be the last one is watched in case it is.
+        let is_rest_due = step.is_multiple_of(rest_criterion::EVERY);
+        // A step that may be the last one is observed for this case.
         let perhaps_rest = is_rest_due && self.rest.as_ref().is_some_and(Rest::is_near);
         let perhaps_last = planned_end || stopping.is_some() || perhaps_rest;
         let everything = self.schedule.everything();
@@ -570,10 +571,8 @@ impl Run {
             records: due.needs_records() || (perhaps_last && everything.needs_records()),
             audit: None,
         });
-        if let Some(pace) = &self.pace {
-            engine.step_alone(pace.way() == Way::Alone);
-        }
-        let stepping = Instant::now();
+        let is_alone = self.options.steps_alone(engine.particles.len());
+        engine.step_alone(is_alone);
         // A worn wall ends the run with the next step, wherever this piece would have ended.
         let was_worn = engine.is_worn();
         if !was_worn && let Err(error) = engine.steps_at_once(count, watch) {
@@ -597,8 +596,8 @@ impl Run {
         let count = step - before;
         let particle_steps = count * engine.particles.grains() as u64;
         self.particle_steps += particle_steps;
-        if let Some(pace) = &mut self.pace {
-            pace.note(stepping.elapsed(), particle_steps);
+        if is_alone {
+            self.alone += particle_steps;
         }
         let at_rest =
             is_rest_due && (self.rest.as_mut()).is_some_and(|rest| rest.is_reached(engine));
@@ -617,7 +616,7 @@ impl Run {
             self.show(&error);
             return Err(error.into());
         }
-        // What is written at the end only, is not there for a run that goes on from here.
+        // Files that are written at the end only do not exist for a run that continues from here.
         let closing = match self.ended {
             None => None,
             // Nothing: only the report looks at it.
@@ -680,7 +679,7 @@ impl Run {
             self.ended,
             Some(Ending::Planned | Ending::AtRest | Ending::Worn)
         ) {
-            // It is written last: where it is, all is done. What the outputs have now is less than they will have then.
+            // It is written last: its presence means that everything is done. The outputs have less now than they will have then.
             let mut state = state;
             let Some((positions, outputs)) = self.writer.told() else {
                 return false;
@@ -702,8 +701,8 @@ impl Run {
         }
     }
 
-    /// Ends the run and writes what it leaves: pictures, `summary.json`, `run.log`, and a checkpoint. A run that has not come to its
-    /// end makes one more step and counts as stopped.
+    /// Ends the run and writes its last files: pictures, `summary.json`, `run.log`, and a checkpoint. A run that has not come to
+    /// its end makes one more step and counts as stopped.
     ///
     /// # Errors
     /// If that step fails, or a file cannot be written.
@@ -725,7 +724,7 @@ impl Run {
         let looped = Looped {
             seconds: self.stepping.as_secs_f64(),
             particle_steps: self.particle_steps,
-            alone: self.pace.as_ref().map_or(0, Pace::alone),
+            alone: self.alone,
             ending: self.ended.unwrap_or(Ending::Planned),
             resumed_at: self.resumed_at,
         };
@@ -751,7 +750,7 @@ impl Run {
         write_whole(&folder.join("summary.json"), (json + "\n").as_bytes())
             .map_err(OutputError::from)?;
         report.total_seconds = self.begun.elapsed().as_secs_f64();
-        // The log names all files, itself and what is still to come, too.
+        // The log names all files, including itself and those still to come.
         report.files = folder::present(folder, plan.outputs().prefix());
         report.files.push("run.log".to_owned());
         let to_come =

@@ -1,4 +1,5 @@
-//! The pictures of the end, which take long of many grains and are no part of the results: whoever asks for a stop does not wait for them.
+//! The pictures of the end, which take long for many grains and are no part of the results: a request to stop does not wait for
+//! them.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,11 +13,11 @@ use mercury_pictures::energy_page;
 use crate::output::{OutputError, Written, draw_final};
 use crate::plan::Plan;
 
-/// How often it is looked whether somebody asks for a stop.
+/// The interval between two checks for a request to stop.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The final state and the energies as pictures, as long as nobody asks for a stop; false if somebody did. A stop that was asked for before
-/// is over: that of the run.
+/// Draws the final state and the energies; returns false if a stop was requested meanwhile. An earlier request, which ended the
+/// run itself, does not count.
 pub(super) fn draw_pictures(
     folder: PathBuf,
     plan: Arc<Plan>,
@@ -36,7 +37,7 @@ pub(super) fn draw_pictures(
     })
 }
 
-/// What lets files through until the work is given up.
+/// Lets files through until the work is given up.
 #[derive(Debug, Default)]
 struct Gate {
     is_shut: Mutex<bool>,
@@ -52,13 +53,13 @@ impl Gate {
         }
     }
 
-    /// From now on nothing is written; waits for what is being written.
+    /// From now on nothing is written; waits for a write in progress.
     fn shut(&self) {
         *self.is_shut.lock().unwrap_or_else(PoisonError::into_inner) = true;
     }
 }
 
-/// Does work in a thread of its own. When a stop is asked for meanwhile, it is left to itself with its gate shut, and false comes back.
+/// Does work in a thread of its own. On a request to stop the thread is abandoned with its gate shut, and false is returned.
 fn unless_stopped(
     stop: &AtomicBool,
     work: impl FnOnce(&Gate) -> Result<bool, OutputError> + Send + 'static,
@@ -70,7 +71,7 @@ fn unless_stopped(
     let (done, doing) = channel();
     let inside = Arc::clone(&gate);
     let thread = std::thread::spawn(move || {
-        // Nobody hears it if it was given up.
+        // The receiver is gone if the work was abandoned.
         let _ = done.send(work(&inside));
     });
     loop {

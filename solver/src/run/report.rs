@@ -1,4 +1,4 @@
-//! What a run tells when it is over.
+//! The final report of a run.
 
 use std::fmt;
 
@@ -6,19 +6,19 @@ use mercury_common::readable::{duration, rounded, significant};
 
 use super::budget::{Budget, energy_summary};
 use super::shortfall::{all_left, shortfalls};
-use super::{Ending, RunOptions, StopReason, exits, insertions, servos};
+use super::{Ending, RunOptions, StopReason, exit_report, insertions, servos};
 use crate::output::Written;
 use crate::output::summary::{LiquidSummary, SleepSummary, Status, Summary, WearSummary};
 use crate::step::Engine;
 
-/// A run that is over. Printed, it is the closing report.
+/// A finished run. Printed, it is the closing report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// What `summary.json` says.
     pub summary: Summary,
     /// Why it is over.
     pub ending: Ending,
-    /// Time from which an interrupted run went on, s.
+    /// Time from which an interrupted run continued, s.
     pub resumed_at: Option<f64>,
     /// Budgets of mass and momentum.
     pub budget: Budget,
@@ -26,13 +26,13 @@ pub struct Report {
     pub files: Vec<String>,
     /// The folder, as the user named it.
     pub folder: String,
-    /// What insertions brought, and whether their sizes are right, a line each.
+    /// A line for each insertion: the particles placed, and whether their sizes are right.
     pub insertions: Vec<String>,
-    /// What left by faces, deletions and planes, a line each.
+    /// A line for each face, deletion and plane: the particles that left.
     pub exits: Vec<String>,
-    /// What servos were to hold and held, a line each.
+    /// A line for each servo: its target and the load that it held.
     pub servos: Vec<String>,
-    /// Why a run that would have ended at rest came to its end before.
+    /// Why a run that should have ended at rest ended before.
     pub not_at_rest: Option<String>,
     /// Times the candidate list was built.
     pub rebuilds: u64,
@@ -119,13 +119,15 @@ impl fmt::Display for Report {
         if let Some(liquid) = &s.liquid {
             writeln!(
                 f,
-                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} in flight + {:.6e} lost + {:.6e} left and deleted = {:.6e} at the start + {:.6e} inserted + {:.6e} sprayed m3 (error {:.1e} m3); {} bridges formed, {} broke",
+                "  liquid     {:.6e} in films + {:.6e} in {} bridges + {:.6e} on walls + {:.6e} in flight + {:.6e} lost + {:.6e} left and deleted + {:.6e} evaporated = {:.6e} at the start + {:.6e} inserted + {:.6e} sprayed m3 (error {:.1e} m3); {} bridges formed, {} broke",
                 liquid.films,
                 liquid.bridges,
                 liquid.bridge_count,
+                liquid.wall_films,
                 liquid.in_flight,
                 liquid.lost,
                 liquid.left + liquid.deleted,
+                liquid.evaporated,
                 liquid.initial,
                 liquid.inserted,
                 liquid.emitted,
@@ -133,6 +135,13 @@ impl fmt::Display for Report {
                 liquid.formed,
                 liquid.ruptured
             )?;
+            if liquid.clamped > 0 {
+                writeln!(
+                    f,
+                    "             {} times a bridge formed or took liquid with a volume below those of the table of `young-laplace`: the force of the smallest one there stood for it",
+                    liquid.clamped
+                )?;
+            }
         }
         for wear in &s.wear {
             writeln!(
@@ -198,10 +207,10 @@ impl fmt::Display for Report {
     }
 }
 
-/// Who sleeps, and what it was good for.
+/// How many particles sleep, and how much work this saved.
 fn told(sleeping: &SleepSummary) -> String {
     format!(
-        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was roused, {:.1e} J of motion gone",
+        "{} asleep, {:.1} % of all steps of spheres and pebbles left out; {} times one fell asleep, {} times one was woken, {:.1e} J of kinetic energy removed",
         sleeping.asleep,
         100.0 * sleeping.share,
         sleeping.fell_asleep,
@@ -210,19 +219,19 @@ fn told(sleeping: &SleepSummary) -> String {
     )
 }
 
-/// What the time loop tells of itself.
+/// The messages of the time loop.
 #[derive(Debug)]
 pub(super) struct Looped {
     /// Seconds without output.
     pub(super) seconds: f64,
     pub(super) particle_steps: u64,
-    /// Of them, those that one thread made although there are more.
+    /// The steps that one thread made although there are more.
     pub(super) alone: u64,
     pub(super) ending: Ending,
     pub(super) resumed_at: Option<u64>,
 }
 
-/// What a run tells at its end.
+/// The messages at the end of a run.
 pub(super) fn report(
     engine: &Engine,
     options: &RunOptions,
@@ -244,6 +253,7 @@ pub(super) fn report(
     warnings.extend(insertions::behind(plan, engine.boundaries()));
     warnings.extend(servos::missed(engine));
     warnings.extend(engine.wear_warnings());
+    warnings.extend(engine.membrane_warnings());
     if written.deep_frames > 0 {
         warnings.push(format!(
             "overlaps above 10 % of a radius at {} of {} output times (the largest {:.0} %): the contacts are too soft, or particles were placed inside one another",
@@ -299,7 +309,7 @@ pub(super) fn report(
         folder: options.folder.display().to_string(),
         insertions: insertions::told(plan, engine.boundaries(), &have_places),
         servos: servos::told(engine),
-        exits: exits::told(engine, options),
+        exits: exit_report::told(engine, options),
         not_at_rest: None,
         share_alone: looped.alone as f64 / looped.particle_steps.max(1) as f64,
         rebuilds,
@@ -328,7 +338,7 @@ fn wear(engine: &Engine) -> Vec<WearSummary> {
     .collect()
 }
 
-/// The lines of a log that stand before what came of the run.
+/// The lines of a log before the result of the run.
 pub(super) fn log_head(options: &RunOptions) -> String {
     let mut log = format!("mercury-solve {}\n", env!("CARGO_PKG_VERSION"));
     if !options.command_line.is_empty() {

@@ -1,18 +1,19 @@
-//! What servos were to hold, and whether they did.
+//! The targets of servos, and whether they were reached.
 
 use mercury_common::readable::rounded;
 
 use crate::step::Engine;
 use crate::walls::{Followed, Servo, Target, Wall};
 
-/// A line for each servo: what it was to hold at the end of its time, and what it held.
+/// A line for each servo: its target at the end of its time, and the load that it held.
 pub(super) fn told(engine: &Engine) -> Vec<String> {
     all(engine)
         .map(|(name, servo, met)| line(&name, servo, &met, engine.time()))
         .collect()
 }
 
-/// A warning for each servo whose load was not there when its time or that of the run was over; a run that was stopped before may go on.
+/// A warning for each servo whose load was not reached at the end of its time or of the run; a run that was stopped before may go
+/// on.
 pub(super) fn missed(engine: &Engine) -> Vec<String> {
     let physics = engine.plan().physics();
     let is_whole = engine.steps() >= physics.steps();
@@ -47,7 +48,7 @@ fn ordinal(number: usize) -> String {
     (WORDS.get(number)).map_or_else(|| format!("{}th", number + 1), |word| (*word).to_owned())
 }
 
-/// What it held: mean, scatter, target and the window of these means, at `time` (s).
+/// The load that it held: mean, scatter, target and the window of these means, at `time` (s).
 fn held(servo: &Servo, met: &Followed, time: f64) -> Option<String> {
     let ([actual, asked], scatter) = met.means().zip(met.scatter())?;
     let unit = servo.target.unit();
@@ -62,7 +63,7 @@ fn held(servo: &Servo, met: &Followed, time: f64) -> Option<String> {
 
 fn line(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
     let Some(held) = held(servo, met, time) else {
-        return format!("{name}: its time has not come");
+        return format!("{name}: its time has not begun");
     };
     let mut told = format!("{name}: {held}");
     if let Target::Pressure(..) = servo.target {
@@ -80,7 +81,7 @@ fn warning(name: &str, servo: &Servo, met: &Followed, time: f64) -> String {
     let [actual, _] = met.means().unwrap_or_default();
     let held = held(servo, met, time).unwrap_or_default();
     let over = if servo.until.is_finite() {
-        format!(" when its time was over at {} s", rounded(servo.until, 6))
+        format!(" when its time ended at {} s", rounded(servo.until, 6))
     } else {
         " at the end".to_owned()
     };

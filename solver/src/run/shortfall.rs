@@ -1,4 +1,4 @@
-//! Particles that are not there: insertions that brought less than they were asked for, and runs that lost everybody.
+//! Missing particles: insertions that placed less than their target, and runs that lost all particles.
 
 use mercury_common::surfaces::FACES;
 
@@ -8,9 +8,9 @@ use crate::step::Engine;
 
 /// A warning for each insertion that ended, by its time or for want of space, below its total, or without anything.
 ///
-/// An insertion that goes on as its rate says when the run ends is no matter for a warning: the run was made that short.
+/// An insertion that continues at its rate when the run ends gives no warning: the run was made that short.
 ///
-/// `have_places`: of each insertion that waits for space, whether there is some.
+/// `have_places`: for each insertion that waits for space, whether there is some.
 pub(super) fn shortfalls(
     plan: &Plan,
     state: &BoundaryState,
@@ -30,10 +30,10 @@ pub(super) fn shortfalls(
         .collect()
 }
 
-/// What came, of what should; nothing where that is all that should.
+/// The amount placed, of the target; `None` if the target is reached.
 fn placed(insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
     let inserted = &state.inserted;
-    // By quota all may have come although the mass is less, by half a particle at most.
+    // By quota all particles may be placed although the mass is less, by half a particle at most.
     let is_complete = state.limit == Limit::Total && insertion.total != Some(Total::Full);
     if is_complete || insertion.total_reached(inserted) {
         return None;
@@ -46,7 +46,7 @@ fn placed(insertion: &InsertionPlan, state: &InsertionState) -> Option<String> {
     }
 }
 
-/// Why no more came; nothing where more would come if the run went on.
+/// Why it placed no more; `None` where it would continue if the run went on.
 fn why(
     insertion: &InsertionPlan,
     state: &InsertionState,
@@ -57,10 +57,10 @@ fn why(
     let until = insertion.until;
     match state.limit {
         _ if is_over && was_full => Some(format!(
-            "its time was over at {until} s, and its region was too full at times: enlarge it, or let what is there move away faster"
+            "its time ended at {until} s, and its region was too full at times: enlarge it, or let what is there move away faster"
         )),
         _ if is_over => Some(format!(
-            "its time was over at {until} s: raise its rate or insert for longer"
+            "its time ended at {until} s: raise its rate or insert for longer"
         )),
         Limit::Space if has_place => Some(
             "places in its region became free too slowly: enlarge it, or let the run go on"
@@ -77,7 +77,7 @@ fn why(
     }
 }
 
-/// A warning where all particles have left through faces of the domain, which no scene asks for: through which ones.
+/// A warning where all particles have left through faces of the domain, which no scene intends: through which ones.
 pub(super) fn all_left(engine: &Engine) -> Option<String> {
     let boundaries = engine.boundaries();
     let gone = boundaries.removed().number;
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn what_did_not_come_is_told_with_its_reason() {
         let total = "total = { number = 60000 }";
-        let late = "its time was over at 0.5 s";
+        let late = "its time ended at 0.5 s";
         for (found, expected) in [
             (
                 told(total, 3035, Limit::Time, 99, 1.0),

@@ -274,7 +274,7 @@ fn a_wall_carries_the_weight_of_what_rests_on_it() {
     let tolerance = (2.0 * STIFFNESS * energy).sqrt() + 2.0 * (2.0 * energy / mass).sqrt();
     assert!(
         tolerance < 0.05 * weight,
-        "the test tells something: {tolerance} of {weight}"
+        "the test is meaningful: {tolerance} of {weight}"
     );
     let walls = fs::read_to_string(place.path().join("test.walls.csv")).unwrap();
     let mut lines = walls.lines();
@@ -402,7 +402,7 @@ fn a_request_stops_the_run_without_a_frame_of_its_own() {
         (Status::Stopped, 1)
     );
     assert_eq!(times(place.path()), step_times(&[0]));
-    // The report is of the state in which it stopped all the same.
+    // The report is of the state in which it stopped nevertheless.
     assert!(report.summary.energy.kinetic > 0.0);
 }
 
@@ -542,7 +542,7 @@ fn files_for_paraview_have_their_own_interval_and_lists_with_times() {
     plan.walls = vec![floor()];
     plan.output.vtk = true;
     plan.output.vtk_interval = 2e-3;
-    // What an earlier, longer run left is not taken for a part of this one.
+    // Files of an earlier, longer run are not taken for a part of this one.
     let folder = place.path().join("vtk");
     fs::create_dir(&folder).unwrap();
     fs::write(folder.join("test.particles.0007.vtu"), "old").unwrap();

@@ -1,4 +1,4 @@
-//! A trial: the first seconds of a run, of which nothing is written, and how long the whole run will take if it goes on so.
+//! A trial: the first seconds of a run, without any file, and an estimate of the time of the whole run at this speed.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,8 +9,7 @@ use mercury_common::readable::{count, counted, duration, rounded};
 use serde::Serialize;
 
 use super::long_steps::{LongStep, long_steps, next_long_step};
-use super::pace::{Pace, Way};
-use super::remaining::Cost;
+use super::time_left::Cost;
 use super::{RunOptions, ahead_of};
 use crate::forces::Watch;
 use crate::output::{Exchanged, Moment, Schedule};
@@ -28,7 +27,7 @@ const DENSE: f64 = 1.5;
 /// What a trial has seen.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
-    /// What the run will take by the clock, at least and at most as far as the plan knows what comes, s.
+    /// The wall-clock time of the run, lower and upper bound as far as the plan knows the insertions, s.
     pub seconds: [f64; 2],
     /// From the beginning of the trial to its first step: the first insertion, lists and forces, s.
     pub starting: f64,
@@ -46,7 +45,7 @@ pub struct Trial {
     pub particles: usize,
     /// Pairs of grains that touched then, per grain.
     pub contacts_per_particle: f64,
-    /// Particle-steps that were ahead then, at least and at most.
+    /// Particle-steps that remained then, lower and upper bound.
     pub particle_steps_ahead: [f64; 2],
     /// Grains at the end, at least and at most.
     pub particles_at_end: [f64; 2],
@@ -58,16 +57,16 @@ pub struct Trial {
     pub is_cut_short: bool,
 }
 
-/// Seconds that a run takes whose start took `starting`, and its steps so far `stepping`, where a particle-step takes `cost`; at least and
-/// at most.
+/// The seconds of a run whose start took `starting`, and its steps so far `stepping`, where a particle-step takes `cost`; lower
+/// and upper bound.
 fn seconds(starting: f64, stepping: f64, cost: f64, ahead: &Ahead) -> [f64; 2] {
     (ahead.particle_steps).map(|work| starting + stepping + cost * work)
 }
 
-/// Makes the first steps of a run, for so long by the clock from the first step on, or to its end. Nothing is written. `None` if it was
-/// asked to stop before its first step.
+/// Makes the first steps of a run, for a given time by the clock from the first step on, or to its end. Nothing is written.
+/// `None` if it was stopped before its first step.
 ///
-/// Of `options` count what says how steps are made, and who may stop them.
+/// Of `options` only those on the way in which steps are made, and on stopping, count.
 ///
 /// # Errors
 /// As a run whose steps fail.
@@ -79,7 +78,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     let long_steps = long_steps(&plan);
     let stage = &options.stage;
     stage.expect(expected_at(&long_steps, 0));
-    // What is given up leaves nothing behind, at any time.
+    // A trial that is given up leaves nothing behind, at any time.
     stage.may_give_up(true);
     stage.begin(Task::Starting);
     let given_up = |error| match error {
@@ -92,17 +91,13 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     };
     stage.begin(Task::Stepping);
     let starting = begun.elapsed();
-    let mut pace = (options.fewer_where_faster && options.threads > 1).then(Pace::new);
     let (mut stepping, mut inserting) = (Duration::ZERO, Duration::ZERO);
     let (mut particle_steps, mut cost) = (0, Cost::default());
     let is_stopped = || options.stop.load(Ordering::Relaxed);
-    // What takes long to insert is no part of the cost, but of the time.
+    // Long insertions are no part of the cost, but of the time.
     while stepping < limit && engine.steps() < physics.steps() && !is_stopped() {
         let step = engine.steps();
-        let at_once = pace
-            .as_ref()
-            .map_or(AT_ONCE, |pace| pace.at_once().min(AT_ONCE));
-        let most = (at_once / engine.particles.len().max(1) as u64).clamp(1, 1000);
+        let most = (AT_ONCE / engine.particles.len().max(1) as u64).clamp(1, 1000);
         let long = next_long_step(&long_steps, step);
         let is_long = long.is_some_and(|long| long.step == step + 1);
         let before_long = long.map_or(u64::MAX, |long| long.step - 1);
@@ -123,9 +118,7 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
             stage.expect(expected_at(&long_steps, target));
             stage.begin(Task::Inserting);
         }
-        if let Some(pace) = &pace {
-            engine.step_alone(pace.way() == Way::Alone);
-        }
+        engine.step_alone(options.steps_alone(engine.particles.len()));
         let since = Instant::now();
         match engine.steps_at_once(target - step, watch) {
             Err(RunError::GivenUp) if particle_steps > 0 => break,
@@ -147,9 +140,6 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
         let made = (target - step) * engine.particles.grains() as u64;
         particle_steps += made;
         cost.note(stepping.as_secs_f64(), particle_steps as f64);
-        if let Some(pace) = &mut pace {
-            pace.note(took, made);
-        }
     }
     if engine.steps() == 0 {
         return Ok(None);
@@ -175,13 +165,13 @@ pub fn trial(plan: Plan, options: &RunOptions, limit: Duration) -> Result<Option
     }))
 }
 
-/// How many are expected in a step that inserts many.
+/// The expected number in a step that inserts many.
 fn expected_at(long_steps: &[LongStep], step: u64) -> u64 {
     let long = long_steps.iter().find(|long| long.step == step);
     long.map_or(0, |long| long.expected)
 }
 
-/// Pairs of particles that touch, after one more step that is watched; 0 if it cannot be made.
+/// Pairs of particles that touch, after one more observed step; 0 if it cannot be made.
 fn touching(engine: &mut Engine) -> u64 {
     let watch = Watch {
         records: false,

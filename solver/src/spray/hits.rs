@@ -31,8 +31,8 @@ pub(super) struct Path {
 pub(super) enum Catcher {
     /// The particle of a row.
     Particle(u32),
-    /// A wall.
-    Wall,
+    /// A wall, by its number, and its feature.
+    Wall(usize, u32),
 }
 
 /// A hit.
@@ -50,6 +50,7 @@ pub(super) struct Hit {
 
 /// A wall on its way through a step.
 pub(super) struct Passing<'a> {
+    index: usize,
     wall: &'a WallNow,
     motion: RigidVelocity,
     /// How far points of the surface go in the step at most, m.
@@ -58,8 +59,9 @@ pub(super) struct Passing<'a> {
 }
 
 impl<'a> Passing<'a> {
-    pub(super) fn new(wall: &'a WallNow, around: &Surroundings<'_>) -> Self {
+    pub(super) fn new(index: usize, wall: &'a WallNow, around: &Surroundings<'_>) -> Self {
         let mut passing = Self {
+            index,
             wall,
             motion: RigidVelocity::REST,
             way: 0.0,
@@ -96,10 +98,15 @@ impl<'a> Passing<'a> {
             .into_wall(motion.origin + turn * from_origin)
     }
 
-    /// The share of a path at which it meets the wall first, with the normal there.
-    fn first(&self, path: &Path, images: &Images, touches: &mut Touches) -> Option<(f64, DVec3)> {
+    /// The share of a path at which it meets the wall first, with the normal and the feature there.
+    fn first(
+        &self,
+        path: &Path,
+        images: &Images,
+        touches: &mut Touches,
+    ) -> Option<(f64, DVec3, u32)> {
         let way = path.from.distance(path.to) + self.way * (path.begin - path.end) / self.dt;
-        let mut first: Option<(f64, DVec3)> = None;
+        let mut first: Option<(f64, DVec3, u32)> = None;
         for &code in self.wall.met_by() {
             let image = self.wall.image_of(path.from, code);
             let shift = images.any_shift(image);
@@ -121,8 +128,8 @@ impl<'a> Passing<'a> {
                     // One that leaves the wall does not hit it.
                     let ahead = at(1.0) - place;
                     if ahead.dot(nearest.normal) < 0.0 {
-                        if first.is_none_or(|(before, _)| share < before) {
-                            first = Some((share, nearest.normal));
+                        if first.is_none_or(|(before, ..)| share < before) {
+                            first = Some((share, nearest.normal, nearest.feature));
                         }
                         break;
                     }
@@ -167,7 +174,7 @@ pub(super) fn first(
             Catcher::Particle(other) => {
                 share < known.share || (share == known.share && (row as u32) < other)
             }
-            Catcher::Wall => share <= known.share,
+            Catcher::Wall(..) => share <= known.share,
         });
         if is_first {
             hit = Some(Hit {
@@ -180,7 +187,7 @@ pub(super) fn first(
         }
     });
     for wall in passing {
-        let Some((share, normal)) = wall.first(path, images, touches) else {
+        let Some((share, normal, feature)) = wall.first(path, images, touches) else {
             continue;
         };
         if hit.as_ref().is_some_and(|known| known.share <= share) {
@@ -188,7 +195,7 @@ pub(super) fn first(
         }
         let place = path.from + share * way;
         hit = Some(Hit {
-            by: Catcher::Wall,
+            by: Catcher::Wall(wall.index, feature),
             share,
             shift: DVec3::ZERO,
             normal: wall.wall.state.out_of_wall(normal),

@@ -17,6 +17,7 @@ mod hits;
 mod nozzle;
 
 pub use crate::liquid::Sum;
+use crate::liquid::Weight;
 pub use flight::Drag;
 pub use nozzle::{Flow, NozzlePlan, NozzleState, Pattern, Point, SourcePlan};
 
@@ -32,7 +33,7 @@ use hits::{Catcher, Passing, Path};
 
 use crate::neighbours::Images;
 use crate::state::{FILM_VOLUME, Particles};
-use crate::walls::{Touches, WallNow};
+use crate::walls::{Touches, WallFilms, WallNow};
 
 /// The share of an edge of a cell that a piece of a path may be long.
 const PIECE: f64 = 0.5;
@@ -88,6 +89,8 @@ pub struct SprayBalance {
     pub emitted: Sum,
     /// Caught by particles.
     pub absorbed: Sum,
+    /// Into films of walls.
+    pub to_walls: Sum,
     /// Lost at walls.
     pub lost: Sum,
     /// Left the domain.
@@ -96,17 +99,21 @@ pub struct SprayBalance {
     pub rest: f64,
     /// Momentum that particles got, N s.
     pub momentum: [f64; 3],
-    /// Kinetic energy that particles got with it, J.
+    /// Mass that particles got, where liquid has any, kg.
+    pub mass: Sum,
+    /// Energy that particles got with it, J.
     pub energy: f64,
 }
 
 crate::state::plain!(SprayBalance {
     emitted,
     absorbed,
+    to_walls,
     lost,
     left,
     rest,
     momentum,
+    mass,
     energy
 });
 
@@ -229,12 +236,13 @@ impl Sprays {
         &mut self,
         plan: &SprayPlan,
         particles: &mut Particles,
+        wall_films: &mut WallFilms,
         around: &Surroundings<'_>,
     ) -> Result<(), TooMany> {
         let first_new = self.state.droplets.len();
         let ages = self.release(plan, around);
         if !self.state.droplets.is_empty() {
-            self.fly(plan, particles, around, first_new, &ages);
+            self.fly(plan, particles, wall_films, around, first_new, &ages);
         }
         for (index, nozzle) in plan.nozzles.iter().enumerate() {
             let of_it = |droplet: &&Droplet| droplet.nozzle as usize == index;
@@ -279,13 +287,14 @@ impl Sprays {
         &mut self,
         plan: &SprayPlan,
         particles: &mut Particles,
+        wall_films: &mut WallFilms,
         around: &Surroundings<'_>,
         first_new: usize,
         ages: &[f64],
     ) {
-        let passing: Vec<Passing<'_>> = (around.walls.iter())
-            .filter(|wall| wall.state.present)
-            .map(|wall| Passing::new(wall, around))
+        let passing: Vec<Passing<'_>> = (around.walls.iter().enumerate())
+            .filter(|(_, wall)| wall.state.present)
+            .map(|(index, wall)| Passing::new(index, wall, around))
             .collect();
         let walls_move = passing.iter().map(|wall| wall.way).fold(0.0, f64::max);
         let others = f64::max(around.fastest * around.dt, walls_move);
@@ -320,6 +329,7 @@ impl Sprays {
                 nozzle,
                 age,
                 particles,
+                wall_films,
                 &passing,
                 around,
                 &mut touches,
@@ -370,6 +380,7 @@ impl Sprays {
         nozzle: &NozzlePlan,
         age: f64,
         particles: &mut Particles,
+        wall_films: &mut WallFilms,
         passing: &[Passing<'_>],
         around: &Surroundings<'_>,
         touches: &mut Touches,
@@ -410,10 +421,21 @@ impl Sprays {
             };
             match hit.by {
                 Catcher::Particle(row) => {
-                    self.absorb(&droplet, row as usize, hit.shift, nozzle, particles);
+                    self.absorb(&droplet, row as usize, hit.shift, nozzle, particles, around);
                     return true;
                 }
-                Catcher::Wall => {
+                Catcher::Wall(wall, feature) => {
+                    let place = (nozzle.at_walls == AtWalls::Film)
+                        .then(|| wall_films.place(wall, feature, around.walls))
+                        .flatten();
+                    if let Some(place) = place {
+                        self.state.balance.to_walls.add(droplet.volume);
+                        let held = wall_films.volume(place);
+                        let (holds, rest) = self.poured(held, droplet.volume);
+                        wall_films.set(place, holds);
+                        self.state.balance.rest = rest;
+                        return true;
+                    }
                     if nozzle.at_walls != AtWalls::Bounce || bounces == MOST_BOUNCES {
                         self.state.balance.lost.add(droplet.volume);
                         return true;
@@ -433,6 +455,14 @@ impl Sprays {
         false
     }
 
+    /// What a film (m^3) holds that takes a droplet (m^3), and what it is too large to hold: that goes to the next one, so that rounding
+    /// errors do not add up.
+    fn poured(&self, film: f64, droplet: f64) -> (f64, f64) {
+        let given = droplet + self.state.balance.rest;
+        let holds = film + given;
+        (holds, given - (holds - film))
+    }
+
     /// A particle takes the droplet into its film, and its momentum where the spray says so.
     fn absorb(
         &mut self,
@@ -441,21 +471,28 @@ impl Sprays {
         shift: DVec3,
         nozzle: &NozzlePlan,
         particles: &mut Particles,
+        around: &Surroundings<'_>,
     ) {
         self.state.balance.absorbed.add(droplet.volume);
         if let Some(films) = particles.columns.get_mut(FILM_VOLUME) {
-            let before = films[row];
-            let given = droplet.volume + self.state.balance.rest;
-            films[row] = before + given;
-            // What the film is too large to hold goes to the next one, so that rounding errors do not add up.
-            self.state.balance.rest = given - (films[row] - before);
+            (films[row], self.state.balance.rest) = self.poured(films[row], droplet.volume);
         }
         if !nozzle.momentum {
             return;
         }
-        let impulse = nozzle.liquid_density * droplet.volume * droplet.velocity;
+        let mass = nozzle.liquid_density * droplet.volume;
+        let impulse = mass * droplet.velocity;
         let place = droplet.position - shift;
-        let gained = push(particles, row, place, impulse);
+        let gained = if nozzle.mass {
+            let weight = Weight {
+                density: nozzle.liquid_density,
+                gravity: around.gravity,
+                lag: 0.5 * around.dt,
+            };
+            weight.add(particles, row, mass, Some(droplet.velocity))
+        } else {
+            push(particles, row, place, impulse)
+        };
         if let Some(energy) = gained {
             for (sum, part) in self
                 .state
@@ -467,6 +504,9 @@ impl Sprays {
                 *sum += part;
             }
             self.state.balance.energy += energy;
+            if nozzle.mass {
+                self.state.balance.mass.add(mass);
+            }
         }
     }
 }

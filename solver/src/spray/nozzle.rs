@@ -28,6 +28,8 @@ pub struct NozzlePlan {
     pub restitution: f64,
     /// Whether particles get the momentum of what they catch.
     pub momentum: bool,
+    /// And its mass.
+    pub mass: bool,
     /// Most droplets in flight.
     pub max_droplets: u64,
     /// Start, s.

@@ -7,7 +7,7 @@ use super::{BodyIndex, FIXED, Id, Load, MaterialIndex, PebbleIndex, Pieces, Plai
 /// A rigid body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
-    /// The number by which users know it; also that of its first pebble.
+    /// The number by which users identify it; also that of its first pebble.
     pub id: Id,
     /// Index of its clump in the plan.
     pub clump: u32,
@@ -37,7 +37,7 @@ pub struct Body {
     pub volume: f64,
     /// Radius of the smallest sphere about the centre of mass that holds all pebbles, m.
     pub radius: f64,
-    /// What contacts did in the last force evaluation: force and torque about the centre of mass, N and N m.
+    /// The load of the contacts in the last force evaluation: force and torque about the centre of mass, N and N m.
     pub load: Load,
 }
 
@@ -76,7 +76,7 @@ pub struct BodyPebble {
     pub row: Row,
     /// From the centre of mass, in the principal frame, m.
     pub offset: DVec3,
-    /// Whole periods from where the body puts the pebble to where its row stands, m.
+    /// Whole periods between the pebble's place in the body and its row, m.
     pub shift: DVec3,
 }
 
@@ -98,11 +98,11 @@ pub struct Bodies {
     pub all: Vec<Body>,
     /// Pebbles of all bodies, body by body, in the order of their clump.
     pub pebbles: Vec<BodyPebble>,
-    /// For each row of the particles the pebble that it is; `None`: a sphere of its own.
+    /// For each row of the particles its pebble; `None`: a single sphere.
     pub of_row: Vec<Option<PebbleIndex>>,
     /// Bodies with prescribed components; few.
     pub prescribed: Vec<PrescribedBody>,
-    /// Ids that pebbles have taken beyond one for each body, of all bodies that ever were.
+    /// Ids that pebbles have taken beyond one for each body, over all bodies ever made.
     pub extra_ids: u32,
 }
 
@@ -122,7 +122,7 @@ impl Bodies {
         Some(self.pebbles[pebble.index()].body)
     }
 
-    /// Whether bodies, pebbles and `rows` rows name each other rightly.
+    /// Whether bodies, pebbles and `rows` rows refer to each other consistently.
     pub(super) fn is_consistent(&self, rows: usize) -> bool {
         let is_body = |body: BodyIndex| body.index() < self.all.len();
         let is_pebble = |pebble: &PebbleIndex| pebble.index() < self.pebbles.len();
@@ -137,8 +137,8 @@ impl Bodies {
             && self.prescribed.iter().all(|body| is_body(body.body))
     }
 
-    /// Rows of the particles were put into another order: `new_row[old]`, `None` for rows that were removed. A body
-    /// leaves with its pebbles, all of which must have been removed. `rows` is the present number.
+    /// The rows of the particles were reordered: `new_row[old]`, `None` for rows that were removed. A body leaves with its
+    /// pebbles, all of which must have been removed. `rows` is the present number.
     pub fn follow(&mut self, new_row: &[Option<Row>], rows: usize) {
         let now = |pebble: &BodyPebble| new_row[pebble.row.index()];
         if self.pebbles.iter().any(|pebble| now(pebble).is_none()) {
@@ -154,7 +154,7 @@ impl Bodies {
         }
     }
 
-    /// Drops the bodies whose first pebble `leaves`.
+    /// Removes the bodies whose first pebble `leaves`.
     fn drop_bodies(&mut self, leaves: impl Fn(&BodyPebble) -> bool) {
         let mut present = vec![None; self.all.len()];
         let (mut all, mut pebbles) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Values as bytes and back: what the state of a run is written in.
+//! Values as bytes and back: the format of a run's state.
 //!
 //! Numbers are little-endian, floating-point numbers bit by bit, so that a run goes on from them with the same bytes. Values are
 //! collected in sections, each with a name, its length and a checksum, behind a head with a version.
@@ -11,27 +11,27 @@ use rayon::prelude::*;
 /// The first bytes.
 const MAGIC: &[u8; 8] = b"MERCSTAT";
 /// Of the layout of the head and the sections, and of what is in them. Any other version is refused.
-pub const VERSION: u32 = 15;
+pub const VERSION: u32 = 16;
 
-/// Why bytes are no state.
+/// Why bytes are not a valid state.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
-    /// Something else altogether.
+    /// They do not begin like a state.
     #[error("this is not the state of a run: it begins with other bytes")]
     Foreign,
-    /// Nothing at all.
+    /// There are no bytes.
     #[error("the file is empty: there is no state of a run in it")]
     Empty,
-    /// Of another version of this program.
+    /// They are of another version of this program.
     #[error(
         "the state has the layout of version {found}, this program reads version {VERSION}\n\
          help: go on with the version of the program that wrote it"
     )]
     Version {
-        /// What the head says.
+        /// The version in the head.
         found: u32,
     },
-    /// It ends too early.
+    /// They end too early.
     #[error("the state is cut off in section `{section}`")]
     Cut {
         /// Where.
@@ -49,7 +49,7 @@ pub enum DecodeError {
         /// As written.
         expected: u32,
     },
-    /// A value that cannot be, or sections in another order.
+    /// An impossible value, or sections in another order.
     #[error("section `{section}`: {reason}")]
     Wrong {
         /// Where.
@@ -70,7 +70,7 @@ pub trait Plain: Sized {
     fn take(bytes: &mut &[u8]) -> Result<Self, String>;
 }
 
-/// The first `count` bytes, which are taken away.
+/// Takes the first `count` bytes off.
 fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     let (front, rest) = bytes
         .split_at_checked(count)
@@ -79,7 +79,7 @@ fn front<'a>(bytes: &mut &'a [u8], count: usize) -> Result<&'a [u8], String> {
     Ok(front)
 }
 
-/// Takes a number of entries that follow. No entry takes less than a byte: a damaged number asks for no memory.
+/// Takes a number of entries that follow. No entry takes less than a byte: a damaged number allocates no memory.
 ///
 /// # Errors
 /// If there are not as many bytes.
@@ -87,7 +87,7 @@ pub fn announced(bytes: &mut &[u8]) -> Result<usize, String> {
     let (count, most) = (usize::take(bytes)?, bytes.len());
     if count > most {
         return Err(format!(
-            "{count} entries announced, room for {most} at most"
+            "{count} entries announced, space for {most} at most"
         ));
     }
     Ok(count)
@@ -131,7 +131,7 @@ impl Plain for bool {
         match u8::take(bytes)? {
             0 => Ok(false),
             1 => Ok(true),
-            other => Err(format!("{other} is neither yes nor no")),
+            other => Err(format!("{other} is not a truth value")),
         }
     }
 }
@@ -217,7 +217,7 @@ impl<A: Plain, B: Plain> Plain for (A, B) {
 
 impl Plain for DVec3 {
     fn put(&self, bytes: &mut Vec<u8>) {
-        // At once: most of a state is vectors.
+        // All at once: most of a state is vectors.
         let mut raw = [0; 3 * size_of::<f64>()];
         for (raw, number) in raw.chunks_exact_mut(8).zip(self.to_array()) {
             raw.copy_from_slice(&number.to_le_bytes());
@@ -261,11 +261,11 @@ pub(crate) use plain;
 pub struct Piece {
     /// What is in it.
     pub bytes: Vec<u8>,
-    /// A large one, whose memory is worth keeping.
+    /// It is large, and its memory is worth keeping.
     is_large: bool,
 }
 
-/// Bytes in pieces, one behind the other. Several threads fill pieces of their own, and nothing is copied to join them.
+/// Bytes in pieces, one after the other. Several threads fill pieces of their own, and nothing is copied to join them.
 #[derive(Debug, Default)]
 pub struct Pieces {
     filled: Vec<Piece>,
@@ -277,7 +277,7 @@ pub struct Pieces {
 const PIECE: usize = 1 << 16;
 
 impl Pieces {
-    /// Memory for a piece: that of the piece in its place of an earlier checkpoint, if there was one.
+    /// Memory for a piece: that of the piece at the same place of an earlier checkpoint, if there was one.
     #[must_use]
     pub fn memory(&mut self) -> Vec<u8> {
         self.spare.pop_front().unwrap_or_default()
@@ -287,7 +287,7 @@ impl Pieces {
     pub fn push(&mut self, bytes: Vec<u8>) {
         let is_large = true;
         self.filled.push(Piece { bytes, is_large });
-        // What comes next shall not make it grow.
+        // Later bytes must not make it grow.
         self.begin();
     }
 
@@ -334,8 +334,8 @@ impl Pieces {
 #[derive(Debug)]
 pub struct Encoder {
     pieces: Pieces,
-    /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are made last, when
-    /// nobody waits.
+    /// Where the length of each section goes: in which piece, and behind how many bytes. Lengths and checksums are added last,
+    /// when no other work waits for them.
     sections: Vec<(usize, usize)>,
 }
 
@@ -355,8 +355,8 @@ impl Encoder {
         Self::reusing(Vec::new())
     }
 
-    /// The same in the memory of what an earlier one gave: the system takes longer to hand out new memory for a million particles
-    /// than it takes to fill it.
+    /// The same in the memory of an earlier state: the system takes longer to provide new memory for a million particles than it
+    /// takes to fill it.
     #[must_use]
     pub fn reusing(spent: Vec<Piece>) -> Self {
         let spare = spent.into_iter().filter(|piece| piece.is_large);
@@ -385,11 +385,11 @@ impl Encoder {
         end.extend_from_slice(&[0; LENGTH_AND_CHECKSUM]);
         self.sections.push((self.pieces.filled.len() - 1, at));
         put(&mut self.pieces);
-        // The next one begins in a piece of its own, so that this one ends with one.
+        // The next section begins in a piece of its own, so that this one ends with a piece.
         self.pieces.begin();
     }
 
-    /// Its memory, for [`Encoder::reusing`]; what it holds is lost.
+    /// Its memory, for [`Encoder::reusing`]; its content is lost.
     #[must_use]
     pub fn into_memory(self) -> Vec<Piece> {
         self.pieces.filled
@@ -647,7 +647,7 @@ mod tests {
         assert!(
             Vec::<f64>::take(&mut bytes)
                 .unwrap_err()
-                .contains("room for 0")
+                .contains("space for 0")
         );
     }
 }

@@ -1,7 +1,7 @@
 //! Numbers of particles beyond the record, each in a column that exists only where the plan has it.
 //!
-//! A part of the step that needs a number for each particle names it here, and the rest follows: new particles get the default, the
-//! sort moves it along, checkpoints hold it, and outputs find it by its name.
+//! A part of the step that needs a number for each particle adds a column here, and the rest follows: new particles get the
+//! default, the sort moves it along, checkpoints hold it, and outputs find it by its name.
 
 use super::Plain;
 
@@ -10,7 +10,7 @@ use super::Plain;
 pub struct Column {
     /// Its name in frames and tables.
     pub name: String,
-    /// What a new particle has.
+    /// The value of a new particle.
     pub default: f64,
     /// Row by row.
     pub values: Vec<f64>,
@@ -25,7 +25,7 @@ crate::state::plain!(Column {
 /// Name of the column that holds the volume of the liquid film on each particle, m^3.
 pub const FILM_VOLUME: &str = "film_volume";
 
-/// Name of the column that says which track a particle has, counted from 1 in the order of [`OutputPlan`](crate::plan::OutputPlan); 0:
+/// Name of the column with the track of each particle, counted from 1 in the order of [`OutputPlan`](crate::plan::OutputPlan); 0:
 /// none. Of a clump its first pebble has it.
 pub const TRACK: &str = "track";
 

@@ -1,4 +1,4 @@
-//! Indices, each a type of its own: a row is no body, and what is absent is `None` and no number.
+//! Indices, each a type of its own: a row cannot be used as a body, and a missing index is `None`, not a number.
 
 use std::fmt;
 use std::num::NonZeroU32;
@@ -10,7 +10,7 @@ use super::Plain;
 macro_rules! index {
     ($(#[$text:meta])* $name:ident) => {
         $(#[$text])*
-        // The complement, so that an `Option` of it takes no more room.
+        // The complement, so that an `Option` of it takes no more memory.
         #[derive(Clone, Copy, PartialEq, Eq, Hash)]
         pub struct $name(NonZeroU32);
 
@@ -138,7 +138,7 @@ macro_rules! number {
 }
 
 number! {
-    /// What users see of a particle or body and files hold: given in the order in which they come, and never again.
+    /// The number that users see of a particle or body and that files hold: assigned in the order of creation, and never reused.
     Id(u32)
 }
 number! {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{FIXED, MaterialIndex, PRESCRIBED, Particle, Prescribed, Row, volume};
 
-/// A material as the engine needs it; its laws stand in a table of their own, by pairs.
+/// A material in the form that the engine needs; its laws are in a table of their own, by pairs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Name in the scene.
@@ -28,7 +28,7 @@ pub struct NewParticle {
     pub material: MaterialIndex,
     /// Does not move.
     pub fixed: bool,
-    /// What of its motion is prescribed. In a box: few particles have any, and a plan may hold millions of particles.
+    /// The prescribed part of its motion. Boxed: few particles have any, and a plan may hold millions of particles.
     pub prescribed: Option<Box<PrescribedMotion>>,
 }
 

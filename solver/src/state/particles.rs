@@ -22,18 +22,18 @@ pub struct Prescribed {
 /// All particles of a run. Every column that is present has one entry per row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Particles {
-    /// What the contact loop reads.
+    /// The records that the contact loop reads.
     pub records: Vec<Particle>,
-    /// What contacts did in the last force evaluation.
+    /// The loads of the contacts in the last force evaluation.
     pub loads: Vec<Load>,
-    /// The number by which users know the particle: 0, 1, 2 ... in order of creation, never used twice.
+    /// The number by which users identify the particle: 0, 1, 2 ... in order of creation, never reused.
     pub ids: Vec<Id>,
-    /// Mass, kg (per unit length in 2D); also of fixed particles. Beside a pebble stands its share of the body's mass
+    /// Mass, kg (per unit length in 2D); also of fixed particles. A pebble has its share of the body's mass here
     /// ([`crate::bodies::Clump::shares`]), so that sums over rows are right; contacts take the mass from the record.
     pub masses: Vec<f64>,
     /// Position when the neighbour list was built, m.
     pub listed_at: Vec<DVec3>,
-    /// Rotation since creation, only when something writes it.
+    /// Rotation since creation, only when an output needs it.
     pub orientations: Option<Vec<DQuat>>,
     /// Further numbers of each particle, where the plan has any.
     pub columns: Columns,
@@ -141,7 +141,7 @@ impl Particles {
                 body: index,
                 row: Row::new(self.len()),
                 offset,
-                // Until the first list every pebble stands where its body has it.
+                // Until the first list every pebble is at its place in the body.
                 shift: DVec3::ZERO,
             });
             self.push(record, mass, None);
@@ -211,21 +211,21 @@ impl Particles {
         self.records[row].flags & PRESCRIBED != 0
     }
 
-    /// Whether there is somebody of whose motion some is prescribed.
+    /// Whether the motion of some particle is prescribed.
     #[must_use]
     pub fn has_prescribed(&self) -> bool {
         let of_bodies = |bodies: &Bodies| !bodies.prescribed.is_empty();
         !self.prescribed.is_empty() || self.bodies.as_ref().is_some_and(of_bodies)
     }
 
-    /// Whether those sleep who can, if anybody may: neither fixed nor prescribed ones, and pebbles as their bodies do.
+    /// Whether sleep flags are consistent: never on fixed or prescribed particles, and on pebbles as on their bodies.
     #[must_use]
-    pub fn may_sleep_so(&self, anybody: bool) -> bool {
+    pub fn may_sleep_so(&self, is_enabled: bool) -> bool {
         const SLEEP: u32 = ASLEEP | ROUSED;
         let can = |flags: u32| match flags & SLEEP {
             0 => true,
             SLEEP => false,
-            _ => anybody && flags & (FIXED | PRESCRIBED) == 0,
+            _ => is_enabled && flags & (FIXED | PRESCRIBED) == 0,
         };
         let as_body = |(row, record): (usize, &Particle)| {
             let body =
@@ -282,14 +282,14 @@ impl Particles {
         }
     }
 
-    /// Grains that ever were.
+    /// The number of grains ever made.
     #[must_use]
     pub fn grains_created(&self) -> u64 {
         let extra = self.bodies.as_ref().map_or(0, |bodies| bodies.extra_ids);
         u64::from(self.next_id - extra)
     }
 
-    /// Whether every column has an entry for each row, and whatever names a row or a body names one that is there.
+    /// Whether every column has an entry for each row, and every reference to a row or a body is valid.
     #[must_use]
     pub fn is_consistent(&self) -> bool {
         let rows = self.len();

@@ -1,4 +1,4 @@
-//! What the force loop reads of a particle, and what it leaves there.
+//! The particle data that the force loop reads and writes.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -49,18 +49,18 @@ impl Particle {
     }
 }
 
-/// The particle never moves and feels no gravity.
+/// The particle never moves; gravity does not act on it.
 pub const FIXED: u32 = 1;
 /// Some components of its velocities are prescribed.
 pub const PRESCRIBED: u32 = 2;
 /// The row is a pebble of a rigid body ([`crate::bodies`]), which moves it.
 pub const PEBBLE: u32 = 4;
-/// The particle rests and is not moved until it is roused; its velocities are zero.
+/// The particle rests and is not moved until it is woken; its velocities are zero.
 pub const ASLEEP: u32 = 8;
 /// It was asleep until this step, and its contacts with sleepers still count as held.
 pub const ROUSED: u32 = 16;
 
-/// What contacts do to one particle in one step.
+/// The load of the contacts on one particle in one step.
 ///
 /// One cache line, each vector in a half of its own: sums on a particle follow each other closely, and the processor can
 /// hand a stored value on to the next load only if both have the same shape.

@@ -13,8 +13,8 @@ pub(super) fn awake<T>(work: impl FnOnce() -> T) -> T {
     watched_over(work).0
 }
 
-/// What those who keep watch go by. It is theirs as much as of the thread that steps, which waits for nobody to end the watch: a thread
-/// that has no core then would hold it up for a turn of the machine.
+/// The state on which the watching threads decide. It is shared with the stepping thread, which does not wait for the end of the
+/// watch: a thread without a core would delay it by a time slice.
 #[derive(Debug, Default)]
 struct Vigil {
     /// There is work to share.
@@ -27,7 +27,7 @@ struct Vigil {
 impl Vigil {
     /// Takes what there is to do, until it is over.
     fn keep(&self) {
-        // Who has come here from within a part of the work has got that part after this was set.
+        // A thread that arrives from within a part of the work has received that part after this was set.
         if self.begun.load(Ordering::Acquire) {
             return;
         }

@@ -14,7 +14,7 @@ use crate::walls::WallError;
 pub enum RunError {
     /// A position or velocity is no longer a number.
     #[error(
-        "step {step} (t = {} s): particle {id} has left the numbers (position {}, velocity {}, angular velocity {})\n\
+        "step {step} (t = {} s): particle {id} is no longer finite (position {}, velocity {}, angular velocity {})\n\
          help: the time step is too large for the contacts that occur, or particles were placed deep inside one another; \
          see the plan for the critical step",
         rounded(*.time, 12), point(.position), point(.velocity), point(.angular_velocity)
@@ -44,7 +44,7 @@ pub enum RunError {
         step: u64,
         /// Time, s.
         time: f64,
-        /// Who, where, with whom, how much.
+        /// Which particle, where, with which partner, how much.
         what: String,
         /// The likely cause, and what to do.
         help: String,
@@ -94,8 +94,8 @@ pub enum RunError {
         /// Why.
         error: WallError,
     },
-    /// The start, or a step, was given up as it was asked to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): what is there is no
-    /// state.
+    /// The start, or a step, was given up on a request to stop ([`Stage::is_given_up`](crate::stage::Stage::is_given_up)): the
+    /// present data is no valid state.
     #[error("it was stopped")]
     GivenUp,
     /// Threads could not be started.

@@ -4,7 +4,7 @@ use super::tracks::mark_inserted;
 use super::{Engine, RunError};
 use crate::boundaries::Crossed;
 use crate::forces::Bond;
-use crate::liquid::{LiquidRow, Surroundings};
+use crate::liquid::{EVAPORATES_EVERY, LiquidRow, Surroundings};
 use crate::spray::Sprays;
 use crate::state::Particles;
 
@@ -44,7 +44,7 @@ impl Engine {
             &mut brought,
         );
         if let (Some(first), Some(liquid)) = (first_new, &mut self.liquid) {
-            liquid.note_inserted(first, &self.particles);
+            liquid.note_inserted(first, &mut self.particles);
         }
         self.lists.rows_changed |= changed;
         if changed && self.plan.physics().energy_budget() {
@@ -81,12 +81,16 @@ impl Engine {
             walls: &self.walls,
         };
         liquid.answer(events, contacts, &mut self.particles, &around);
+        if self.step > 0 && self.step.is_multiple_of(EVAPORATES_EVERY) {
+            let time = EVAPORATES_EVERY as f64 * self.plan.physics().time_step();
+            liquid.evaporate(time, contacts, &mut self.particles, &around);
+        }
     }
 
-    /// What is there at the start, bridges of another run included, is what the balance begins with.
+    /// The balance of liquid begins with what is there now.
     pub(super) fn note_first_liquid(&mut self) {
-        if let (Some(row), Some(liquid)) = (self.liquid(), &mut self.liquid) {
-            liquid.balance.initial = row.films + row.bridges;
+        if let Some(liquid) = &mut self.liquid {
+            liquid.note_first(self.forces.contacts.as_ref(), &mut self.particles);
         }
     }
 
@@ -111,7 +115,7 @@ impl Engine {
         self.lists.rows_changed = true;
     }
 
-    /// What crossed the flux planes since this was last asked for: plane by plane, in the order of the plan, each material by material.
+    /// What crossed the flux planes since the last call: plane by plane, in the order of the plan, each material by material.
     pub fn take_crossed(&mut self) -> Vec<Crossed> {
         self.boundaries.take_crossed()
     }

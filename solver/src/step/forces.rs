@@ -15,7 +15,7 @@ impl Engine {
     /// Evaluates all forces; springs are stretched by `spring_time` seconds of motion. `fuse`: and kicks twice and drifts, which
     /// ends this step and begins the next.
     pub(super) fn evaluate_forces(&mut self, spring_time: f64, watch: Option<Watch>, fuse: bool) {
-        // What servos ask for is at walls that nobody sleeps beside.
+        // The loads that servos follow act on walls without sleepers beside them.
         let sees_sleepers = watch.is_some() || self.plan.physics().energy_budget();
         let watch = match watch {
             Some(watch) => Some(watch),
@@ -32,10 +32,12 @@ impl Engine {
                 .then(|| self.since_last()),
             ..watch
         });
-        // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces
-        // come after the contacts, the loads are not complete yet.
-        // The audit asks for velocities as they are when all forces are known.
-        let fuse = fuse && !self.plan.physics().energy_budget();
+        // Prescribed motion is put right between kick and drift of all particles, not block by block; and where other forces come
+        // after the contacts, the loads are not complete yet. The audit needs the velocities at the time when all forces are
+        // known.
+        // Liquid with mass changes masses after them.
+        let has_mass = self.liquid.as_ref().is_some_and(Liquids::has_mass);
+        let fuse = fuse && !self.plan.physics().energy_budget() && !has_mass;
         if fuse && self.particles.prescribed.is_empty() && !self.forces.needs().after_contacts {
             self.forces_and_drift(spring_time, (watch, sees_sleepers));
         } else {
@@ -54,7 +56,8 @@ impl Engine {
         if !is_audited && !self.has_servos {
             return;
         }
-        let sums = self.forces.sums(self.plan.physics().walls().len());
+        let mut sums = self.forces.sums(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut sums);
         if self.has_servos {
             self.answer_loads(&sums);
         }
@@ -125,7 +128,8 @@ impl Engine {
             images: &self.images,
             walls: &self.walls,
             surfaces: &self.surfaces,
-            films: self.liquid.as_ref().and_then(Liquids::film_thicknesses),
+            films: self.liquid.as_ref().and_then(Liquids::measured_films),
+            wall_films: self.liquid.as_ref().and_then(Liquids::films_that_meet),
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: self.plan.outputs().files().triangle_loads,
@@ -155,7 +159,7 @@ impl Engine {
         bound
     }
 
-    /// Sums up what contacts do among sleepers; `roused`: who of them was roused, if nothing else changed.
+    /// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.
     pub(super) fn hold_contacts(&mut self, roused: Option<&[u32]>) {
         let context = StepContext {
             spring_time: 0.0,
@@ -165,6 +169,7 @@ impl Engine {
             walls: &self.walls,
             surfaces: &self.surfaces,
             films: None,
+            wall_films: None,
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),
             feature_loads: false,

@@ -1,8 +1,9 @@
 //! The guard: what is not to be trusted stops the run, or is counted, and is named in either case.
 //!
-//! A contact may overlap by part of the smaller radius, and a particle may move by part of its radius in a step. Together the two limits keep every
-//! particle in front of every wall at rest: one that overlaps by half its radius and moves by half its radius has its centre at the wall, and no
-//! farther. The limits cost a comparison for each contact; of the ways in a step only the longest is looked at, unless it is too long for somebody.
+//! A contact may overlap by part of the smaller radius, and a particle may move by part of its radius in a step. Together the two
+//! limits keep every particle in front of every wall at rest: one that overlaps by half its radius and moves by half its radius
+//! has its centre at the wall, and no farther. The limits cost a comparison for each contact; of the displacements in a step only
+//! the longest is checked, unless it is too long for some particle.
 
 use glam::DVec3;
 
@@ -46,7 +47,7 @@ struct Count {
 pub(super) struct Guard {
     /// By kind of contact, then long ways.
     counts: [Count; 4],
-    /// Who went through a wall in this step and was not seen by a contact.
+    /// Finds the particles that went through a wall in this step without a contact that shows it.
     pub(super) crossed: Alarms,
     /// Why the run stops.
     stop: Option<Event>,
@@ -182,7 +183,7 @@ impl Engine {
         }
     }
 
-    /// Looks at the ways of a step in which nobody was faster than `fastest` (m/s).
+    /// Checks the displacements of a step in which no particle was faster than `fastest` (m/s).
     pub(super) fn guard_ways(&mut self, fastest: f64) {
         let guard = self.plan.physics().guard();
         let dt = self.plan.physics().time_step();

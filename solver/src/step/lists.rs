@@ -86,6 +86,7 @@ impl Engine {
         if !self.particles.records.iter().all(finite) {
             return Err(self.not_finite());
         }
+        self.freshen_surfaces()?;
         if self.lists.validity.steps > 0 {
             let idle = self
                 .forces
@@ -143,6 +144,7 @@ impl Engine {
             0.5 * skin + skin_of_walls + range,
             parallel,
         );
+        self.note_near_surfaces(&near_walls);
         let new_row: Vec<Option<Row>> = each(removed.len(), parallel, |old| {
             removed[old].map(|row| sorted[row.index()])
         });

@@ -26,8 +26,8 @@ impl LoadSeries {
 }
 
 impl Engine {
-    /// Loads on the features of mesh walls, summed over the force evaluations since this was last asked: for a frame, and for the
-    /// files for ParaView. Nothing where it is not asked, or not planned.
+    /// Loads on the features of mesh walls, summed over the force evaluations since the last reading: for a frame, and for the
+    /// files for ParaView. Empty where it is neither read nor planned.
     pub fn take_load_sums(&mut self, frame: bool, vtk: bool) -> [Option<LoadSums>; 2] {
         let output = self.plan.outputs().files();
         if !output.triangle_loads || !(frame || vtk) {

@@ -1,11 +1,11 @@
-//! The time step on one page, its stages in rooms of their own.
+//! The time step on one page; each stage has its own module.
 //!
-//! | stage | room |
+//! | stage | module |
 //! |---|---|
 //! | finish the last kick, kick, drift | `kick`, `motion` |
 //! | walls move, and change their shape | `walls` |
 //! | vertices of sheets move, and their meshes follow; loads on them | `surfaces` |
-//! | who is out of balance is roused, who is calm put to rest | `sleep` |
+//! | particles out of balance are woken, calm ones put to rest | `sleep` |
 //! | particles come and go | `exchange` |
 //! | lists are kept valid | `lists` |
 //! | droplets leave, fly and are caught | `spray` |
@@ -56,6 +56,7 @@ use crate::contact::HistoryNumber;
 use crate::forces::{Forces, MotionBound, Observation, Watch};
 use crate::lanes::Width;
 use crate::liquid::Liquids;
+use crate::membrane::MembraneNow;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::Sprays;
@@ -79,6 +80,12 @@ pub struct Engine {
     surfaces: Vec<Surface>,
     /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
     vertex_loads: Vec<Vec<Load>>,
+    /// Whether particles of the present candidate list are near each of them.
+    is_near: Vec<bool>,
+    /// Whether the mesh of each of them was left behind, as no particle is near.
+    stale: Vec<bool>,
+    /// Their mechanics, one for each, or none at all.
+    membranes: Vec<MembraneNow>,
     /// How the sheets moved in this step.
     surface_motion: SurfaceMotion,
     lists: Lists,
@@ -94,7 +101,7 @@ pub struct Engine {
     audited: Vec<AuditedContact>,
     /// Running sums of the loads on the triangles of meshes.
     load_series: LoadSeries,
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     sleep: Option<Sleep>,
     /// Films and bridges, in scenes with liquid.
     liquid: Option<Liquids>,
@@ -112,7 +119,7 @@ pub struct Engine {
     turns: bool,
     /// How many numbers are worked on side by side.
     width: Width,
-    /// Whom long work tells of itself.
+    /// The stage to which long work reports.
     stage: Arc<Stage>,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The pool while steps are made without it.
@@ -131,9 +138,9 @@ impl Engine {
     }
 
     /// Makes `count` time steps; `watch` is for the last one. The result is that of `count` calls of [`Engine::step`], to the
-    /// bit, but nobody looks in between, so that each block of particles can go on to the next step while it is in the cache.
-    /// Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not watched, and one more
-    /// must follow.
+    /// bit, but the states in between are not observed, so that each block of particles can go on to the next step while it is in
+    /// the cache. Fewer are made where a wall is worn to the depth at which the run ends ([`Engine::is_worn`]): that step is not
+    /// observed, and one more must follow.
     ///
     /// # Errors
     /// If a particle's motion is no longer a number, or if the guard of the plan is strict and something is beyond its limits.
@@ -185,7 +192,7 @@ impl Engine {
         self.guard_ways(speed);
         self.move_walls();
         self.reshape_walls()?;
-        self.advance_surfaces(kicks)?;
+        self.advance_surfaces(kicks, speed)?;
         self.guard_crossings(speed);
         let fastest = self.rouse_and_put_to_rest(fastest);
         self.exchange_particles()?;
@@ -194,6 +201,7 @@ impl Engine {
         self.settle();
         self.spray(speed)?;
         self.evaluate_forces(self.plan.physics().time_step(), watch, fuse);
+        self.guard_membranes()?;
         self.wear_walls()?;
         self.guard_contacts();
         self.guarded()
@@ -238,16 +246,21 @@ impl Engine {
     /// What was seen of the contacts in the last watched step.
     #[must_use]
     pub fn observation(&self) -> Observation {
-        self.forces.observation(self.plan.physics().walls().len())
+        let mut observation = self.forces.observation(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut observation);
+        observation
     }
 
     /// The same, without leaving the records of contacts behind.
     pub(crate) fn take_observation(&mut self) -> Observation {
-        self.forces
-            .take_observation(self.plan.physics().walls().len())
+        let mut observation = self
+            .forces
+            .take_observation(self.plan.physics().walls().len());
+        self.add_holds_to_walls(&mut observation);
+        observation
     }
 
-    /// What became of the energy, if the plan asks for it.
+    /// The energy balance, if the plan includes it.
     #[must_use]
     pub fn audit(&self) -> Audit {
         let set_free = (self.liquid.as_ref()).map_or(0.0, |liquid| liquid.balance.set_free);

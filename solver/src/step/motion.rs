@@ -106,7 +106,7 @@ impl Task for Advance<'_> {
                 }
             }
         }
-        // The sum is only asked whether it is a number: its order is free.
+        // Only whether the sum is a number is used: its order is free.
         let lanes = (0..L::LANES).map(|k| fastest.map(|of_lanes| of_lanes.lane(k)));
         let [squared_speed, part, sum_of_squares] = lanes.fold(alone, |all, lane| {
             [all[0].max(lane[0]), all[1].max(lane[1]), all[2] + lane[2]]

@@ -1,8 +1,9 @@
-//! Who rests falls asleep, and who is out of balance is roused (`docs/theory/sleeping.md`).
+//! Particles at rest fall asleep, and sleepers out of balance are woken (`docs/theory/sleeping.md`).
 //!
-//! Every so many steps all particles are looked at. Who was slow then and is slow now, has hardly moved in between, and is in balance, is put to
-//! rest. A sleeper is roused as soon as what acts on it is out of balance by more than a part of its weight, when a wall begins to move near it, or a wall
-//! near it comes or goes. Both happen between the drift and the forces of a step, whatever is fused with what.
+//! All particles are checked at a fixed interval of steps. A particle that was slow then and is slow now, has hardly moved in
+//! between, and is in balance, is put to rest. A sleeper is woken as soon as the load on it is out of balance by more than a part
+//! of its weight, when a wall begins to move near it, or when a wall near it appears or disappears. Both happen between the drift
+//! and the forces of a step, whatever is fused with what.
 
 use std::slice::{from_mut, from_ref};
 
@@ -17,9 +18,10 @@ use crate::plan::Sleeping;
 use crate::state::{ASLEEP, FIXED, Load, PEBBLE, PRESCRIBED, Particle, Particles, ROUSED, Row};
 use crate::walls::{Pose, Shape, WallNow};
 
-/// To fall asleep, this part of the imbalance that rouses is allowed: who was just put to rest shall not be roused by round-off.
+/// To fall asleep, this part of the imbalance that wakes is allowed: round-off must not wake a particle that was just put to
+/// rest.
 const CALM: f64 = 0.5;
-/// Place of who was not slow at the last look: far from everywhere.
+/// Place of a particle that was not slow at the last check: far from everywhere.
 const NOWHERE: DVec3 = DVec3::INFINITY;
 
 /// What was counted of sleepers since the start.
@@ -31,9 +33,9 @@ pub struct SleepCounts {
     pub slept: u64,
     /// How often a particle fell asleep, a clump as one.
     pub fell_asleep: u64,
-    /// How often one was roused.
+    /// How often one was woken.
     pub roused: u64,
-    /// Kinetic energy of those who fell asleep, J: it is gone.
+    /// Kinetic energy that was removed when particles fell asleep, J.
     pub energy: f64,
 }
 
@@ -59,18 +61,19 @@ impl Asleep {
     }
 }
 
-/// Who sleeps, and what must be known to put to rest and to rouse.
+/// The sleeping particles, and the data needed to put them to rest and to wake them.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sleep {
-    /// Who was slow when it was looked at last: where it was then, m. By row.
+    /// Positions at the last check of the particles that were slow then, m. By row.
     seen_at: Vec<DVec3>,
     /// What happened so far.
     counts: SleepCounts,
     /// How many sleep.
     asleep: Asleep,
-    /// All sleepers are to be tested, not only those beside somebody awake: the lists are new, and somebody may have gone, or somebody fell asleep.
+    /// All sleepers are to be tested, not only those beside an awake particle: the lists are new, and particles may be gone, or a
+    /// particle fell asleep.
     tests_all: bool,
-    /// All sleepers are to be roused in the next step: something has changed that nobody looks for.
+    /// All sleepers are to be woken in the next step, after a change that no other test covers.
     rouses_all: bool,
 
     // What follows from the rest of the state.
@@ -78,11 +81,11 @@ pub(super) struct Sleep {
     stirs: Vec<bool>,
     /// Where each wall was then, and whether it was there.
     walls: Vec<(Pose, bool)>,
-    /// How many lists had been built when the contacts were told last who sleeps.
+    /// How many lists had been built at the last update of the contacts.
     settled_at: u64,
-    /// Somebody fell asleep since.
+    /// A particle fell asleep since.
     has_new: bool,
-    /// Rows that were roused, of whom the contacts were not told yet.
+    /// Rows that were woken since the last update of the contacts.
     roused: Vec<u32>,
 }
 
@@ -130,7 +133,7 @@ impl SavedSleep {
 }
 
 impl Sleep {
-    /// Of nobody yet.
+    /// No sleepers yet.
     pub(super) fn new() -> Self {
         Self {
             seen_at: Vec::new(),
@@ -156,7 +159,7 @@ impl Sleep {
         }
     }
 
-    /// Rouses a sleeper; of a body all pebbles.
+    /// Wakes a sleeper; of a body all pebbles.
     fn rouse(&mut self, row: usize, particles: &mut Particles) {
         match particles
             .bodies
@@ -216,8 +219,9 @@ fn is_slow(record: &Particle, speed: f64) -> bool {
 }
 
 impl Engine {
-    /// Rouses who is out of balance or disturbed, and, when it is time for a look, puts to rest who is calm. Walls have moved, nobody has come or gone.
-    /// `fastest`: the largest speed in this step, m/s; the same with those who were roused is returned.
+    /// Wakes particles that are out of balance or disturbed, and, when a check is due, puts calm ones to rest. Walls have moved;
+    /// no particle has come or gone. `fastest`: the largest speed in this step, m/s; the maximum of this and the speeds of the
+    /// woken ones is returned.
     pub(super) fn rouse_and_put_to_rest(&mut self, fastest: MotionBound) -> MotionBound {
         let (Some(mut sleep), Some(plan)) = (self.sleep.take(), self.plan.physics().sleeping())
         else {
@@ -241,8 +245,8 @@ impl Engine {
         fastest
     }
 
-    /// Takes what those who were roused felt of other sleepers off what is held, and makes good for the kick and the drift of this step, which they
-    /// missed: of the forces that rouse nothing is lost. Returns their motion.
+    /// Subtracts the loads of the woken particles from the held ones, and makes up for the kick and the drift of this step, which
+    /// they missed: no part of the forces that wake them is lost. Returns their motion.
     fn set_off(&mut self, sleep: &mut Sleep) -> MotionBound {
         if sleep.roused.is_empty() {
             return MotionBound::default();
@@ -315,7 +319,7 @@ impl Engine {
         is_new
     }
 
-    /// By rows: who is near a wall that disturbs, or near a particle whose motion is prescribed.
+    /// By rows: whether a particle is near a wall that disturbs, or near a particle whose motion is prescribed.
     fn disturbed(&self, sleep: &Sleep) -> Vec<bool> {
         let mut disturbed = vec![false; self.particles.len()];
         if sleep.stirs.contains(&true) || self.particles.has_prescribed() {
@@ -330,7 +334,7 @@ impl Engine {
         self.rouse(sleep, |row| disturbed[row]);
     }
 
-    /// Rouses those of all sleepers for whose row this is true.
+    /// Wakes those of all sleepers for whose row this is true.
     fn rouse(&mut self, sleep: &mut Sleep, is_meant: impl Fn(usize) -> bool) {
         for row in 0..self.particles.len() {
             if is_meant(row) && self.particles.records[row].flags & ASLEEP != 0 {
@@ -357,7 +361,8 @@ impl Engine {
         }
     }
 
-    /// Puts to rest who was slow at the last look and is slow now, has hardly moved in between, and is in balance.
+    /// Puts to rest the particles that were slow at the last check and are slow now, have hardly moved in between, and are in
+    /// balance.
     fn put_to_rest(&mut self, sleep: &mut Sleep, plan: &Sleeping) {
         let physics = self.plan.physics();
         let (gravity, per_inertia) = (physics.gravity(), 1.0 / self.inverse_inertia);
@@ -370,7 +375,7 @@ impl Engine {
                 continue;
             }
             let before = &mut sleep.seen_at[row];
-            // Who was not slow at the last look is infinitely far from where it was seen.
+            // A particle that was not slow at the last check is infinitely far from its place then.
             let is_slow = is_slow(&record, plan.speed);
             let is_calm = is_slow
                 && record.position.distance(*before) <= way
@@ -425,14 +430,14 @@ impl Engine {
         }
     }
 
-    /// Tells the contacts who sleeps, where that or the lists have changed. Lists are valid.
+    /// Updates the sleepers in the contacts, where these or the lists have changed. Lists are valid.
     pub(super) fn settle(&mut self) {
         let Some(mut sleep) = self.sleep.take() else {
             return;
         };
         let is_listed_anew = sleep.settled_at != self.lists.rebuilds;
-        // Who fell asleep was slow, and no dashpot resists any more: whoever was held back by one is out of balance now, and may have no neighbour
-        // that is awake.
+        // A particle that fell asleep was slow, and dashpots exert no force on it any more: a neighbour that a dashpot held back
+        // is out of balance now, and may have no awake neighbour.
         sleep.tests_all = is_listed_anew || sleep.has_new;
         if is_listed_anew {
             sleep.settled_at = self.lists.rebuilds;
@@ -452,14 +457,15 @@ impl Engine {
         self.sleep = Some(sleep);
     }
 
-    /// How many particles sleep, a clump as one, and what was counted of sleepers; `None` where the plan lets nobody sleep.
+    /// How many particles sleep, a clump as one, and the counts of sleepers; `None` where the plan does not enable sleeping.
     #[must_use]
     pub fn sleepers(&self) -> Option<(u64, SleepCounts)> {
         let sleep = self.sleep.as_ref()?;
         Some((sleep.asleep.particles, sleep.counts))
     }
 
-    /// Rouses all sleepers in the next step, or in this one if it has not come to that yet: something has changed that nobody looks for.
+    /// Wakes all sleepers in the next step, or in this one if it has not come to that yet, after a change that no other test
+    /// covers.
     pub(super) fn rouse_all(&mut self) {
         if let Some(sleep) = &mut self.sleep {
             sleep.rouses_all = true;

@@ -6,7 +6,8 @@ use super::guard::Guard;
 use super::{Audit, AuditedContact, Engine, Lists, LoadSeries, RunError, SavedSleep, StartOptions};
 use crate::boundaries::BoundaryState;
 use crate::forces::{SavedLoads, SavedSlot, SavedSlots};
-use crate::liquid::LiquidBalance;
+use crate::liquid::{Liquids, SavedLiquid};
+use crate::membrane::SavedMembrane;
 use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::{Droplet, SprayState, Sprays};
@@ -47,10 +48,10 @@ pub struct Snapshot {
     pub guard: Vec<(u64, Vec<f64>)>,
     /// Loads on features of meshes as they lie in the blocks, and the sums taken from there.
     pub feature_loads: (Vec<SavedLoads>, LoadSeries),
-    /// Who sleeps, if the plan lets anybody.
+    /// The state of sleeping particles, if the plan enables sleeping.
     pub sleep: Option<SavedSleep>,
     /// What came and went of liquid, in scenes that have any.
-    pub liquid: Option<LiquidBalance>,
+    pub liquid: Option<SavedLiquid>,
     /// Droplets in flight and where others went, in scenes with sprays.
     pub sprays: Option<SprayState>,
     /// Walls that wear, in scenes that have any.
@@ -59,10 +60,14 @@ pub struct Snapshot {
     pub surfaces: Vec<SavedSurface>,
     /// Contacts of their vertices with walls, sheet by sheet.
     pub vertices_at_walls: Vec<SavedSlots>,
+    /// Their mechanics.
+    pub membranes: Vec<SavedMembrane>,
 }
 
 /// Section of [`Snapshot::surfaces`].
 const SURFACES: &str = "surfaces";
+/// Section of [`Snapshot::membranes`].
+const MEMBRANES: &str = "membranes";
 
 /// Section of [`Snapshot::vertices_at_walls`].
 const VERTICES: &str = "vertices at walls";
@@ -76,7 +81,7 @@ const WEAR: &str = "wear";
 /// Section of [`Snapshot::liquid`].
 const LIQUID: &str = "liquid";
 
-/// Section of [`Snapshot::sleep`]: only where the plan lets somebody sleep.
+/// Section of [`Snapshot::sleep`]: only where the plan enables sleeping.
 const SLEEP: &str = "sleep";
 
 /// Section of [`Snapshot::audited`]: only where there are any.
@@ -125,6 +130,9 @@ impl Snapshot {
             encoder.section(SURFACES, &self.surfaces);
             encoder.section(VERTICES, &self.vertices_at_walls);
         }
+        if !self.membranes.is_empty() {
+            encoder.section(MEMBRANES, &self.membranes);
+        }
     }
 
     /// From the bytes of [`Snapshot::encode`], the same to the bit.
@@ -164,6 +172,7 @@ impl Snapshot {
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
             vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
+            membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -178,21 +187,24 @@ impl Snapshot {
         if !self.particles.is_consistent() {
             return Err(wrong(
                 "particles",
-                "columns differ in length, or rows lead nowhere",
+                "columns differ in length, or a row index is out of range",
             ));
         }
         let rows = self.particles.len();
         let is_row = |row: u32| (row as usize) < rows;
         let listed = |slot: SavedSlot<'_>| is_row(slot.row) && is_row(slot.partner);
         if !self.pairs.iter().all(listed) {
-            return Err(wrong("pairs", "a listed pair leads to no particle"));
+            return Err(wrong("pairs", "a listed pair names a missing particle"));
         }
         if !self.near_walls.iter().all(|slot| is_row(slot.row)) {
-            return Err(wrong("near walls", "a wall is near no particle"));
+            return Err(wrong(
+                "near walls",
+                "a listed wall names a missing particle",
+            ));
         }
         let image = |slot: SavedSlot<'_>| slot.image < Images::NEIGHBOURS;
         if !self.pairs.iter().all(image) {
-            return Err(wrong("pairs", "a listed pair is of an image that is not"));
+            return Err(wrong("pairs", "a listed pair names a missing image"));
         }
         if !(self.lists.skin.is_possible() && self.lists.half_skins.is_possible()) {
             return Err(wrong("lists", "a skin that cannot be"));
@@ -207,13 +219,16 @@ impl Snapshot {
             return Err(wrong(section, "more steps than a run can make"));
         }
         if ![0, rows].contains(&self.lists.extra_skin.len()) {
-            return Err(wrong("lists", "not one extra skin for each particle"));
+            return Err(wrong("lists", "the extra skins do not match the particles"));
         }
         if (self.sleep.as_ref()).is_some_and(|sleep| !sleep.fits(rows)) {
-            return Err(wrong(SLEEP, "not one place for each particle"));
+            return Err(wrong(
+                SLEEP,
+                "the positions of sleepers do not match the particles",
+            ));
         }
         if !self.particles.may_sleep_so(self.sleep.is_some()) {
-            return Err(wrong("particles", "somebody sleeps who cannot"));
+            return Err(wrong("particles", "a particle sleeps that cannot sleep"));
         }
         Ok(())
     }
@@ -244,7 +259,7 @@ impl Engine {
             encoder.section(SLEEP, &sleep);
         }
         if let Some(liquid) = &self.liquid {
-            encoder.section(LIQUID, &liquid.balance);
+            encoder.section(LIQUID, &liquid.save());
         }
         if let Some(sprays) = &self.sprays {
             encoder.section(SPRAYS, &sprays.state);
@@ -255,6 +270,9 @@ impl Engine {
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.saved_surfaces());
             encoder.section(VERTICES, &self.forces.contacts.save_vertices());
+        }
+        if !self.membranes.is_empty() {
+            encoder.section(MEMBRANES, &self.saved_membranes());
         }
     }
 
@@ -294,11 +312,12 @@ impl Engine {
             guard: self.guard.save(),
             feature_loads: self.saved_feature_loads(),
             sleep: self.saved_sleep(),
-            liquid: self.liquid.as_ref().map(|liquid| liquid.balance),
+            liquid: self.liquid.as_ref().map(Liquids::save),
             sprays: self.sprays.as_ref().map(|sprays| sprays.state.clone()),
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
             vertices_at_walls: self.forces.contacts.save_vertices(),
+            membranes: self.saved_membranes(),
         }
     }
 
@@ -350,7 +369,8 @@ impl Engine {
             return Err(RunError::OtherPlan(reason));
         }
         if snapshot.sleep.is_some() != plan.physics().sleeping().is_some() {
-            let reason = "of the two, one alone lets particles sleep".to_owned();
+            let reason =
+                "`[sleeping]` is set in the checkpoint or in the scene, but not in both".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
         let columns =
@@ -465,11 +485,15 @@ impl Engine {
             .forces
             .contacts
             .restore_vertices(&snapshot.vertices_at_walls);
+        engine.restore_membranes(&snapshot.membranes)?;
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }
-        if let (Some(liquid), Some(balance)) = (&mut engine.liquid, snapshot.liquid) {
-            liquid.balance = balance;
+        if let (Some(liquid), Some(saved)) = (&mut engine.liquid, &snapshot.liquid)
+            && !liquid.restore(saved)
+        {
+            let reason = "its films on walls are not those of the plan".to_owned();
+            return Err(RunError::OtherPlan(reason));
         }
         if let Some(state) = snapshot.sprays {
             engine.sprays = Some(Sprays::restored(state));
@@ -478,7 +502,8 @@ impl Engine {
             (Some(wear), Some(saved)) => wear.restore(saved).map_err(RunError::OtherPlan)?,
             (None, None) => {}
             _ => {
-                let reason = "of the two, one alone has walls that wear".to_owned();
+                let reason =
+                    "walls wear in the checkpoint or in the scene, but not in both".to_owned();
                 return Err(RunError::OtherPlan(reason));
             }
         }

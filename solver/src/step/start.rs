@@ -10,6 +10,7 @@ use crate::boundaries::Boundaries;
 use crate::forces::{ContactForces, ForcePass, Forces, MotionBound, Watch, contact_loop};
 use crate::lanes::Width;
 use crate::liquid::Liquids;
+use crate::membrane::Moment;
 use crate::neighbours::Skin;
 use crate::plan::Plan;
 use crate::spray::Sprays;
@@ -32,7 +33,7 @@ pub struct StartOptions {
     pub records: bool,
     /// How many numbers are worked on side by side; changes no bit. `None`: what is fastest.
     pub width: Option<Width>,
-    /// Who is told of long work, and may ask to give it up.
+    /// The stage to which long work reports, and which may request to give it up.
     pub stage: Arc<Stage>,
 }
 
@@ -173,12 +174,25 @@ impl Engine {
         };
         let mut walls = WallNow::all(plan.physics().walls(), plan.physics().time_step(), &images);
         let wear = Wear::new(plan.physics().wear(), &walls);
-        let (surfaces, borrowing) = surfaces::start(
+        let (mut surfaces, borrowing) = surfaces::start(
             plan.physics().surfaces(),
             plan.physics().time_step(),
             &images,
         )?;
         walls.extend(borrowing);
+        let is_near = vec![true; surfaces.len()];
+        let stale = vec![false; surfaces.len()];
+        let membranes = surfaces::start_membranes(
+            (plan.physics().membranes(), &mut surfaces),
+            &Moment {
+                time: 0.0,
+                dt: plan.physics().time_step(),
+                gravity: plan.physics().gravity(),
+                walls: &walls,
+                images: &images,
+                has_pool: false,
+            },
+        );
         for wall in wear.iter().flat_map(|wear| &wear.walls) {
             walls[wall.plan().wall].set_wearing();
         }
@@ -216,6 +230,9 @@ impl Engine {
             surfaces,
             vertex_loads: Vec::new(),
             surface_motion: SurfaceMotion::default(),
+            membranes,
+            is_near,
+            stale,
             lists: Lists::new(skin),
             guard: Guard::default(),
             has_servos,

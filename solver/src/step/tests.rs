@@ -34,7 +34,7 @@ fn frictionless() -> AnyPairLaw {
     }
 }
 
-/// Who is named has left the numbers, and in a few digits: its speed is finite, but not the square of it.
+/// The named particle is no longer finite, and in a few digits: its speed is finite, but not the square of it.
 #[test]
 fn what_cannot_be_squared_is_named() {
     let mut plan = Draft::new(

@@ -1,4 +1,4 @@
-//! Walls: where they stand at the present time, what shape they have, and what servos are told.
+//! Walls: their positions at the present time, their shapes, and the loads that servos receive.
 
 use glam::DVec3;
 
@@ -55,7 +55,7 @@ impl Engine {
         changed.map_err(|error| self.wall_error(wall, error))
     }
 
-    /// Tells the servos what their walls felt in the force evaluation just made.
+    /// Passes the loads of the force evaluation just made to the servos of their walls.
     pub(super) fn answer_loads(&mut self, observation: &Observation) {
         let physics = self.plan.physics();
         let (time, dt) = (self.time(), physics.time_step());

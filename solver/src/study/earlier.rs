@@ -1,6 +1,6 @@
-//! What a folder holds of an earlier study: its table, and what it was a study of.
+//! What a folder holds of an earlier study: its table, and a record of the study.
 //!
-//! A table alone does not say what was the same in all its runs, nor how its results were meant. So a study leaves
+//! A table alone does not contain what was the same in all its runs, nor the definition of its results. So a study leaves
 //! [`RECORD`] beside it, and the next one is compared with that.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use toml::{Table, Value};
 use super::Study;
 use super::table::{FILE, number, without_unit};
 
-/// Name of the file that says what the table beside it is of.
+/// Name of the file that describes the table beside it.
 pub const RECORD: &str = "study.plan.toml";
 
 /// The finished rows of an earlier table of the same study: for each run its cells by column.
@@ -65,7 +65,7 @@ pub fn rows(study: &Study, prefix: &str) -> Result<Rows, String> {
     }
     match fs::read_to_string(study.folder.join(RECORD)) {
         Ok(record) => differences.extend(other_than(study, prefix, &record)),
-        // A table without it can be compared by its keys only.
+        // A table without a record can be compared by its keys only.
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(unreadable(error)),
     }
@@ -116,7 +116,7 @@ pub fn write_record(study: &Study, prefix: &str) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// What the study that was recorded has otherwise than this one. Results that are new are no difference: they cost no run.
+/// The differences of the recorded study from this one. New results are no difference: they cost no run.
 fn other_than(study: &Study, prefix: &str, record: &str) -> Vec<String> {
     let Ok(record) = record.parse::<Table>() else {
         return vec![format!("{RECORD} cannot be understood")];
@@ -155,13 +155,13 @@ fn other_than(study: &Study, prefix: &str, record: &str) -> Vec<String> {
                     "its result `{name}` is {text}, that of this one {here}"
                 ));
             }
-            None => differences.push(format!("its result {name}={text} is not asked for here")),
+            None => differences.push(format!("its result {name}={text} is not requested here")),
         }
     }
     differences
 }
 
-/// Removes the table that is there, what says what it is of, and its plots; not the runs.
+/// Removes the existing table, its record and its plots; not the runs.
 ///
 /// # Errors
 /// The file that cannot be removed, and why.

@@ -21,7 +21,7 @@ pub fn is_study(text: &str) -> bool {
     if let Ok(document) = document("", text) {
         return document.contains_key("study");
     }
-    // A text with mistakes: what is wrong is said of a study if it looks like one.
+    // A text with mistakes: errors are reported for a study if it looks like one.
     let line = |line: &str| {
         let line = line.trim_start();
         line.starts_with("[study") || line.starts_with("study.") || line.contains("\"study\":")
@@ -40,7 +40,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Study, StudyError> {
     if let Some(key) = document.keys().find(|key| *key != "study") {
         let error = reader.error(key, "is not known beside [study]");
         return Err(error.with_help(
-            "all keys of a study stand below [study]; those of its scene in the scene's file",
+            "all keys of a study belong below [study]; those of its scene in the scene's file",
         ));
     }
     let Some(Value::Table(study)) = document.get("study") else {
@@ -90,7 +90,7 @@ impl Reader<'_> {
         };
         let folder = match self.text(study, "folder")? {
             Some(folder) => beside.join(folder),
-            // As the folder of a run: here, by the file's name.
+            // Like the folder of a run: here, by the file's name.
             None if self.path == Path::new(STANDARD_INPUT) => PathBuf::from("study"),
             None => PathBuf::from(stem(self.path)),
         };
@@ -131,7 +131,7 @@ impl Reader<'_> {
     fn runs(&self, study: &Table) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
         match (self.table(study, "sweep")?, self.list(study, "runs")?) {
             (Some(_), Some(_)) => {
-                let error = self.error("study.runs", "stands beside study.sweep");
+                let error = self.error("study.runs", "cannot be used together with study.sweep");
                 Err(error.with_help("a grid (sweep) or a list (runs): two studies make both"))
             }
             (None, None) => {
@@ -142,11 +142,11 @@ impl Reader<'_> {
                 let mut sweeps = Vec::new();
                 for (key, values) in sweep {
                     let place = format!("study.sweep.{key}");
-                    // A key written without quotes is a table to TOML.
+                    // A key written without quotes is a table in TOML.
                     if values.is_table() {
                         let error = self.error(&place, "is a table");
                         return Err(error.with_help(
-                            "the path of a key stands in quotes: \"time.end\" = [1, 2]",
+                            "write the path of a key in quotes: \"time.end\" = [1, 2]",
                         ));
                     }
                     let values: Vec<String> = match values {
@@ -206,7 +206,7 @@ impl Reader<'_> {
                 if value.is_table() {
                     let error = self.error(&format!("{at}.{key}"), "is a table");
                     return Err(
-                        error.with_help("the path of a key stands in quotes: \"time.end\" = 1")
+                        error.with_help("write the path of a key in quotes: \"time.end\" = 1")
                     );
                 }
                 let key = dotted(key);

@@ -1,8 +1,8 @@
 //! Studies: one scene at many values of its keys, a run for each, and one table of what came out.
 //!
-//! This room says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
-//! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts them together and [`plot`] draws one
-//! of its columns.
+//! This module says which runs there are and what is read from each; it starts none. A [`Study`] comes from the command line or
+//! [from a file](mod@file), [`earlier`] ones left their tables; results are read from the folders of the runs, [`table`] puts
+//! them together and [`plot`] draws one of its columns.
 
 pub mod earlier;
 pub mod file;
@@ -21,7 +21,7 @@ use mercury_common::scene::Scene;
 use crate::results::NamedResult;
 pub use sweep::Sweep;
 
-/// More runs than anybody waits for: a slip in a range.
+/// More runs than can be useful: an error in a range.
 pub const MOST_RUNS: usize = 10_000;
 
 /// What is wrong with a study.
@@ -51,7 +51,7 @@ impl StudyError {
     }
 }
 
-/// A scene, the values at which it is run, and what is wanted of each run.
+/// A scene, the values at which it is run, and the requested results of each run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     /// The scene file.
@@ -68,7 +68,7 @@ pub struct Study {
     pub units: Vec<String>,
     /// The runs.
     pub runs: Vec<StudyRun>,
-    /// Numbers asked for by name.
+    /// Numbers requested by name.
     pub results: Vec<NamedResult>,
     /// Columns to draw.
     pub plots: Vec<String>,
@@ -83,7 +83,7 @@ pub struct Study {
 pub struct StudyRun {
     /// Its folder within that of the study.
     pub name: String,
-    /// A value for each key of the study, as TOML; none: what the scene says.
+    /// A value for each key of the study, as TOML; `None`: the value of the scene.
     pub values: Vec<Option<String>>,
     /// The same in SI, once the scene was read.
     pub settled: Vec<Option<String>>,
@@ -130,7 +130,7 @@ impl Study {
         }
     }
 
-    /// Takes over from the scene of a run what the study's values are of.
+    /// Takes the units of the study's values from the scene of a run.
     pub fn settle(&mut self, run: usize, scene: &Scene) {
         self.title.clone_from(&scene.title);
         self.units.resize(self.keys.len(), String::new());
@@ -143,7 +143,7 @@ impl Study {
             };
             let argument = format!("{key}={value}");
             let set = scene.set.iter().find(|set| set.argument == argument);
-            // A value that a later one replaces stays as it was typed.
+            // A value that a later one replaces stays as typed.
             let Some(set) = set.filter(|set| !set.unit.is_empty()) else {
                 continue;
             };
@@ -193,8 +193,8 @@ fn summary_unit(column: &str) -> &'static str {
 
 /// The runs of a grid: every value of each key with every value of the others, the last key fastest.
 ///
-/// # Errors
-/// For no value, a key or a value that stands twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps stand.
+/// # Errors For no value, a key or a value that is given twice, and more than [`MOST_RUNS`] runs. `place` says where the sweeps
+/// are given.
 pub fn grid(sweeps: &[Sweep], place: &str) -> Result<(Vec<String>, Vec<StudyRun>), StudyError> {
     let keys: Vec<String> = sweeps.iter().map(|sweep| dotted(&sweep.key)).collect();
     let count = (sweeps.iter()).fold(1usize, |n, sweep| n.saturating_mul(sweep.values.len()));
@@ -232,7 +232,7 @@ fn too_many(count: usize, place: &str) -> Result<(), StudyError> {
     Err(error.with_help("the values of all keys multiply: name fewer of them"))
 }
 
-/// Gives each run its name, and sees to it that none stands twice.
+/// Gives each run its name, and checks that no name occurs twice.
 fn named(
     keys: &[String],
     runs: Vec<(Option<String>, Vec<Option<String>>)>,
@@ -242,7 +242,7 @@ fn named(
     if let Some(twice) = keys.iter().find(|key| !known_keys.insert(key.as_str())) {
         return Err(StudyError::new(
             place,
-            format!("the key `{twice}` stands twice"),
+            format!("the key `{twice}` is given twice"),
         ));
     }
     let short = short_names(keys);
@@ -264,7 +264,7 @@ fn named(
             })
             .collect();
         let before = known_values.insert(same, found.len());
-        // Who gives a name means it.
+        // A name on the command line is meant.
         if let Some(before) = before.filter(|_| !is_named) {
             let problem = format!(
                 "the runs `{}` and `{name}` are the same",
@@ -281,7 +281,7 @@ fn named(
     Ok(found)
 }
 
-/// As much of the end of each key as tells it from the others.
+/// As much of the end of each key as distinguishes it from the others.
 fn short_names(keys: &[String]) -> Vec<String> {
     let parts = |key: &String| -> Vec<String> {
         key.split(['.', '[', ']'])
@@ -316,7 +316,7 @@ fn name_of(short: &[String], values: &[Option<String>]) -> String {
         .collect();
     match name.as_str() {
         "" => "as-it-is".to_owned(),
-        // What was left out, or is too long for a name, is told by a checksum.
+        // A part that was left out, or is too long for a name, is replaced by a checksum.
         _ if name.len() > 100 => {
             format!("{}-{:08x}", &name[..80], crc32fast::hash(whole.as_bytes()))
         }

@@ -15,7 +15,7 @@ type Points = BTreeMap<u64, (f64, Vec<f64>)>;
 const MOST_LINES: usize = 12;
 
 /// A column over the first key that has different numbers, a line for each combination of the other keys' values. Runs that
-/// differ in nothing but `seed` are one point: their mean, with the standard error of it.
+/// differ only in `seed` are one point: their mean, with the standard error of it.
 ///
 /// # Errors
 /// Why there is nothing to draw.
@@ -46,7 +46,7 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
     // In the units in which they were typed.
     let (over_shown, shown) = (Shown::of(study, over), Shown::of(study, column));
 
-    // By line, and there by place: the values of all seeds.
+    // By line and then by place: the values of all seeds.
     let mut lines: Vec<(String, Points)> = Vec::new();
     for (row, (at, value)) in numbers(over).into_iter().zip(values).enumerate() {
         let (Some(at), Some(value)) = (at, value) else {
@@ -78,7 +78,7 @@ pub fn page(study: &Study, table: &StudyTable, column: &str) -> Result<ChartPage
     }
     if lines.len() > MOST_LINES {
         return Err(format!(
-            "{} lines, more than can be told apart: draw study.csv with what you like",
+            "{} lines, more than a chart can distinguish: draw study.csv with another program",
             lines.len()
         ));
     }
@@ -118,7 +118,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// The unit in which all values of a key were typed; else that of the table.
+    /// The unit in which all values of a key were typed; otherwise that of the table.
     fn of(study: &Study, column: &str) -> Self {
         let in_si = || Self {
             unit: study.unit(column),
@@ -134,7 +134,7 @@ impl Shown {
         let (Some(unit), None) = (units.next(), units.next()) else {
             return in_si();
         };
-        // Of a text that is no quantity, or of a key that has no unit, there is nothing to convert.
+        // For a text that is no quantity, or a key without unit, there is nothing to convert.
         match number(column, &format!("1 {unit}")).filter(|_| !study.unit(column).is_empty()) {
             Some(per_unit) if !unit.is_empty() => Self {
                 unit: unit.to_owned(),
@@ -145,7 +145,7 @@ impl Shown {
     }
 }
 
-/// The value of a key as it was typed, where a run of the study has it; else as it stands in the table, with its unit.
+/// The value of a key as typed, if a run of the study has it; otherwise as in the table, with its unit.
 fn typed(study: &Study, key: &str, cell: &str) -> String {
     let place = study.keys.iter().position(|known| known == key);
     let typed = place.and_then(|k| {

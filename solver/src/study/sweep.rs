@@ -9,7 +9,7 @@ pub struct Sweep {
     pub values: Vec<String>,
 }
 
-/// More values than anybody wants of one key.
+/// More values than are useful for one key.
 const MOST_VALUES: usize = 10_000;
 
 impl Sweep {
@@ -46,7 +46,7 @@ impl Sweep {
     }
 }
 
-/// Where a letter stands outside of quotes and brackets, in bytes.
+/// The places of a letter outside of quotes and brackets, in bytes.
 fn outside(text: &str, wanted: char) -> impl Iterator<Item = usize> + '_ {
     let (mut quote, mut depth) = (None, 0usize);
     text.char_indices().filter_map(move |(at, c)| {

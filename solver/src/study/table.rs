@@ -1,5 +1,5 @@
 //! The table of a study: a row for each run, with the values of its keys, how it ended, the numbers of its summary and those
-//! asked for by name.
+//! requested by name.
 
 use std::collections::HashMap;
 use std::fs;
@@ -21,7 +21,7 @@ pub enum State {
     Waiting,
     /// As planned.
     Finished,
-    /// By a request; it goes on when the study does.
+    /// Stopped on request; it continues when the study does.
     Stopped,
     /// It failed, for this reason.
     Failed(String),
@@ -38,7 +38,7 @@ impl State {
     }
 }
 
-/// Columns of text; what is not known is empty.
+/// Columns of text; unknown values are empty.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StudyTable {
     /// Their names.
@@ -47,13 +47,13 @@ pub struct StudyTable {
     pub units: Vec<String>,
     /// A row for each run.
     pub rows: Vec<Vec<String>>,
-    /// What could not be read of finished runs, with the run.
+    /// Errors on reading finished runs, with the run.
     pub problems: Vec<String>,
 }
 
 impl StudyTable {
-    /// From the folders of the runs that are finished. `prefix` is that of the runs' files. The rows of an `earlier` table stay
-    /// where the run has not come to its end again, and where it is none of this study's.
+    /// From the folders of the runs that are finished. `prefix` is that of the runs' files. The rows of an `earlier` table are
+    /// kept where the run has not ended again, and where it is not part of this study.
     #[must_use]
     pub fn of(study: &Study, states: &[State], prefix: &str, earlier: &Rows) -> Self {
         let mut table = Self::default();
@@ -172,7 +172,7 @@ impl StudyTable {
             .collect()
     }
 
-    /// The rows for programs: numbers as numbers, null for what is not known.
+    /// The rows for programs: numbers as numbers, null for unknown values.
     #[must_use]
     pub fn objects(&self) -> Vec<serde_json::Map<String, serde_json::Value>> {
         let value = |column: &str, cell: &str| -> serde_json::Value {
@@ -209,7 +209,7 @@ impl StudyTable {
     }
 }
 
-/// The number that a cell of this column is, in SI (degrees where the key says so).
+/// The number in a cell of this column, in SI (degrees where the key says so).
 pub(super) fn number(column: &str, cell: &str) -> Option<f64> {
     if let Ok(number) = cell.parse() {
         return Some(number);

@@ -29,7 +29,7 @@ fn a_grid_has_every_combination_once() {
         "friction=0.5_seed=2",
     ];
     assert_eq!(found, expected);
-    // As much of a key as tells it from the others; what no file system takes is left out.
+    // As much of a key as distinguishes it from the others; what no file system takes is left out.
     assert_eq!(
         names(&["a.b.friction=1", "a.c.friction=\"x/y\""]),
         ["b.friction=1_c.friction=x-y"]
@@ -56,7 +56,7 @@ fn what_stands_twice_or_is_too_much_is_refused() {
             "the runs `a=5mm` and `a=0.005` are the same",
         ),
         (vec!["a=1,1.0"], "the runs `a=1` and `a=1.0` are the same"),
-        (vec!["a=1", "a=2"], "the key `a` stands twice"),
+        (vec!["a=1", "a=2"], "the key `a` is given twice"),
         (vec!["a=0..1/200", "b=0..1/200"], "40000 runs"),
     ] {
         let error = grid(&sweeps(&texts), "--sweep").unwrap_err().to_string();
@@ -144,7 +144,7 @@ fn slips_in_a_file_are_told() {
         ),
         (
             "[study]\nscene = \"a\"\n[study.sweep]\na.b = [1]",
-            "the path of a key stands in quotes",
+            "write the path of a key in quotes",
         ),
         (
             "[study]\nscene = \"a\"\n[study.sweep]\na = \"1..\"",
@@ -258,7 +258,7 @@ fn values_with_units_are_drawn_over_their_si_numbers() {
     assert!(plot::page(&study, &table, "x").is_ok());
 }
 
-/// What the scene of each run says of the values.
+/// The statements of the scene of each run on the values.
 fn settled(mut study: Study) -> Study {
     let scene = r#"
 title = "a drum"

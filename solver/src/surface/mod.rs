@@ -58,6 +58,24 @@ pub struct SurfaceMotion {
     pub sum_of_squares: f64,
 }
 
+impl SurfaceMotion {
+    /// Takes in a vertex.
+    pub fn see(&mut self, velocity: DVec3) {
+        let squared = velocity.length_squared();
+        self.squared_speed = self.squared_speed.max(squared);
+        self.sum_of_squares += squared;
+    }
+
+    /// Of both.
+    #[must_use]
+    pub fn merge(self, other: Self) -> Self {
+        Self {
+            squared_speed: self.squared_speed.max(other.squared_speed),
+            sum_of_squares: self.sum_of_squares + other.sum_of_squares,
+        }
+    }
+}
+
 impl Surface {
     /// At rest as planned, and the wall that borrows its shape.
     ///

@@ -7,7 +7,7 @@ use super::touch::{Touch, Touches};
 use super::{Shape, Side, WallNow};
 use crate::neighbours::Images;
 
-/// Halvings by which the distance to a mesh is bracketed: then few of its triangles are asked.
+/// Halvings by which the distance to a mesh is bracketed: then few of its triangles are evaluated.
 const HALVINGS: u32 = 6;
 
 impl Shape {

@@ -47,7 +47,7 @@ pub(super) struct MetBy {
 }
 
 impl MetBy {
-    /// Before it is told where the wall stands. `keeps_axis`: whether the motion leaves the direction of each axis as it is.
+    /// Before the position of the wall is known. `keeps_axis`: whether the motion leaves the direction of each axis as it is.
     pub(super) fn new(shape: &Shape, images: &Images, keeps_axis: [bool; 3]) -> Self {
         let (low, high) = shape.bounds();
         let domain = images.min + 0.5 * images.size;

@@ -1,9 +1,8 @@
 //! Walls: where a sphere is near one, and how walls move.
 //!
-//! [`Shape::touches`] is the one query: given a sphere's centre in the wall's own frame it lists the
-//! faces and edges within reach. The frame moves with the wall: [`Motion`] gives its [`Pose`] and its
-//! [`RigidVelocity`] at any time, in closed form but for a [`Servo`], whose state the engine keeps. This room knows nothing of particles, contact laws or
-//! neighbour lists.
+//! [`Shape::touches`] is the one query: given a sphere's centre in the wall's own frame it lists the faces and edges within
+//! reach. The frame moves with the wall: [`Motion`] gives its [`Pose`] and its [`RigidVelocity`] at any time, in closed form but
+//! for a [`Servo`], whose state the engine keeps. This module knows nothing of particles, contact laws or neighbour lists.
 //!
 //! ```
 //! use glam::DVec3;
@@ -41,6 +40,7 @@ mod course;
 mod cylinder;
 mod disc;
 mod error;
+mod films;
 mod images;
 mod joined;
 mod mesh;
@@ -70,6 +70,7 @@ pub use course::{Area, Course, Target};
 pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
+pub use films::{WallFilmPlan, WallFilms, WallPlace};
 pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Saddle, Scratch};
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
@@ -78,7 +79,7 @@ pub use outline::Outline;
 pub use plane::Plane;
 pub use pose::{Pose, RigidVelocity};
 pub use revolution::Revolution;
-pub use section::{Room, area, has_area};
+pub use section::{Room, area, has_area, plane_section};
 pub use servo::{Followed, Servo, ServoState, WallStiffness};
 pub use shape::Shape;
 pub use side::Side;

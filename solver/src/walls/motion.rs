@@ -488,7 +488,7 @@ impl Motion {
         })
     }
 
-    /// Finite times at which something about it begins, ends, or has a kink that is told in a table of a servo, s.
+    /// Finite times at which a part of the motion begins, ends, or has a kink in a servo's table, s.
     pub fn events(&self) -> impl Iterator<Item = f64> + '_ {
         let kinks = self.all_servos().filter(|servo| servo.max_speed > 0.0);
         let kinks = kinks.filter_map(|servo| {

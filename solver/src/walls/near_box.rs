@@ -46,7 +46,7 @@ impl WallNow {
         scratch: &mut Scratch,
     ) -> bool {
         let reach = block.radius + margin;
-        // Which period a particle lies in is its own: all that go with the code are asked.
+        // The period in which a particle lies can differ from that of its box: all images with the code are tested.
         let corners = (block.low, block.high);
         self.images_of_box(images, corners, met_by).any(|code| {
             let shift = images.any_shift(code);

@@ -33,7 +33,7 @@ pub struct WallNow {
     is_reshaped: bool,
     /// How far points of the surface have moved in the wall's frame since the candidate list was built, at most, m.
     reshaped_by: f64,
-    /// Whether contacts with it are told, as it wears.
+    /// Whether contacts with it are reported, as it wears.
     wears: bool,
     /// Number of the sheet whose shape it borrows, if it is no wall of the plan.
     surface: Option<u16>,
@@ -90,12 +90,12 @@ impl WallNow {
             .collect()
     }
 
-    /// Contacts with it are told from now on, as it wears.
+    /// Contacts with it are reported from now on, as it wears.
     pub fn set_wearing(&mut self) {
         self.wears = true;
     }
 
-    /// Whether contacts with it are told.
+    /// Whether contacts with it are reported.
     #[inline]
     #[must_use]
     pub fn wears(&self) -> bool {
@@ -128,6 +128,11 @@ impl WallNow {
         self.reshape(corners, images)?;
         self.reshaped_by = since_listed;
         Ok(())
+    }
+
+    /// Points of the surface are at most so far from where they were when the candidate list was built, m, although the mesh stays.
+    pub fn note_way(&mut self, since_listed: f64) {
+        self.reshaped_by = since_listed;
     }
 
     /// The same in one go from any earlier shape.

@@ -38,8 +38,8 @@ pub fn has_area(shape: &Shape) -> bool {
     matches!(shape, Shape::Plane(_) | Shape::Disc(_))
 }
 
-/// The area of wall `index` where it stands now, as seen along `axis` (of length 1), m^2: of a disc all of it, of a plane the part within the room
-/// and in front of all other planes that are there. 0 for other shapes.
+/// The area of wall `index` where it stands now, as seen along `axis` (of length 1), m^2: of a disc all of it, of a plane the
+/// part within the domain and in front of all other planes that are there. 0 for other shapes.
 #[must_use]
 pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &Room) -> f64 {
     let wall = &walls[index];
@@ -66,6 +66,12 @@ pub fn area(walls: &[WallNow], index: usize, axis: DVec3, room: &Room) -> f64 {
     }
 }
 
+/// The area of a plane through `point` (m) within the room, m^2.
+#[must_use]
+pub fn plane_section(point: DVec3, normal: DVec3, room: &Room) -> f64 {
+    plane_area(point, normal, std::iter::empty(), room)
+}
+
 /// Point and normal of a plane where it stands.
 fn standing(wall: &WallNow) -> Option<(DVec3, DVec3)> {
     let Shape::Plane(plane) = wall.shape() else {
@@ -78,7 +84,7 @@ fn standing(wall: &WallNow) -> Option<(DVec3, DVec3)> {
     ))
 }
 
-/// A plane cut by the faces of the room and by other planes: a polygon that each cuts once (Sutherland & Hodgman 1974).
+/// A plane cut by the faces of the domain and by other planes: a polygon that each cuts once (Sutherland & Hodgman 1974).
 fn plane_area(
     point: DVec3,
     normal: DVec3,

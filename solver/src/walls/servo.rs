@@ -59,13 +59,13 @@ pub struct ServoState {
 /// less, whatever the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Followed {
-    /// Sums of what was there and of what was asked for, N or Pa, with the weights of their steps.
+    /// Sums of the actual and the target values, N or Pa, with the weights of their steps.
     sums: [f64; 2],
-    /// The same sum of the squares of what was there less what was asked for, N^2 or Pa^2.
+    /// The same sum of the squares of the actual less the target values, N^2 or Pa^2.
     squares: f64,
     /// Sum of the weights: 1 after a time that is long beside the window.
     weight: f64,
-    /// Largest magnitude that was asked for so far, N or Pa.
+    /// Largest magnitude of the target so far, N or Pa.
     largest: f64,
     /// When the mean came near the target first, s; none: never.
     reached_at: Option<f64>,
@@ -77,7 +77,7 @@ impl Followed {
     /// What the mean may miss, over the largest target so far, to count as there.
     pub const NEAR: f64 = 0.05;
 
-    /// Takes in what was there and what was asked for (N or Pa) in a step that ends at `time` (s) and is this share of the window.
+    /// Adds the actual and the target value (N or Pa) of a step that ends at `time` (s) and is this share of the window.
     fn take_in(&mut self, [actual, asked]: [f64; 2], area: f64, time: f64, share: f64) {
         let share = share.min(1.0);
         for (sum, value) in self.sums.iter_mut().zip([actual, asked]) {
@@ -93,13 +93,13 @@ impl Followed {
         }
     }
 
-    /// What was there and what was asked for in the mean, N or Pa; `None` before its first step.
+    /// The means of the actual and the target values, N or Pa; `None` before its first step.
     #[must_use]
     pub fn means(&self) -> Option<[f64; 2]> {
         (self.weight > 0.0).then(|| self.sums.map(|sum| sum / self.weight))
     }
 
-    /// Standard deviation of what was there less what was asked for, N or Pa; `None` before its first step.
+    /// Standard deviation of the actual less the target values, N or Pa; `None` before its first step.
     #[must_use]
     pub fn scatter(&self) -> Option<f64> {
         let [actual, asked] = self.means()?;
@@ -111,7 +111,7 @@ impl Followed {
         )
     }
 
-    /// Whether the mean is near its target now. Where nothing but 0 was ever asked for there is no measure of near: then it is.
+    /// Whether the mean is near its target now. If the target was always 0 there is no measure of near: then it is.
     #[must_use]
     pub fn is_near(&self) -> bool {
         let Some([actual, asked]) = self.means() else {
@@ -132,7 +132,7 @@ impl Followed {
         self.area
     }
 
-    /// Largest magnitude that was asked for, N or Pa.
+    /// Largest magnitude of the target, N or Pa.
     #[must_use]
     pub fn largest(&self) -> f64 {
         self.largest
@@ -465,7 +465,7 @@ mod tests {
         };
         let mut state = ServoState::default();
         over(Area::OfWall).follow(&mut state, (5.0, 0.25), &wall, (1.0, 0.1));
-        // 25 N are asked for, 20 N are missing.
+        // The target is 25 N, 20 N are missing.
         assert_eq!(state.next_velocity, 0.2);
         assert_eq!(
             state.followed.means().map(|m| m.map(f64::round)),

@@ -81,7 +81,7 @@ impl Shape {
     }
 
     /// Whether a sphere of radius `reach` (m) whose centre is within `within` (m) of `centre` may touch the surface, or may be
-    /// thought near it by [`Mesh::may_be_near`]; false only where none does. `reach` has room for round-off.
+    /// thought near it by [`Mesh::may_be_near`]; false only where none does. `reach` includes round-off.
     pub(super) fn may_be_near(
         &self,
         centre: DVec3,

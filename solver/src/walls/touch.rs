@@ -1,4 +1,4 @@
-//! What a wall answers when asked where a sphere is near it.
+//! The result of a query for the surface of a wall near a sphere.
 
 use glam::DVec3;
 

@@ -13,7 +13,7 @@ const MOST_TURNED: f64 = 0.5;
 const LEAST_AREA: f64 = 0.01;
 /// And this many times the height below which a mesh takes triangles for lines.
 const LEAST_HEIGHTS: f64 = 4.0;
-/// Part of the room along a periodic axis that is used.
+/// Share of the space along a periodic axis that is used.
 const ROOM_USED: f64 = 0.9;
 /// How often a move is shortened by half before its vertices stay where they are.
 const HALVINGS: u32 = 8;

@@ -310,7 +310,8 @@ fn faces_that_meet_are_worn_through() {
     assert!(after.pending > 0.0 && (after.owed - after.removed - after.pending).abs() < 1e-15);
 }
 
-/// A sheet that is worn on both sides moves by the difference, and both are told; worn behind alone, its depth counts there.
+/// A sheet that is worn on both sides moves by the difference, and both depths are reported; worn behind alone, its depth counts
+/// there.
 #[test]
 fn sides_are_told_apart() {
     let mut mesh = square(4);

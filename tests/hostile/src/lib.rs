@@ -1,4 +1,4 @@
-//! Hostile input: every reader of Mercury gets files that nobody means well with.
+//! Hostile input: every reader of Mercury gets malformed and adversarial files.
 //!
 //! [`readers::all`] lists the readers, each with valid samples, the bound on what it may allocate, and one function that reads bytes.
 //! The tests of this crate and the targets of cargo-fuzz (`fuzz/`) call the same functions. How to use it: `docs/how-to/fuzz.md`.

@@ -1,7 +1,7 @@
 //! From a valid file to a hostile one.
 //!
-//! A mutation knows a little of what it breaks: numbers in text become numbers that nobody expects, counts in binary files become
-//! counts that no memory holds, lines are doubled, words of the format stand where they do not belong.
+//! A mutation knows a little of what it breaks: numbers in text become unusual numbers, counts in binary files become counts that
+//! no memory holds, lines are doubled, words of the format stand where they do not belong.
 
 /// Random numbers from a seed, the same on every machine (splitmix64, Steele, Lea and Flood 2014).
 #[derive(Debug, Clone)]
@@ -388,7 +388,7 @@ fn change_lines(random: &mut Random, file: &mut Vec<u8>) {
     }
 }
 
-/// Writes a number that nobody expects over bytes of a binary file.
+/// Writes an unusual number over bytes of a binary file.
 fn change_number(random: &mut Random, file: &mut [u8]) {
     let width = *random.pick(&[1, 2, 4, 4, 8, 8]);
     if file.len() < width {

@@ -1,8 +1,9 @@
 //! Hostile input for every reader: no panic, no hang, no memory beyond a bound.
 //!
-//! Each reader runs in a process of its own, which is watched: whatever ends it (a stack that overflows, memory that cannot be had, a loop
-//! without end) is told with the file that did it. `MERCURY_HOSTILE_CASES` sets the number of files for each reader, `MERCURY_HOSTILE_SEED`
-//! other files, `MERCURY_HOSTILE_GROWN` the bytes of the large ones; with `MERCURY_HOSTILE_KEEP` all files are kept.
+//! Each reader runs in a process of its own, which is watched: whatever ends it (a stack that overflows, memory that cannot be
+//! had, a loop without end) is reported with the file that caused it. `MERCURY_HOSTILE_CASES` sets the number of files for each
+//! reader, `MERCURY_HOSTILE_SEED` other files, `MERCURY_HOSTILE_GROWN` the bytes of the large ones; with `MERCURY_HOSTILE_KEEP`
+//! all files are kept.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -21,13 +22,13 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static COUNTED: PeakAlloc = PeakAlloc;
 
-/// Files for each reader unless told otherwise: all of them together take some seconds.
+/// Default number of files for each reader: all of them together take some seconds.
 const CASES: u64 = 150;
 /// Bytes of the large files.
 const GROWN: u64 = 1 << 18;
 /// A process that is at one file for so long hangs.
 const HANGS: Duration = Duration::from_secs(300);
-/// Faults of one reader that are told at once.
+/// Faults of one reader that are reported at once.
 const MOST_FAULTS: usize = 12;
 
 fn number(name: &str, default: u64) -> u64 {
@@ -154,7 +155,7 @@ fn worker() {
     std::process::exit(i32::from(!faults.is_empty()));
 }
 
-/// Writes the file of a case where somebody can look at it.
+/// Writes the file of a case, to be examined later.
 fn keep(reader: &Reader, number: u64, bytes: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hostile");
     let path = folder.join(format!("{}-{}-{number}", reader.name, seed()));

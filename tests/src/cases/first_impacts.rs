@@ -145,7 +145,7 @@ fn elastic() -> Vec<Case> {
 }
 
 fn restitution() -> Vec<Case> {
-    const LIMIT: &str = "the restitution asked for; Kratos' limit of 1 %";
+    const LIMIT: &str = "the given restitution; Kratos' limit of 1 %";
     let mut cases: Vec<Case> = [0.2, 0.4, 0.6, 0.8, 1.0]
         .map(|e| {
             let head_on = TEST_3.wall(hertz_damping(e));

@@ -1,6 +1,6 @@
-//! The table of contact cases: numbers that theory or independent codes give, and how the solver is asked for the same.
+//! The table of contact cases: numbers from theory or independent codes, and the same numbers from the solver.
 //!
-//! A row names its case (T1 to T23, by the physics it tests), what is measured, the expected value, how near the solver must
+//! A row names its case (T1 to T24, by the physics it tests), what is measured, the expected value, how near the solver must
 //! come and why that is fair (the tolerances are derived beside the rows). *law* in a name: one law was evaluated on its own;
 //! *engine*: the whole engine ran the scene. The test `contact_cases` runs all rows; the validation page prints them.
 
@@ -12,6 +12,7 @@ mod golden;
 mod hertz;
 pub(crate) mod impact;
 mod integrator;
+mod membranes;
 mod mesh;
 mod mindlin_paths;
 mod mixing;
@@ -21,6 +22,7 @@ mod slope;
 mod squeezed;
 mod three_beads;
 mod wear;
+mod wet;
 
 pub(crate) use collision::lag;
 
@@ -53,13 +55,13 @@ pub struct Case {
     pub expected: f64,
     /// How near the solver must come.
     pub tolerance: Tolerance,
-    /// Asks the solver.
+    /// Computes the value with the solver.
     pub measured: Box<dyn Fn() -> f64>,
     /// Where the expected value comes from.
     pub source: &'static str,
 }
 
-/// What became of a case.
+/// The outcome of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Its name.
@@ -111,7 +113,7 @@ impl Case {
         }
     }
 
-    /// Asks the solver and compares.
+    /// Computes the value with the solver and compares.
     pub fn run(&self) -> Outcome {
         Outcome {
             name: self.name.clone(),
@@ -140,5 +142,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(decay::cases());
     cases.extend(three_beads::cases());
     cases.extend(wear::cases());
+    cases.extend(membranes::cases());
+    cases.extend(wet::cases());
     cases
 }

@@ -187,7 +187,8 @@ fn clamped() -> Vec<Case> {
         cases.push(Case::new(
             format!("T2 law: damping ratio that gives e = {clamped} clamped"),
             damping_ratio(nominal),
-            // one unit of the tenth digit of e, through |dζ/de| < 1/2 (steepest at e = 1, 1/π) for e above 0.2, with room for two
+            // one unit of the tenth digit of e, through |dζ/de| < 1/2 (steepest at e = 1, 1/π) for e above 0.2, with a margin for
+            // two
             Digit(2e-10),
             SOURCE,
             move || damping_ratio_clamped(clamped),

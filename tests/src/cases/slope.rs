@@ -33,7 +33,7 @@ pub(super) fn cases() -> Vec<Case> {
     cases
 }
 
-/// What a sphere on a plane is told.
+/// The inputs of a sphere on a plane.
 #[derive(Clone, Copy)]
 pub(super) struct OnPlane {
     /// Of sliding.

@@ -148,8 +148,10 @@ impl Found {
         let (particles, steps) = found.size;
         let _ = write!(
             page,
-            "\n`drum-soft`: {particles} particles, {steps} steps. 30,000 small (1 mm, m1) and 8,000 large spheres (2 mm, m2) in a drum of 0.1 m radius that turns at 2 rad/s about y, \
-             its +x side upwards: 1.6 turns. The soft variant of the benchmark. Numbers of small + large spheres in each quarter, by the signs of x and z; the benchmark asks for two opposite ones, \
+            "\n`drum-soft`: {particles} particles, {steps} steps. 30,000 small (1 mm, m1) and 8,000 large spheres (2 mm, m2) in \
+             a drum of 0.1 m radius that turns at 2 rad/s about y, \
+             its +x side upwards: 1.6 turns. The soft variant of the benchmark. Numbers of small + large spheres in each \
+             quarter, by the signs of x and z; the benchmark uses two opposite ones, \
              here +x +z (where the content is carried up) and -x -z (where it comes down):\n\n| t (s) |"
         );
         for name in QUARTERS {

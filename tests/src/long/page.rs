@@ -16,7 +16,7 @@ cargo run --release -p mercury-tests --bin validation-long -- /tmp/long haff jan
 ```
 
 The folder gets the runs of the larger scenes; a finished run of the same plan that is there already is taken as it is. `penetration-25k` and `drum-soft` are scenes of the open-source DEM benchmark (Dosta et al. 2024, *Comput. Phys. Commun.* 296, 109066), which are not part of the \\
-project: they need the reference data beside it. A check that is on the frozen list and no longer runs makes the command fail. Run times of the two: [performance](performance.md#long-scenes).
+project: they need the reference data beside it. A check that is on the frozen list and no longer runs makes the command fail. Run times of the two: [performance](lab/performance.md#long-scenes).
 
 [validation-long.csv](validation-long.csv) has every check in a row of its own. *Worst* is the difference between measured and expected value over the largest difference allowed.
 ";

@@ -35,7 +35,7 @@ pub(super) fn test_5(psi: f64, factor: f64) -> Impact {
     }
 }
 
-/// Test 6 by R spin over v_n. Tension is cut off, as in Kratos, with the damping that then gives the restitution asked for.
+/// Test 6 by R spin over v_n. Tension is cut off, as in Kratos, with the damping that then gives the target restitution.
 pub(super) fn test_6(tangent: f64, factor: f64) -> Impact {
     Impact {
         partner: RIGID,

@@ -37,7 +37,7 @@ pub type PairParameters = Box<dyn Fn(usize, usize) -> ContactLaw>;
 
 /// A scene and its present state. Fill in the fields, then call [`Simulation::advance`].
 pub struct Simulation {
-    /// The particles; their order decides who is A in a contact.
+    /// The particles; their order decides which is A in a contact.
     pub particles: Vec<Particle>,
     /// Rigid bodies, whose pebbles are among the particles.
     pub bodies: Vec<Body>,
@@ -106,7 +106,7 @@ impl Simulation {
 
     /// Computes the forces of the first instant, once; [`Simulation::advance`] does so by itself.
     ///
-    /// No time has passed, so the springs do not grow (unless `startup_increment` asks for it).
+    /// No time has passed, so the springs do not grow (unless `startup_increment` is set).
     pub fn start(&mut self) {
         if !self.started {
             self.started = true;

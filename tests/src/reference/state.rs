@@ -120,7 +120,7 @@ impl PeriodicBox {
     }
 }
 
-/// Who touches whom. The first partner is always A of the contact laws, the second B.
+/// Which particles touch. The first partner is always A of the contact laws, the second B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ContactKey {
     /// Two particles, the lower index first.

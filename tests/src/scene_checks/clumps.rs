@@ -132,7 +132,7 @@ fn t_bar() -> Vec<Case> {
     ]
 }
 
-/// What a gas tells: rotational over translational energy averaged over the last two thirds of the run, the largest relative
+/// The results for a gas: rotational over translational energy averaged over the last two thirds of the run, the largest relative
 /// change of the energy, and the change of the momentum over the root mean square momentum of a body.
 fn gas(name: &str) -> [f64; 3] {
     let plan = scene(name);

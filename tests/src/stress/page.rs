@@ -14,7 +14,7 @@ cargo run --release -p mercury-tests --bin stress -- spin      # the cases whose
 ```
 
 Each expectation follows from theory, as the last column says, none from what came out; failures are shown. A check that is on the frozen list and no longer runs makes the command fail. Shorter runs of the same cases are
-among the tests (`cargo test -p mercury-tests --test stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
+among the tests (`cargo test -p mercury-tests --test scenes stress`). ε is 2.2e-16, ulp(x) the distance to the next number.
 ";
 
 /// What stands in a cell of a table.

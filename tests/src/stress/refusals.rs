@@ -36,7 +36,7 @@ pub(super) fn one_point(length: Length) -> Result<Found> {
         .err()
         .map_or("nothing".to_owned(), ToString::to_string);
     let mut check = Check::says(
-        "let in, the guard stops the run and says who, where, when and what to do",
+        "let in, the guard stops the run and names the particle, place and time, and says what to do",
         &["step ", "particle ", " m/s", "guard.way = 0.5", "help: "],
         &message,
         "N springs at once push for N k 2R/m a second: more than half a radius in a step",

@@ -106,7 +106,7 @@ pub(super) fn clump(length: Length) -> Result<Found> {
         .err()
         .map_or("nothing".to_owned(), ToString::to_string);
     let mut caught = Check::says(
-        "one radian a step: the guard stops the run and says who, where, when and what to do",
+        "one radian a step: the guard stops the run and names the particle, place and time, and says what to do",
         &[
             "step ",
             "particle ",

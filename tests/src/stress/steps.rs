@@ -82,7 +82,7 @@ pub(super) fn crystal(length: Length) -> Result<Found> {
         found.steps += stage.engine.steps();
         let mut check = Check::says(
             format!(
-                "{part} of the critical step: the guard stops the run and says who, where, when and what to do"
+                "{part} of the critical step: the guard stops the run and names the particle, place and time, and says what to do"
             ),
             &["step ", "particle ", "(", " m/s", "help: "],
             &message,

@@ -22,7 +22,7 @@ struct Parts {
     parameters: Vec<String>,
 }
 
-/// Folds rows, in the order of their first ones. A row that fails stays alone: nobody should have to search for it.
+/// Folds rows, in the order of their first ones. A row that fails stays alone: so that it is found at once.
 pub(crate) fn fold<'a>(rows: impl Iterator<Item = (&'a str, &'a Outcome)>) -> Vec<Folded<'a>> {
     let mut groups: Vec<(Parts, Vec<(Parts, &Outcome)>)> = Vec::new();
     for (name, row) in rows {

@@ -10,7 +10,7 @@ use crate::selftests::Comparison;
 
 /// Title of the comparisons with files of other programs.
 const OTHER_PROGRAMS: &str = "Files of other programs";
-/// Title for checks that no subject asks for.
+/// Title for checks without a subject.
 const OTHERS: &str = "Others";
 
 const HEAD: &str = "# Validation
@@ -134,7 +134,7 @@ struct Part<'a> {
     rows: Vec<(&'a str, &'a Outcome)>,
 }
 
-/// The subjects with their checks; those that no section asks for come last.
+/// The subjects with their checks; those without a section come last.
 fn parts(results: &Results) -> Vec<(&'static str, &'static str, Vec<Part<'_>>)> {
     let mut left: Vec<&Outcome> = results.outcomes().collect();
     let mut found = Vec::new();

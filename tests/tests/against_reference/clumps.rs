@@ -137,7 +137,7 @@ fn scene(law: AnyPairLaw, around: &Surroundings, seed: u64) -> (Engine, Simulati
         spheres.extend(body.spheres(clump));
         bodies.push(body);
     }
-    assert_eq!(bodies.len(), 9, "{}: no room", around.name);
+    assert_eq!(bodies.len(), 9, "{}: no space", around.name);
     while particles.len() < 4 && tries < 40_000 {
         tries += 1;
         let mut vector = |size: f64| {

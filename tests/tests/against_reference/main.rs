@@ -11,6 +11,7 @@ mod surroundings;
 
 use glam::{DVec3, dvec3};
 use mercury_common::random::Stream;
+use mercury_solver::contact::adhesion::liquid::Tables;
 use mercury_solver::contact::registry::{AnyPairLaw, LawTable};
 use mercury_solver::contact::{
     AnyNormal, AnyRolling, AnyTangential, CoulombLimits, SpringRotation,
@@ -105,7 +106,7 @@ fn scene(laws: LawTable, surroundings: &Surroundings, seed: u64) -> (Engine, Sim
             ..NewParticle::at(position, radius, MaterialIndex::new(0))
         });
     }
-    assert_eq!(particles.len(), wanted, "{}: no room", surroundings.name);
+    assert_eq!(particles.len(), wanted, "{}: no space", surroundings.name);
     for (id, particle) in particles.iter_mut().enumerate() {
         if id == 5 {
             particle.fixed = true;
@@ -128,6 +129,7 @@ fn uniform(law: AnyPairLaw) -> LawTable {
     LawTable {
         materials: 1,
         laws: vec![Some(law)],
+        tables: Tables::default(),
     }
 }
 
@@ -248,6 +250,7 @@ fn trajectories_of_mixed_laws() {
         let laws = LawTable {
             materials: 3,
             laws: table,
+            tables: Tables::default(),
         };
         compare(laws, around, k as u64, 1000);
     }

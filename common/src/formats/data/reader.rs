@@ -122,7 +122,7 @@ impl<R: BufRead> DataReader<R> {
         let mut tokens = self.lines.tokens();
         let count_token = tokens.clone().next();
         let count = tokens.number("the number of particles")?;
-        // Above 2^53 not every whole number can be told from its neighbours.
+        // Above 2^53 not every whole number can be distinguished from its neighbours.
         if !(count >= 0.0 && count.trunc() == count && count < 9_007_199_254_740_992.0) {
             let expected = "a whole number of at least 0";
             return Err(match count_token {

@@ -12,9 +12,9 @@ use crate::formats::lines::{LineReader, Tokens};
 
 /// Reads one frame at a time; memory holds one frame.
 ///
-/// Blank lines and surplus columns are ignored. After an error the iterator ends. The format does
-/// not say how many contacts a frame has, so a file that was cut between two lines cannot be told from a
-/// complete one: compare with the `.data` file if that matters.
+/// Blank lines and surplus columns are ignored. After an error the iterator ends. The format does not store the number of
+/// contacts of a frame, so a file that was cut between two lines looks like a complete one: compare with the `.data` file if that
+/// matters.
 #[derive(Debug)]
 pub struct FstatReader<R> {
     lines: LineReader<R>,

@@ -189,7 +189,7 @@ proptest! {
     #[test]
     fn shortest_round_trip_is_exact(frames in prop::collection::vec(any_frame(), 1..4)) {
         let back = read(&written(&frames, NumberStyle::Shortest)).unwrap();
-        // Debug text tells -0 from 0, which == does not, and prints numbers uniquely.
+        // The debug text distinguishes -0 from 0, which == does not, and prints numbers uniquely.
         prop_assert_eq!(format!("{back:?}"), format!("{frames:?}"));
     }
 

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: the lines `v` and `f`.
 //!
-//! A reader of our own: tobj tells no place of an error, and overflows on the index 0. The tests compare with it.
+//! A reader of our own: tobj gives no place of an error and overflows on the index 0. The tests compare with it.
 
 use std::path::Path;
 

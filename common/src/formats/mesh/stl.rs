@@ -1,7 +1,7 @@
 //! STL, binary and text.
 //!
-//! Readers of our own: stl_io keeps single precision of text files, tells no place of an error, and takes
-//! every file that begins with `solid` for text. The tests compare with it.
+//! Readers of our own: stl_io keeps only single precision of text files, gives no place of an error, and takes every file that
+//! begins with `solid` for text. The tests compare with it.
 
 use std::path::Path;
 

@@ -75,7 +75,7 @@ fn a_binary_stl_may_begin_with_solid_and_end_with_surplus() {
     assert_eq!(read_as("t.STL", &bytes).unwrap().triangles.len(), 4);
     bytes.push(0);
     assert_eq!(read_as("t.stl", &bytes).unwrap().triangles.len(), 4);
-    // Cut, it is still recognised as binary, and the counts are told.
+    // A truncated file is still recognised as binary, and the message gives both counts.
     bytes.truncate(84 + 2 * 50 + 7);
     let error = read_as("t.stl", &bytes).unwrap_err();
     assert!(

@@ -150,7 +150,7 @@ impl<'a> Line<'a> {
 /// What the columns of the table are.
 struct Header {
     separator: u8,
-    /// For each cell of a line the index of its name in [`COLUMNS`]; none: nobody reads it.
+    /// For each cell of a line the index of its name in [`COLUMNS`]; `None` for a column that is not read.
     columns: Vec<Option<usize>>,
     /// The names.
     names: Vec<String>,
@@ -256,7 +256,7 @@ impl Header {
             Some(cell.text.to_owned())
         };
         let clump = text(CLUMP);
-        // 1 for the scale and the first number of an orientation that nobody gives.
+        // 1 for the scale and for the first number of an orientation that is not given.
         let mut values = [0.0; COLUMNS.len()];
         (values[CLUMP + 1], values[CLUMP + 2]) = (1.0, 1.0);
         for (column, cell) in found.into_iter().enumerate() {

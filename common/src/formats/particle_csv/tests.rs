@@ -334,7 +334,7 @@ proptest! {
         for (index, row) in rows.iter_mut().enumerate() {
             row.line = index + 2;
         }
-        // Debug text tells -0 from 0, which == does not.
+        // The debug text distinguishes -0 from 0, which == does not.
         prop_assert_eq!(format!("{back:?}"), format!("{rows:?}"));
     }
 

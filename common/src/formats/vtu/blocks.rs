@@ -68,7 +68,7 @@ fn deflate(raw: &[u8], level: u8) -> Vec<u8> {
         let read = state.total_in() as usize;
         match state.compress_vec(&raw[read..], &mut out, FlushCompress::Finish) {
             Ok(flate2::Status::StreamEnd) => return out,
-            // Compressing from memory can only ask for room.
+            // Compression in memory can fail only for lack of memory.
             _ => out.reserve(raw.len() / 8 + 64),
         }
     }
@@ -98,8 +98,8 @@ fn store(raw: &[u8]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// Cargo unites the features of all that is built in one go: a crate that asked flate2 for another compressor would change
-    /// the bytes of every file, depending on what else was built.
+    /// Cargo unites the features of all crates of one build: a crate that selected another compressor of flate2 would change the
+    /// bytes of every file, depending on what else was built.
     #[test]
     fn the_compressor_is_the_same_however_the_program_is_built() {
         let raw: Vec<u8> = (0..40_000u64).map(|k| ((k * k) >> 9) as u8).collect();

@@ -104,7 +104,7 @@ fn flat<const N: usize>(cells: &[[u32; N]]) -> VtuValues<'static> {
     VtuValues::I32(corners.collect())
 }
 
-/// Room for the largest offset.
+/// Space for the largest offset.
 const OFFSET_WIDTH: usize = 20;
 
 impl<'a> Document<'a> {
@@ -157,7 +157,7 @@ impl<'a> Document<'a> {
         self.arrays.push(values);
     }
 
-    /// Encodes the arrays and tells the XML where each of them lies.
+    /// Encodes the arrays and writes the offset of each into the XML.
     fn close(mut self) -> Vec<Vec<u8>> {
         let options = self.options;
         let encode = |values: &VtuValues| blocks::encode(values, options);
@@ -168,7 +168,7 @@ impl<'a> Document<'a> {
         };
         let mut offset = 0;
         for (&place, parts) in self.places.iter().zip(&encoded) {
-            // Blanks before the closing quote would be part of the number, so the rest of the room lies behind it.
+            // Blanks before the closing quote would be part of the number, so the padding follows the quote.
             let text = format!("{offset}\"/>");
             let room = place..place + OFFSET_WIDTH + 3;
             let text = format!("{text:<width$}", width = OFFSET_WIDTH + 3);

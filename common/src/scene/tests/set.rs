@@ -219,7 +219,7 @@ fn materials_go_by_their_number_too() {
     );
 }
 
-/// `1e9` is a float to TOML, and a whole number to everybody else.
+/// `1e9` is a float in TOML, and a whole number to most users.
 #[test]
 fn whole_numbers_may_be_written_as_floats() {
     assert_eq!(good(&["seed=1e9"]).seed, 1_000_000_000);

@@ -1,4 +1,4 @@
-//! All weightings of all forms against quadrature and each other; what a scene asks for.
+//! All weightings of all forms against quadrature and each other; the distributions that a scene describes.
 
 use super::*;
 use crate::scene::{Files, parse_psd, parse_scene};
@@ -335,7 +335,7 @@ fn laws_that_are_made_of_themselves_are_refused_with_the_chain() {
     let error = chain(&[("a.toml", mixture_of(&["a.toml"]))]);
     assert!(
         error.starts_with("/a.toml:3:")
-            && error.contains("of[1].file: a law of sizes is made of itself: a.toml -> a.toml\n"),
+            && error.contains("of[1].file: a law of sizes includes itself: a.toml -> a.toml\n"),
         "{error}"
     );
     let error = chain(&[

@@ -392,7 +392,7 @@ fn row(line: Line<'_>, cells: &[Cell<'_>], layout: &Layout) -> Result<Row, Forma
         Some(column) => value_of(column, "share")?,
         None => 0.0,
     };
-    // Nobody has said what a further cell would be, and "2,0,5" is a decimal comma; spreadsheets leave empty ones.
+    // A further cell has no header, and "2,0,5" is a decimal comma; spreadsheets leave empty cells.
     if let Some(cell) = (cells.iter().skip(layout.columns)).find(|cell| !cell.text.is_empty()) {
         let found = format!("\"{}\", one value too many", shorten(cell.text));
         let error = line.error(cell.start, found, &format!("{} per row", layout.columns));

@@ -216,8 +216,8 @@ fn check_values(
 
 type EdgesAndShares = (Vec<f64>, Vec<f64>);
 
-/// The first row of cumulative shares and fractions has the share 0: else `found` is told, and what to do; MercuryDPM puts a class in
-/// front.
+/// The first row of cumulative shares and of fractions has the share 0: otherwise the message gives `found` and says what to do;
+/// MercuryDPM puts a class in front.
 fn begin_with_nothing(
     path: &Path,
     columns: &Columns,

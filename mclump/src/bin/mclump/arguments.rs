@@ -102,7 +102,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) json: bool,
 
-    /// Print completions for a shell and stop
+    /// Print completions for a shell and exit
     #[arg(long, value_name = "SHELL")]
     pub(crate) completions: Option<Shell>,
 }

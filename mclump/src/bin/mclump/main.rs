@@ -111,7 +111,7 @@ fn execute(arguments: &Arguments) -> Outcome {
         pebbles,
     };
     let mut built = build(&input, &options).map_err(Failure::input)?;
-    // The size by which the solver asks for clumps.
+    // The size with which the solver scales clumps.
     let diameter = (6.0 * built.file.volume / std::f64::consts::PI).cbrt();
     (built.file.checks).push(("equal_volume_diameter".into(), diameter.into()));
     progress.stage("writing");

@@ -1,4 +1,4 @@
-//! A body crosses periodic faces: it must not notice.
+//! A body crosses periodic faces: its motion must not change.
 
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ fn after_a_second(middle: DVec3, period: Option<f64>, velocity: DVec3) -> Body {
     engine.particles.bodies.as_ref().unwrap().all[0]
 }
 
-/// Rows stand whole periods off where the body has them, and none is farther out than the skin lets it.
+/// Rows are whole periods away from their bodies' places, and none is farther out than the skin permits.
 fn rows_are_where_the_body_has_them(engine: &Engine, middle: DVec3, period: Option<f64>) {
     let bodies = engine.particles.bodies.as_ref().unwrap();
     let body = bodies.all[0];

@@ -1,4 +1,4 @@
-//! Rigid bodies: their free rotation, and their way through the engine.
+//! Rigid bodies: their free rotation, and their motion in the engine.
 
 mod crossing;
 mod crowd;

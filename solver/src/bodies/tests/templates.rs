@@ -1,4 +1,4 @@
-//! What a clump must be, and the mass that its contacts feel.
+//! Conditions for a clump, and the effective mass of its contacts.
 
 use glam::{DQuat, DVec3, dvec3};
 use mercury_common::formats::clump::Pebble;
@@ -39,7 +39,7 @@ fn a_lopsided_body_reaches_farther_on_one_side() {
 
 #[test]
 fn the_contact_mass_is_that_of_the_stiffest_pose() {
-    // One sphere feels its own mass; its friction 2/7 of it, which is what the time step takes of any mass.
+    // A single sphere has its own mass as effective mass; its friction 2/7 of it, which is what the time step takes of any mass.
     let pebble = |position| Pebble {
         position,
         radius: 1.0,
@@ -67,8 +67,8 @@ fn the_contact_mass_is_that_of_the_stiffest_pose() {
     );
 }
 
-/// A ball whose mass sits near its middle turns easily: I = f m R^2, and a friction spring sees m/(1 + 1/f), less than the 2/7 m of a sphere
-/// where f < 2/5. So much less counts for the contact.
+/// A ball whose mass sits near its middle turns easily: I = f m R^2, and a friction spring sees m/(1 + 1/f), less than the 2/7 m
+/// of a sphere where f < 2/5. This smaller mass counts for the contact.
 #[test]
 fn the_contact_mass_knows_bodies_that_turn_easily() {
     let (radius, mass) = (0.3, 5.0);
@@ -115,7 +115,7 @@ fn what_is_no_body_is_refused() {
     );
     assert_eq!(
         message(clump(vec![pebble], 1.0, dvec3(1.0, 1.0, 2.1))),
-        "the moments [1, 1, 2.1] kg m^2 are of no body: each must be at most the sum of the other two"
+        "the moments [1, 1, 2.1] kg m^2 fit no body: each must be at most the sum of the other two"
     );
     let hole = Pebble {
         radius: f64::NAN,

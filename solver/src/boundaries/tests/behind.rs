@@ -42,7 +42,7 @@ fn across(x: DVec3) -> f64 {
     (x - MIDDLE).truncate().length()
 }
 
-/// In front of a cylinder that ends at z = 0.2 and 0.8: beyond these its rims are in nobody's way.
+/// In front of a cylinder that ends at z = 0.2 and 0.8: beyond these its rims block no particle.
 fn in_front_of_shell(x: DVec3) -> f64 {
     let beyond = (0.2 - x.z).max(x.z - 0.8);
     if beyond > 0.0 {

@@ -81,7 +81,7 @@ fn orientations_are_uniform_and_sizes_those_asked_for() {
     let still = filled(Total::Number(600));
     let bodies = still.particles.bodies();
     // The mean of u u^T over a uniform axis u is 1/3 with a standard deviation of 0.298/sqrt(n) per diagonal entry and
-    // 0.26/sqrt(n) beside it; four of them. At a sixth of the volume the crowd turns nobody.
+    // 0.26/sqrt(n) beside it; four of them. At a sixth of the volume the positions taken do not bias the directions.
     let n = bodies.len() as f64;
     let axes = bodies.iter().map(|body| body.orientation * DVec3::X);
     let (mut squares, mut products) = (DVec3::ZERO, DVec3::ZERO);
@@ -159,7 +159,7 @@ fn bodies_leave_as_wholes_by_their_centres() {
     let bodies = again.particles.bodies.as_ref().unwrap();
     assert_eq!(bodies.pebbles.len(), 2 * bodies.all.len());
     for (place, pebble) in bodies.pebbles.iter().enumerate() {
-        // Rows, places and bodies still know one another, and ids have not changed.
+        // Rows, places and bodies still refer to one another, and ids have not changed.
         assert_eq!(
             bodies.of_row[pebble.row.index()],
             Some(PebbleIndex::new(place))

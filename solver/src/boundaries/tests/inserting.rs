@@ -677,8 +677,8 @@ fn a_quota_goes_on_from_its_state() {
 
 #[test]
 fn an_insertion_that_waits_goes_on_from_any_step_as_if_it_had_not_stopped() {
-    // Full from the first step on; the spheres fly out of the region, so that lists, and with them who stands about, are made anew
-    // all the time, and places become free.
+    // Full from the first step on; the spheres fly out of the region, so that lists, and with them the occupancy grid, are
+    // rebuilt all the time, and places become free.
     let mut scene = plan();
     scene.insertions = vec![InsertionPlan {
         velocity_mean: DVec3::new(0.0, 0.0, -2.0),

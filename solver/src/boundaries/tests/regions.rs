@@ -120,7 +120,7 @@ proptest! {
         let distance = region.signed_distance(point);
         prop_assume!(distance.abs() > 1e-9);
         prop_assert_eq!(distance < 0.0, is_inside(&region, point));
-        // Nobody within the distance is on the other side.
+        // No particle within the distance is on the other side.
         for (step, share) in steps {
             let near = point + step.normalize_or_zero() * (distance.abs() * share * (1.0 - 1e-9));
             prop_assert_eq!(is_inside(&region, near), distance < 0.0, "{} of {}", near, distance);

@@ -19,9 +19,9 @@ fn a_hundred_thousand_particles_come_in_one_step() {
     )];
     let engine = Engine::new(Arc::new(scene.plan().unwrap()), 1).unwrap();
     assert_eq!(engine.particles.len(), 100_000);
-    // Each keeps the centres of its like out of a ball of twice its diameter, so that of all places for the last one a share p is taken at
-    // most, in a room that is smaller than the box by a diameter, and p / (1 - p) fail for each that does not. The mean of d^3 is 1.04 of
-    // the cube of the mean, and that of (d + d')^3 less than 8 times as large.
+    // Each keeps the centres of the others out of a ball of twice its diameter, so that for the last one a share p of all places
+    // is taken at most, in a volume whose sides are shorter than the box by a diameter, and p / (1 - p) attempts fail for each
+    // that succeeds. The mean of d^3 is 1.04 of the cube of the mean, and that of (d + d')^3 less than 8 times as large.
     let volume = 1.04 * std::f64::consts::PI / 6.0 * 0.01_f64.powi(3);
     let taken: f64 = 8.0 * 1e5 * volume / 0.988_f64.powi(3);
     // The mean of t / (1 - t) for t up to what is taken.

@@ -1,6 +1,7 @@
 //! An adhesion law chosen at run time.
 
-use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Liquid, NoAdhesion};
+use super::liquid::{CURVE, Fit};
+use super::{AdhesionForce, AdhesionLaw, Bridge, Contact, Liquid, LiquidLaw, NoAdhesion};
 use crate::contact::OneOf;
 use crate::lanes::Real;
 
@@ -30,12 +31,13 @@ impl OneOf<AnyAdhesion> for NoAdhesion {
     }
 }
 
-impl OneOf<AnyAdhesion> for Liquid {
+impl<const N: usize> OneOf<AnyAdhesion> for LiquidLaw<N> {
     fn of(any: AnyAdhesion) -> Option<Self> {
-        Some(match any {
-            AnyAdhesion::None => Self::NONE,
-            AnyAdhesion::Liquid(liquid) => liquid,
-        })
+        match any {
+            AnyAdhesion::None => Some(Self(Liquid::NONE)),
+            AnyAdhesion::Liquid(law) if law.fit == Fit::YoungLaplace && N < CURVE => None,
+            AnyAdhesion::Liquid(law) => Some(Self(law)),
+        }
     }
 }
 
@@ -49,12 +51,12 @@ impl AdhesionLaw for AnyAdhesion {
     fn name(&self) -> &'static str {
         match self {
             Self::None => NoAdhesion.name(),
-            Self::Liquid(law) => law.name(),
+            Self::Liquid(law) => LiquidLaw::<CURVE>(*law).name(),
         }
     }
 
     fn range(&self) -> f64 {
-        self.liquid().map_or(0.0, AdhesionLaw::range)
+        self.liquid().map_or(0.0, |liquid| liquid.range)
     }
 
     #[inline]
@@ -66,21 +68,20 @@ impl AdhesionLaw for AnyAdhesion {
     ) -> AdhesionForce<L> {
         match self {
             Self::None => AdhesionForce::NONE,
-            Self::Liquid(law) => law.force(contact, dt, bridge),
+            Self::Liquid(law) => LiquidLaw::<CURVE>(*law).force(contact, dt, bridge),
         }
     }
 
     fn energy<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L {
         match self {
             Self::None => L::ZERO,
-            Self::Liquid(law) => law.energy(contact, bridge),
+            Self::Liquid(law) => LiquidLaw::<CURVE>(*law).energy(contact, bridge),
         }
     }
 
     #[inline]
     fn event<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L::Mask {
-        self.liquid()
-            .unwrap_or(&Liquid::NONE)
-            .event(contact, bridge)
+        let liquid = self.liquid().unwrap_or(&Liquid::NONE);
+        LiquidLaw::<CURVE>(*liquid).event(contact, bridge)
     }
 }

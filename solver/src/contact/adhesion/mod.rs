@@ -5,7 +5,7 @@ pub mod liquid;
 pub mod young_laplace;
 
 pub use any::AnyAdhesion;
-pub use liquid::{Bridge, Liquid};
+pub use liquid::{Bridge, Liquid, LiquidLaw};
 
 use super::{Contact, History, HistoryNumber, NormalForce};
 use crate::lanes::{Real, Vector};
@@ -56,7 +56,7 @@ impl<L: Real> AdhesionForce<L> {
     }
 }
 
-/// What happened to a contact whose law [asks for events](AdhesionLaw::HAS_EVENTS).
+/// What happened to a contact whose law [requests events](AdhesionLaw::HAS_EVENTS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
     /// Its two sides touch, or their films meet, and nothing is remembered yet.
@@ -90,8 +90,8 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     type History<L: Real>: History<L, One = Self::History<f64>>;
     /// False for the law that does nothing: pairs then are not looked at before they touch.
     const ACTIVE: bool;
-    /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need not be asked. Otherwise it
-    /// acts wherever the gap is below its range, as van der Waals forces do.
+    /// Whether it begins with a touch, as a liquid bridge does, so that pairs which never touched need no evaluation. Otherwise
+    /// it acts wherever the gap is below its range, as van der Waals forces do.
     const FORMS_ON_CONTACT: bool;
     /// Whether its force may have a part in the tangent plane.
     const SHEARS: bool = false;
@@ -101,6 +101,11 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
 
     /// How the plan and the log call it.
     fn name(&self) -> &'static str;
+
+    /// Least volume of the films of both sides from which it begins, m^3.
+    fn least_films(&self) -> f64 {
+        0.0
+    }
 
     /// Unit and meaning of the numbers of its history.
     fn columns(&self) -> Vec<HistoryNumber> {

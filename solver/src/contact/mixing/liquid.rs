@@ -49,19 +49,12 @@ pub(super) fn resolve(pair: &mut Pair<'_>, settings: &LiquidSettings) -> Option<
         Some((value, origin)) => pair.record("roughness", *value, origin.clone()),
         None => pair.record_word("roughness", "R*/100", Origin::Default),
     }
-    let (word, origin) = pair.word("rupture")?;
-    let rupture = match word {
-        "lian" => Rupture::Lian,
-        "willett" => Rupture::Willett,
-        "default" if fit == Fit::Willett => Rupture::Lian,
-        _ => Rupture::Radii,
+    let rupture = rupture(pair, fit)?;
+    let accuracy = if fit == Fit::YoungLaplace {
+        pair.numbers(["accuracy"])?[0]
+    } else {
+        0.0
     };
-    let word = match rupture {
-        Rupture::Lian => "lian",
-        Rupture::Willett => "willett",
-        Rupture::Radii => "radii",
-    };
-    pair.record_word("rupture", word, origin);
     Some(AnyAdhesion::Liquid(Liquid {
         fit,
         lian_seville_volume: pair.conventions().lian_seville_volume,
@@ -76,7 +69,30 @@ pub(super) fn resolve(pair: &mut Pair<'_>, settings: &LiquidSettings) -> Option<
         lubrication: pair.conventions().lubrication,
         lubrication_in_contact: settings.lubrication_in_contact,
         range: 0.0,
+        accuracy,
+        table: 0,
     }))
+}
+
+/// Where bridges break; that of a table is the end of its bridges.
+fn rupture(pair: &mut Pair<'_>, fit: Fit) -> Option<Rupture> {
+    if fit == Fit::YoungLaplace {
+        return Some(Rupture::Table);
+    }
+    let (word, origin) = pair.word("rupture")?;
+    let rupture = match word {
+        "lian" => Rupture::Lian,
+        "willett" => Rupture::Willett,
+        "default" if fit == Fit::Willett => Rupture::Lian,
+        _ => Rupture::Radii,
+    };
+    let word = match rupture {
+        Rupture::Lian => "lian",
+        Rupture::Willett => "willett",
+        Rupture::Radii | Rupture::Table => "radii",
+    };
+    pair.record_word("rupture", word, origin);
+    Some(rupture)
 }
 
 /// theta, rad; recorded in degrees.

@@ -68,8 +68,8 @@ pub fn elastic_constants(material: &Material) -> Option<(f64, f64)> {
     ))
 }
 
-/// Two materials on the way to their law. A law's own function asks it for the values of the keys in the law's table, as
-/// typed at either side, replaced by `[[contacts]]`, or mixed; and tells it what came out, for `--check`.
+/// The properties of two materials, from which their law is made. A law's own function reads the values of the keys in the law's
+/// table from it: as typed at either side, replaced by `[[contacts]]`, or mixed; and it records the results there, for `--check`.
 pub struct Pair<'a> {
     sides: [&'a Material; 2],
     /// Both are the same material.
@@ -77,7 +77,7 @@ pub struct Pair<'a> {
     /// What replaces mixed values, and its number in the file.
     contact: Option<(usize, &'a ContactOverride)>,
     conventions: &'a Conventions,
-    /// The law that is asked for, and its part.
+    /// The law whose keys are being read, and its part.
     law: &'static LawKeys,
     part: Part,
     parameters: Vec<Parameter>,
@@ -113,18 +113,18 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// From now on the keys of this law are asked for.
+    /// Selects the law whose keys are read from now on.
     pub fn ask(&mut self, part: Part, law: &'static LawKeys) {
         (self.part, self.law) = (part, law);
     }
 
-    /// Whether the keys of this law are asked for.
+    /// Whether the keys of this law are being read.
     #[must_use]
     pub fn asks(&self, law: &LawKeys) -> bool {
         self.law.name == law.name
     }
 
-    /// The part whose law is asked for.
+    /// The part whose law is being read.
     #[must_use]
     pub fn part(&self) -> Part {
         self.part
@@ -201,7 +201,7 @@ impl<'a> Pair<'a> {
         self.sides.map(|side| side.law(part))
     }
 
-    /// The keys that each material gives for the law that is asked for; `None` where it names another law, or none.
+    /// The keys that each material gives for the law that is being read; `None` where it names another law, or none.
     #[must_use]
     pub fn typed(&self) -> [Option<&'a LawValues>; 2] {
         self.laws(self.part).map(|law| {
@@ -217,13 +217,13 @@ impl<'a> Pair<'a> {
         contact.law(part).map(|law| &law.values)
     }
 
-    /// The number that each material gives at a key of the law that is asked for.
+    /// The number that each material gives at a key of the law that is being read.
     #[must_use]
     pub fn sides(&self, key: &str) -> [Option<f64>; 2] {
         self.typed().map(|values| values?.number(key))
     }
 
-    /// The number that `[[contacts]]` puts at a key of the law that is asked for.
+    /// The number that `[[contacts]]` sets at a key of the law that is being read.
     #[must_use]
     pub fn over(&self, key: &str) -> Option<f64> {
         self.replaced(self.part)?.number(key)
@@ -337,7 +337,7 @@ impl<'a> Pair<'a> {
         match (sides, default) {
             ([Some(a), Some(b)], _) if a != b => {
                 let message = format!(
-                    "the {key} of the contacts of {} is open: one material has {a:?}, the other {b:?}",
+                    "the {key} of the contacts of {} is ambiguous: one material has {a:?}, the other {b:?}",
                     self.name()
                 );
                 let table = self.part.word();
@@ -351,7 +351,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// The coefficient at which sliding (or rolling, or twisting) starts: where nobody says, the one at which it goes on,
+    /// The coefficient at which sliding (or rolling, or twisting) starts: where it is not given, the one at which it goes on,
     /// `friction`. A side that gives none counts with its friction. It is recorded.
     pub fn static_friction(&mut self, friction: f64) -> Option<f64> {
         let part = self.part;
@@ -428,7 +428,7 @@ impl<'a> Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// The law of this name; complains where there is none, which the reader has seen to unless it was not told of the laws.
+    /// The law of this name; reports an error where there is none, which the reader has excluded unless it was given no laws.
     fn known(&mut self, laws: &[&'static LawKeys], name: &str) -> Option<&'static LawKeys> {
         let law = laws.iter().copied().find(|law| law.name == name);
         if law.is_none() {

@@ -343,7 +343,7 @@ fn mix_damping(pair: &mut Pair<'_>, a: Damping, b: Damping) -> Option<Damping> {
         }
         _ => {
             let message = format!(
-                "the damping of the contacts of {} is open: one material has a restitution, the other a dissipation",
+                "the damping of the contacts of {} is ambiguous: one material has a restitution, the other a dissipation",
                 pair.name()
             );
             let help = pair.entry("normal = { restitution = ... }");

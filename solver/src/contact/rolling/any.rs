@@ -25,7 +25,7 @@ macro_rules! rolling_laws {
                 false
             }
 
-            /// The law of two materials by the table of keys that they are asked for.
+            /// The law of two materials by the table of keys that is read for them.
             pub(in crate::contact) fn of_scene(
                 pair: &mut Pair<'_>,
                 tangential: &AnyTangential,

@@ -271,14 +271,15 @@ impl PlannedRolling for Luding {
     }
 }
 
-/// The coefficient of the part that is asked for: a material without the law has none.
+/// The coefficient of the part that is being read: a material without the law has none.
 fn friction(pair: &Pair<'_>) -> (f64, Origin) {
     let sides = pair.sides("friction").map(|side| Some(side.unwrap_or(0.0)));
     pair.mix(pair.over("friction"), sides)
         .unwrap_or((0.0, Origin::Default))
 }
 
-/// The stiffness of the part that is asked for; `None`: k_t of the contact. A side that leaves it open leaves it to the other one.
+/// The stiffness of the part that is being read; `None`: k_t of the contact. If one side does not give it, the value of the other
+/// side counts.
 fn stiffness(pair: &Pair<'_>) -> Option<(f64, Origin)> {
     let replaced = pair.replaced(pair.part());
     if replaced.is_some_and(|values| values.word("stiffness").is_some()) {

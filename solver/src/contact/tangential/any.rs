@@ -17,7 +17,7 @@ macro_rules! tangential_laws {
             /// What scenes say of each of them.
             pub const KEYS: &'static [&'static LawKeys] = &[$($named::KEYS),*];
 
-            /// The law of two materials by the table of keys that they are asked for.
+            /// The law of two materials by the table of keys that is read for them.
             pub(in crate::contact) fn of_scene(
                 pair: &mut Pair<'_>,
                 normal: &AnyNormal,

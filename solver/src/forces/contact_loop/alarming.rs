@@ -11,8 +11,7 @@ use crate::state::Particle;
 use crate::walls::Touch;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Names what overlaps too much among the contacts found in a chunk of slots, which may be nobody. `contacts`: slot and overlap
-    /// (m) of each.
+    /// Names the contacts of a chunk of slots that overlap too much, if any. `contacts`: slot and overlap (m) of each.
     #[cold]
     #[inline(never)]
     pub(super) fn alarm_pairs(
@@ -42,7 +41,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Whether there is something to say of a touch of a wall; `at`: the bits of its side.
+    /// Whether a touch of a wall is beyond a limit; `at`: the bits of its side.
     #[inline(always)]
     pub(super) fn is_alarming(&self, a: &Particle, touch: &Touch, at: u32) -> bool {
         at & THROUGH_OR_BEHIND != 0 || a.radius - touch.distance > self.context.deep * a.radius
@@ -76,7 +75,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         } else {
             return;
         };
-        // Told from the side that it came from.
+        // The normal points to the side from which the particle came.
         let front = if has_crossed { -1.0 } else { 1.0 };
         let alarm = Alarm {
             id: self.ids[side.near.row as usize],

@@ -1,4 +1,4 @@
-//! A block of rows with what they own.
+//! A block of rows with the slots that they own.
 
 use std::ops::Range;
 
@@ -17,11 +17,11 @@ pub(super) struct Block<H> {
     pub(super) rows: Range<usize>,
     /// In the order of their owners.
     pub(super) slots: Vec<Slot<H>>,
-    /// Those of `slots` that are evaluated in every step: all of them where nobody sleeps.
+    /// The slots that are evaluated in every step: all slots where no particle sleeps.
     pub(super) stretches: Vec<Range<usize>>,
-    /// What contacts among sleepers do to each row, which no step evaluates; empty where nobody sleeps.
+    /// The loads of contacts among sleepers on each row, which no step evaluates; empty where no particle sleeps.
     pub(super) held: Vec<Load>,
-    /// Sleepers, by row, in slots that are evaluated.
+    /// Sleepers, by row, in the evaluated slots.
     pub(super) borders: Vec<u32>,
     pub(super) near_walls: Vec<NearWall>,
     /// `features` slots for each entry of `near_walls`.
@@ -29,14 +29,15 @@ pub(super) struct Block<H> {
     /// Facets for those of `near_walls` that are near a mesh, by index.
     pub(super) near_meshes: NearMeshes,
     pub(super) outbox: Outbox,
-    /// Later blocks into which listed pairs reach, ascending.
+    /// The later blocks into which listed pairs reach, ascending.
     pub(super) targets: Vec<usize>,
-    /// Roughly how long it takes to compute and to finish, ns. Only ratios matter, and only to the sharing of work.
+    /// The approximate time to compute and to finish the block, ns. Only ratios matter, and only for the distribution of the
+    /// work.
     pub(super) work: usize,
     pub(super) observation: Observation,
     /// Contacts beyond a limit.
     pub(super) alarms: Alarms,
-    /// On features of mesh walls since the block was cut or they were taken.
+    /// Loads on features of mesh walls since the block was made or they were taken.
     pub(super) feature_loads: FeatureLoads,
     /// Contacts with walls that wear, of the last evaluation.
     pub(super) rubs: Vec<Rub>,
@@ -47,8 +48,8 @@ pub(super) struct Block<H> {
 }
 
 impl<H> Block<H> {
-    /// Of these rows, without slots, in front of `later` blocks.
-    pub(super) fn empty(rows: Range<usize>, later: usize) -> Self {
+    /// Of these rows, without slots.
+    pub(super) fn empty(rows: Range<usize>) -> Self {
         Self {
             rows,
             slots: Vec::new(),
@@ -58,7 +59,7 @@ impl<H> Block<H> {
             near_walls: Vec::new(),
             wall_slots: Vec::new(),
             near_meshes: NearMeshes::default(),
-            outbox: Outbox::new(later),
+            outbox: Outbox::default(),
             targets: Vec::new(),
             work: 0,
             observation: Observation::default(),
@@ -113,11 +114,11 @@ impl<H: History> Block<H> {
         });
     }
 
-    /// Notes which later blocks its slots reach into, and how much work they are, nobody asleep.
+    /// Notes which later blocks its slots reach into, and the cost of the slots when no particle sleeps.
     pub(super) fn note_targets(&mut self, block_size: usize) {
         self.stretches = std::iter::once(0..self.slots.len()).collect();
         let own = self.rows.start / block_size;
-        let mut reached = vec![false; self.outbox.later()];
+        let mut reached: Vec<bool> = Vec::new();
         self.work = 2 * self.slots.len() + 8 * self.rows.len();
         for slot in &self.slots {
             if slot.state & WITH_HISTORY != 0 {
@@ -125,7 +126,11 @@ impl<H: History> Block<H> {
             }
             let index = slot.partner as usize / block_size;
             if index > own {
-                reached[index - own - 1] = true;
+                let ahead = index - own - 1;
+                if ahead >= reached.len() {
+                    reached.resize(ahead + 1, false);
+                }
+                reached[ahead] = true;
             }
         }
         let later = reached.iter().enumerate().filter(|(_, reached)| **reached);

@@ -1,7 +1,7 @@
 //! Events of contacts, and the liquid bridges in the slots, for the rules that apply beyond one pair.
 
 use super::block::Block;
-use super::carrying::CarriedFromWall;
+use super::carry_histories::CarriedFromWall;
 use super::slots::{FREE, IMAGE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{Bridge, Event, History};
 use crate::forces::{Bond, BondPlace, ContactEvent, NearWall, Partner};
@@ -10,24 +10,25 @@ use crate::state::WallIndex;
 /// A contact with an event, as the evaluation of a block notes it.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum SlotEvent {
-    /// Of a listed pair, by the number of its slot.
+    /// A listed pair, by the number of its slot.
     Pair { slot: u32, event: Event },
-    /// Of a particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
+    /// A particle and a feature of a wall, by the number of the entry among those near walls. Slots at walls may still move.
     Wall {
         near: u32,
         feature: u32,
         event: Event,
     },
-    /// Of a contact whose slot is gone, with the bridge that it had.
+    /// A contact whose slot is gone, with the bridge that it had.
     Gone {
         row: u32,
         partner: Partner,
+        feature: u32,
         bridge: Bridge,
     },
 }
 
 impl SlotEvent {
-    /// Of a slot at a wall that is about to be forgotten, if it has a bridge.
+    /// Records an event for a slot at a wall that is about to be cleared, if it has a bridge.
     #[inline(always)]
     pub(super) fn forgotten<H: History>(near: &NearWall, slot: &WallSlot<H>) -> Option<Self> {
         let bridge = slot.history.bridge();
@@ -37,13 +38,14 @@ impl SlotEvent {
                 wall: near.wall,
                 image: near.image,
             },
+            feature: slot.feature,
             bridge,
         })
     }
 }
 
 impl<H: History> Block<H> {
-    /// Its events with the places of their slots, taken out of here; `number` is that of the block.
+    /// The events of the block with the places of their slots, which are removed from the block; `number` is that of the block.
     pub(super) fn take_events(&mut self, number: u32, all: &mut Vec<ContactEvent>) {
         if self.events.is_empty() {
             return;
@@ -81,12 +83,14 @@ impl<H: History> Block<H> {
                 SlotEvent::Gone {
                     row,
                     partner,
+                    feature,
                     bridge,
                 } => {
                     let bond = Bond {
                         place: None,
                         row,
                         partner,
+                        feature,
                         touches: false,
                         bridge,
                     };
@@ -97,7 +101,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Of each entry near a wall: its first slot.
+    /// The first slot of each entry near a wall.
     fn first_wall_slots(&self) -> Vec<usize> {
         let mut next = 0;
         let first = |near: &NearWall| {
@@ -117,6 +121,7 @@ impl<H: History> Block<H> {
                 row: slot.partner,
                 image: slot.state & IMAGE,
             },
+            feature: FREE,
             touches: slot.state & TOUCHING != 0,
             bridge: slot.history.bridge(),
         }
@@ -131,6 +136,7 @@ impl<H: History> Block<H> {
                 wall: near.wall,
                 image: near.image,
             },
+            feature: slot.feature,
             touches: slot.state & TOUCHING != 0,
             bridge: slot.history.bridge(),
         }
@@ -188,7 +194,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Notes bridges that a new list has no slot for, from `kept` of each row and from the walls.
+    /// Records the bridges for which a new list has no slot, from `kept` for each row and from the walls.
     pub(super) fn note_lost<'a>(
         &mut self,
         kept: impl Fn(usize) -> &'a [(u32, H)],
@@ -216,6 +222,7 @@ impl<H: History> Block<H> {
                             row: *partner,
                             image: crate::neighbours::NO_SHIFT,
                         },
+                        feature: FREE,
                         bridge,
                     });
                 }
@@ -238,7 +245,7 @@ impl<H: History> Block<H> {
         }
     }
 
-    /// Whether one of the slots at a wall holds what `slot` held.
+    /// Whether one of the slots at a wall now has the history of `slot`.
     fn holds_at_wall(&self, row: u32, wall: WallIndex, slot: &WallSlot<H>) -> bool {
         let begin = self.near_walls.partition_point(|near| near.row < row);
         let mut first: usize = self.near_walls[..begin]

@@ -1,4 +1,4 @@
-//! Contacts that pass from one image of a wall to another, where the images are one surface.
+//! Contacts that pass from one image of a wall to another, where the images form one surface.
 
 use super::pass::Pass;
 use super::slots::{FREE, WITH_HISTORY, WallSlot};
@@ -7,12 +7,12 @@ use crate::forces::NearWall;
 use crate::state::Particle;
 use crate::walls::{Touches, WallNow};
 
-/// The contact of a particle goes on by another image if that is so near to where it touches now, in radii.
+/// A contact continues by another image if the points of contact are this close, in radii.
 const GOES_ON: f64 = 0.5;
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Hands the histories of contacts with a wall over that ended by one image and began by another one. `of_wall`: the images by which a
-    /// particle is near the wall; their slots begin at `first`.
+    /// Moves the histories of contacts with a wall that ended by one image to those that began by another one. `of_wall`: the
+    /// images by which a particle is near the wall; their slots begin at `first`.
     pub(super) fn hand_over(
         &self,
         a: &Particle,

@@ -1,10 +1,11 @@
-//! What the outputs show of the histories of contacts.
+//! The histories of contacts in the form in which outputs show them.
 
 use crate::contact::{
     AdhesionLaw, History, HistoryNumber, NormalLaw, PairLaw, RollingLaw, TangentialLaw,
 };
 
-/// The columns that hold the histories of all contacts. Laws that remember the same share them; those of other laws are zero.
+/// The columns that hold the histories of all contacts. Laws with the same numbers share columns; the numbers of other laws are
+/// zero. those of other laws are zero.
 #[derive(Debug)]
 pub(super) struct Memory {
     /// Unit and meaning of each.
@@ -49,7 +50,7 @@ impl Memory {
         Self { columns, first }
     }
 
-    /// The numbers of one contact, of the law with this index.
+    /// The numbers of one contact, whose law has this index.
     pub(super) fn show<N: History, T: History, R: History, A: History>(
         &self,
         pair: usize,
@@ -140,7 +141,7 @@ mod tests {
         assert_eq!(memory.show(0, &mindlins), [0.0, 1.0, 2.0, 3.0]);
         assert_eq!(memory.show(1, &linears), [4.0, 1.0, 2.0, 3.0]);
 
-        // One law alone has the columns that it would have in a loop of its own.
+        // A single law has the same columns as in a loop of its own.
         let memory = Memory::of(&[law(hertz, rescaled)]);
         assert_eq!(memory.columns, <StoredForce as History>::columns());
         // Both histories of Mindlin's laws side by side.

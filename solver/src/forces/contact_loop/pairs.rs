@@ -1,9 +1,9 @@
-//! Contacts between particles: found without a branch, then evaluated, both several at once.
+//! Contacts between particles: found without a branch, then evaluated, in lanes in both cases.
 //!
 //! A chunk of slots goes through four stages, each a short loop without long chains of dependent numbers:
 //!
 //! - search: which of the two of a slot touch; their offset
-//! - prepare: velocities; roots and divisions that need nothing but sizes and distances
+//! - prepare: velocities; roots and divisions that depend only on sizes and distances
 //! - act: the laws, histories one step on
 //! - share: forces and torques to both, in the order of the slots
 //!
@@ -14,12 +14,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::ahead::{PORTION, ask_ahead};
 use super::block::Block;
 use super::bonds::SlotEvent;
+use super::contact_batch::{CHUNK, Found, Numbers, ROOM};
 use super::contact_point::mobility;
-use super::found::{CHUNK, Found, Numbers, ROOM};
 use super::pass::{ContactSite, Pass, Rows};
+use super::prefetch::{PORTION, ask_ahead};
 use super::slots::{FREE, IMAGE, Slot, TOUCHING, WITH_HISTORY, with_history};
 use crate::contact::{
     Action, AdhesionLaw, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
@@ -35,7 +35,7 @@ pub(super) struct Pairs<'p, 'a, N, T, R, A, H, const PERIODIC: bool, const WATCH
     pub(super) block: &'p mut Block<H>,
     pub(super) rows: &'p Rows<'p>,
     pub(super) loads: &'p mut [Load],
-    /// Room for what is found.
+    /// Buffers for the contacts that are found.
     pub(super) numbers: &'p mut Numbers,
 }
 
@@ -58,13 +58,13 @@ where
             loads,
             numbers,
         } = self;
-        let Some(nobody) = rows.own.first() else {
+        let Some(filler) = rows.own.first() else {
             return;
         };
         if block.slots.is_empty() {
             return;
         }
-        let mut found = Found::new(nobody, numbers);
+        let mut found = Found::new(filler, numbers);
         let first_row = block.rows.start;
         let turns = T::ACTIVE || R::ACTIVE || A::SHEARS;
         let lag = turns.then(|| pass.context.sliding_lag());
@@ -77,7 +77,8 @@ where
                 next_slot += slots.len();
                 rest = later;
                 let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
-                let end = found.put_in_turn(count, pass.materials, L::LANES);
+                let by_touch = A::ACTIVE && L::LANES > 1;
+                let end = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
                 if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
                     let contacts = found.numbers.places[..count].iter().map(|&at| {
                         let at = usize::from(at);
@@ -125,7 +126,7 @@ where
                             ),
                         }
                     } else {
-                        // Nothing turns the particles.
+                        // No torques on the particles.
                         owner.quads_mut()[0] += force;
                         match loads.get_mut(ahead) {
                             Some(partner) => partner.quads_mut()[0] -= force,
@@ -144,9 +145,9 @@ where
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// Finds those of a chunk of slots that act on each other, and how they stand; returns how many. Which slots touch can hardly be predicted;
-    /// finding them without a branch first keeps the processor from throwing away half-done contacts. Histories of contacts that have ended are
-    /// forgotten.
+    /// Finds the slots of a chunk whose particles act on each other, and their geometry; returns the number. Touching slots can
+    /// hardly be predicted; a search without branches keeps the processor from discarding half-done contacts. Histories of
+    /// contacts that have ended are cleared.
     #[inline(always)]
     fn search<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -167,7 +168,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
         let rest = groups.into_remainder();
         if let Some(&last) = rest.last() {
-            // Filled up with the last slot.
+            // Filled up with copies of the last slot.
             let mut group = [last; MOST_LANES];
             group[..rest.len()].copy_from_slice(rest);
             let group = &group[..L::LANES];
@@ -185,8 +186,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         count
     }
 
-    /// Looks at a group of as many slots as there are lanes, which stand in the chunk from `base` on: appends those that act to the `count` contacts
-    /// found, and says whose state changes.
+    /// Tests a group of as many slots as there are lanes, from `base` on in the chunk: appends those that act to the `count`
+    /// contacts found, and returns those whose state changes.
     #[inline(always)]
     fn look<'a, L: Real, const PERIODIC: bool>(
         &self,
@@ -235,7 +236,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         found.numbers.reach.put(*count, reach.packed(acts));
         *count += acts.count_ones() as usize;
         if A::ACTIVE {
-            // Who begins to touch is seen when the law has been asked.
+            // Whether a contact has just begun is known after its law has been evaluated.
             Change {
                 begin: 0,
                 end: held & !acts,
@@ -248,8 +249,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The laws of some contacts: their forces and torques, and their histories one step on. Who is there twice is evaluated twice, to
-    /// the same numbers.
+    /// The laws of some contacts: their forces and torques, and their histories one step on. A repeated contact is evaluated
+    /// twice and gives identical results.
     #[inline(always)]
     fn act<L: Real, const WATCHED: bool>(
         &self,
@@ -272,45 +273,60 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     before[k] = slots[at[k]].history;
                 }
             }
-            let touches = !A::ACTIVE || contact.overlap.lane(0) > 0.0;
-            let action = if one_law {
+            let touching = L::ZERO.below(contact.overlap);
+            let all_touch = !A::ACTIVE || touching.all();
+            let one_kind = all_touch || !touching.any();
+            let touches = |k: usize| !A::ACTIVE || touching.bits() >> k & 1 == 1;
+            // Which of them have an event, where they are of one kind.
+            let mut happens = 0;
+            let action = if one_law && one_kind {
                 let mut history = History::gather(|k| slots[at[k]].history);
                 let law = &self.laws[pair(0)];
-                let action = if touches {
+                let action = if all_touch {
                     law.act(&contact, dt, &mut history)
                 } else {
-                    debug_assert_eq!(L::LANES, 1, "adhesion is asked one by one");
                     law.act_apart(&contact, dt, &mut history)
                 };
+                if A::HAS_EVENTS {
+                    happens = law.adhesion.event(&contact, &history.3).bits();
+                }
                 for (k, &at) in at[..L::LANES].iter().enumerate() {
-                    slots[at].history = history.lane(k);
+                    history.put(k, &mut slots[at].history);
                 }
                 action
             } else {
-                // Each law to its lane; who is there twice must find its history as it was.
+                // Each law to its lane; a repeated contact must find its history as it was.
                 let mut own = [Default::default(); MOST_LANES];
                 for (own, &at) in own[..L::LANES].iter_mut().zip(&at) {
                     *own = slots[at].history;
                 }
                 let mut actions = [Action::NONE; MOST_LANES];
                 for k in 0..L::LANES {
-                    let law = &self.laws[pair(k)];
-                    actions[k] = law.act(&contact.lane(k), dt, &mut own[k]);
+                    let (law, contact) = (&self.laws[pair(k)], contact.lane(k));
+                    actions[k] = if touches(k) {
+                        law.act(&contact, dt, &mut own[k])
+                    } else {
+                        law.act_apart(&contact, dt, &mut own[k])
+                    };
                     slots[at[k]].history = own[k];
+                    if A::HAS_EVENTS {
+                        let happened = law.adhesion.event(&contact, &own[k].3);
+                        happens |= u32::from(happened) << k;
+                    }
                 }
                 Action::gather(|k| actions[k])
             };
             if A::ACTIVE {
-                for &at in &at[..L::LANES] {
+                for (k, &at) in at[..L::LANES].iter().enumerate() {
                     let slot = &mut slots[at];
                     slot.state =
-                        slot.state & !WITH_HISTORY | with_history(touches, &slot.history.3);
+                        slot.state & !WITH_HISTORY | with_history(touches(k), &slot.history.3);
                 }
             }
-            if A::HAS_EVENTS {
-                for k in 0..L::LANES {
-                    let (contact, law) = (contact.lane(k), &self.laws[pair(k)].adhesion);
-                    if law.event(&contact, &slots[at[k]].history.3) {
+            if A::HAS_EVENTS && happens != 0 {
+                for k in (0..L::LANES).filter(|k| happens >> k & 1 == 1) {
+                    // One that fills up a group is there twice.
+                    if !at[..k].contains(&at[k]) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
                             event: Event::of(&slots[at[k]].history.bridge()),
@@ -334,7 +350,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         image: slot.state & IMAGE,
                     };
                     let contact = contact.lane(k);
-                    observation.particle_contacts += u64::from(touches);
+                    observation.particle_contacts += u64::from(touches(k));
                     let site = ContactSite {
                         pair: pair(k),
                         row: first_row + slot.owner(),
@@ -345,7 +361,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         feature: FREE,
                         lever: levers[0].lane(k),
                         depth: contact.overlap / a.radius.min(b.radius),
-                        touches,
+                        touches: touches(k),
                     };
                     let histories = [before[k], slot.history];
                     self.see(observation, a, site, &contact, &action.lane(k), histories);
@@ -355,7 +371,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Apart from the evaluation,
+    /// Replaces the effective masses of the contacts up to `end` by those at the contact points. Separate from the evaluation,
     /// where even a call that is never made costs registers.
     #[inline(never)]
     fn masses_at_contacts(
@@ -395,11 +411,16 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 return false;
             };
             let [own, other] = [first_row + slot.owner(), slot.partner as usize];
-            let range = reach + films[own] + films[other];
-            return squared <= range * range;
+            let (one, two) = (films[own], films[other]);
+            let range = reach + one[0] + two[0];
+            if squared > range * range {
+                return false;
+            }
+            let pair = a.material.index() * self.materials + b.material.index();
+            return one[1] + two[1] >= self.laws[pair].adhesion.least_films();
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
-            // However far apart, so that the end of the bond is seen.
+            // At any distance, so that the end of the bond is seen.
             return true;
         }
         let pair = a.material.index() * self.materials + b.material.index();
@@ -426,14 +447,14 @@ impl Change {
         self.begin | self.end != 0
     }
 
-    /// Leaves alone all but the first `count`.
+    /// Clears the bits of all but the first `count`.
     fn keep_first(&mut self, count: usize) {
         let first = (1 << count) - 1;
         self.begin &= first;
         self.end &= first;
     }
 
-    /// Makes it; histories of contacts that have ended are forgotten.
+    /// Changes the states; histories of contacts that have ended are cleared.
     #[inline(always)]
     fn make<H: History>(self, group: &mut [Slot<H>]) {
         for (k, slot) in group.iter_mut().enumerate() {

@@ -1,10 +1,10 @@
 //! One pass over the contacts of all blocks, and what it works on.
 
-use super::ahead::BEYOND_CACHE;
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::memory::Memory;
 use super::pairs::Pairs;
+use super::prefetch::BEYOND_CACHE;
 use super::sheets::Joined;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::place;
@@ -13,18 +13,18 @@ use crate::lanes::Width;
 use crate::state::{ASLEEP, Bodies, Id, Load, Particle};
 use crate::surface::Place;
 
-/// What all blocks of one force evaluation share.
+/// The data that all blocks of one force evaluation share.
 pub(super) struct Pass<'a, N, T, R, A> {
     pub(super) laws: &'a [PairLaw<N, T, R, A>],
     pub(super) materials: usize,
     pub(super) memory: &'a Memory,
     pub(super) block_size: usize,
-    /// Whether the memory of contacts is asked for before they come.
+    /// Whether the memory of contacts is prefetched.
     pub(super) asks_ahead: bool,
     pub(super) ids: &'a [Id],
     /// The bodies, in scenes that damp contacts of clumps by the mass at the contact point.
     pub(super) bodies: Option<&'a Bodies>,
-    /// Flag of those whose contacts with walls are not evaluated.
+    /// The flag of particles whose contacts with walls are not evaluated.
     pub(super) skipped: u32,
     pub(super) context: &'a StepContext<'a>,
 }
@@ -95,7 +95,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Contacts of one block: loads of its own rows at once, those of later blocks into its outbox.
+    /// The contacts of one block: loads on its own rows are added at once, those on later blocks go into its outbox.
     pub(super) fn compute(
         &self,
         block: &mut Block<Histories<N, T, R, A>>,
@@ -113,17 +113,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }
-        // Adhesion is asked pair by pair, as it may act between some of a group and not between others.
-        let width = if A::ACTIVE {
-            Width::ONE
-        } else {
-            self.context.width
-        };
+        let width = self.context.width;
         match (self.context.watch, self.context.images.any()) {
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),
-            // Watched steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop. What is seen
-            // of the contacts is told one by one.
+            // Observed steps are few: a shift of zero, which changes no bit, is cheaper there than one more copy of the loop.
+            // Observed contacts are recorded one by one.
             (Some(_), _) => Width::ONE.run(self.pairs::<true, true>(block, rows, loads, numbers)),
         }
         self.walls(block, rows, loads);
@@ -133,11 +128,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// The records that one block reads: its own, and those of the later blocks that it reaches into.
+/// The records that one block reads: its own, and those of the later blocks that it reaches.
 pub(super) struct Rows<'a> {
     /// From the first row of the block on, to its end or beyond.
     pub(super) own: &'a [Particle],
-    /// Of this block and those behind it, as far as they are not in `own`; empty where the block does not reach.
+    /// Of this block and those behind it, without those in `own`; empty where the block does not reach.
     pub(super) blocks: Vec<&'a [Particle]>,
     pub(super) block_size: usize,
 }

@@ -1,11 +1,11 @@
-//! The blocks of one force evaluation, shared out to the threads of a pool.
+//! The distribution of the blocks of one force evaluation over the threads of a pool.
 //!
 //! A block can be finished (what earlier blocks parked for it is added, and its particles move on) as soon as it and all
 //! blocks that reach into it are computed, because those are all that read its records. So most blocks are finished
 //! while they are still in the cache, as they are on a single thread, and the threads meet once per step.
 //!
-//! No step waits for a thread that has not come to it. On a machine that has other things to do it may be milliseconds before a thread gets its
-//! next turn, and a step takes microseconds; so what is the share of an absent thread is done by those that are there.
+//! No step waits for a thread that has not arrived yet. On a busy machine a thread may get its next time slice only after
+//! milliseconds, and a step takes microseconds; so the blocks of an absent thread are computed by the others.
 //!
 //! Which thread does what, and when, changes no number: every sum is made in the order of the blocks.
 
@@ -14,21 +14,23 @@ use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::pass::{Pass, Rows};
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::{Finish, MotionBound};
 use crate::state::{Load, Particle};
 
-/// How long a thread that has no more blocks looks whether one of its own can be finished, before it leaves that to the thread that called; and how
-/// long the one that called looks whether the others are done, before it gives its core to whoever wants it: as long again as it has computed, which is
-/// about what the others need, within these limits. The lower one is what waking a thread takes, the upper one more than a block takes.
+/// How long an idle thread checks whether one of its own blocks can be finished, before it leaves that to the calling thread; and
+/// how long the calling thread checks whether the others are done, before it yields its core: as long again as it has computed,
+/// which is about what the others need, within these limits. The lower limit is the time to wake a thread, the upper one more
+/// than the time of a block.
 const PATIENCE: [Duration; 2] = [Duration::from_micros(20), Duration::from_micros(500)];
-/// Pauses between two looks.
+/// The number of pauses between two checks.
 const PAUSES: u32 = 4;
 
-/// A block and its rows. No lock is ever waited for: nothing reads a block that is being computed, or records that are
-/// being changed. They are there because the compiler cannot know.
+/// A block and its rows. No thread ever waits for a lock: nothing reads a block that is being computed, or records that are being
+/// changed. nothing reads a block that is being computed, or records that are being changed. The locks only prove this to the
+/// compiler.
 struct Station<'a, H> {
     block: RwLock<&'a mut Block<H>>,
     records: RwLock<&'a mut [Particle]>,
@@ -41,7 +43,7 @@ struct Station<'a, H> {
     fastest: Mutex<MotionBound>,
 }
 
-/// What a lock guards. A panic elsewhere ends the run anyway; until then nothing can be made worse.
+/// The content of a lock. A panic elsewhere ends the run anyway, so a poisoned lock is ignored.
 macro_rules! locked {
     ($lock:expr) => {
         $lock.unwrap_or_else(PoisonError::into_inner)
@@ -78,7 +80,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let work = |thread: usize| {
             shares.begin(thread);
             let begun = Instant::now();
-            // What this thread has computed and still has to finish: nobody else has it in the cache.
+            // What this thread has computed and still has to finish: no other thread has it in its cache.
             let mut mine = Vec::new();
             let mut numbers = Numbers::new();
             let finish_ready = |mine: &mut Vec<usize>| {
@@ -100,7 +102,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let this_thread = || rayon::current_thread_index().unwrap_or_default();
         pool.scope(|scope| {
             for _ in 1..pool.current_num_threads() {
-                // Whatever nobody has taken when this thread is done, it takes back, and finds nothing left to do in it.
+                // When this thread is done, it takes back the blocks that no other thread has taken, and finds nothing left to do
+                // in them.
                 scope.spawn(|_| {
                     others.fetch_add(1, Ordering::Relaxed);
                     work(this_thread());
@@ -147,14 +150,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 numbers,
             );
         }
-        // Whoever finds no readers left sees all that was written before they counted themselves out.
+        // A thread that reads a count of zero sees everything that the readers wrote before they decremented it.
         for &read in std::iter::once(&index).chain(&block.targets) {
             stations[read].readers.fetch_sub(1, Ordering::Release);
         }
     }
 }
 
-/// Adds what was parked for one block, and finishes it, if nobody needs its records any more.
+/// Adds what was parked for one block, and finishes the block if its records are no longer needed.
 fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish<'_>) -> bool {
     let station = &stations[index];
     if station.readers.load(Ordering::Acquire) > 0 {
@@ -171,18 +174,18 @@ fn finish_if_ready<H>(stations: &[Station<'_, H>], index: usize, finish: &Finish
     true
 }
 
-/// How long a thread goes on looking.
+/// The time that a thread keeps checking.
 #[derive(Debug, Clone, Copy)]
 struct Patience(Duration);
 
 impl Patience {
-    /// Of one that has computed for so long.
+    /// The patience of a thread that has computed for this time.
     fn after(computed: Duration) -> Self {
         let [least, most] = PATIENCE;
         Self(computed.clamp(least, most))
     }
 
-    /// Looks until `is_over`, or until it is at its end.
+    /// Checks until `is_over`, or until its time is over.
     fn look(self, mut is_over: impl FnMut() -> bool) {
         if is_over() {
             return;
@@ -199,7 +202,7 @@ impl Patience {
     }
 }
 
-/// Runs of blocks, one for each thread: what a thread had in the last step may still be in its cache.
+/// Runs of blocks, one for each thread: the data of a thread's last step may still be in its cache.
 struct Shares {
     runs: Vec<Run>,
 }
@@ -209,17 +212,17 @@ struct Run {
     end: usize,
     /// Blocks of the run that were taken.
     taken: AtomicUsize,
-    /// The thread whose run it is has come.
+    /// The thread of the run has arrived.
     is_attended: AtomicBool,
 }
 
 impl Shares {
-    /// Runs of nearly the same work.
+    /// Makes runs of nearly the same amount of work.
     fn new<H>(blocks: &[Block<H>], threads: usize) -> Self {
         Self::of(blocks.iter().map(|block| block.work).collect(), threads)
     }
 
-    /// The same by the work of each block.
+    /// The same, given the work of each block.
     fn of(works: Vec<usize>, threads: usize) -> Self {
         let total: usize = works.iter().sum();
         let (mut end, mut before) = (0, 0);
@@ -242,13 +245,13 @@ impl Shares {
         }
     }
 
-    /// A thread has come to its run.
+    /// Marks that a thread has arrived at its run.
     fn begin(&self, thread: usize) {
         self.runs[thread].is_attended.store(true, Ordering::Relaxed);
     }
 
-    /// The next block for a thread: of its own run, or else of another's that has more than one left, as the last one is sooner
-    /// done by the thread that knows it; or of a run whose thread has not come.
+    /// The next block for a thread: from its own run; or from another run with more than one block left, as the last one is done
+    /// sooner by the thread that has it in its cache; or from a run whose thread has not arrived.
     fn take(&self, thread: usize) -> Option<usize> {
         let count = self.runs.len();
         (0..count).find_map(|k| {
@@ -273,8 +276,8 @@ impl Shares {
 mod tests {
     use super::*;
 
-    /// Three threads, of which the last one does not come: its blocks are done by the others, and of those who are there each does the last one of its
-    /// own.
+    /// Three threads, of which the last one does not come: its blocks are done by the others, and each thread that is there does
+    /// its own last block.
     #[test]
     fn blocks_of_an_absent_thread_are_done_by_the_others() {
         let shares = Shares::of(vec![1; 12], 3);
@@ -284,12 +287,12 @@ mod tests {
         assert_eq!(taken, [3, 0, 1, 2, 7, 4, 5, 11, 8, 9, 10]);
         assert_eq!(shares.take(1), Some(6));
         assert_eq!(shares.take(1), None);
-        // Whoever comes now is too late.
+        // A thread that comes now is too late.
         shares.begin(2);
         assert_eq!(shares.take(2), None);
     }
 
-    /// Whoever looks for something that never comes gives up in time; what is there already is seen at once.
+    /// Waiting for something that never comes ends in time; what is there already is seen at once.
     #[test]
     fn patience_ends() {
         let mut looks = 0;

@@ -8,7 +8,7 @@
 use super::slots::{BEHIND, THROUGH};
 use crate::walls::{Touch, Turning};
 
-/// Either bit.
+/// Either of the two bits.
 pub(super) const THROUGH_OR_BEHIND: u32 = THROUGH | BEHIND;
 
 /// The side of a contact, as bits of its slot: 0 in front, [`BEHIND`] or [`THROUGH`]. `before`: the bits of the slot; `distance`: of the centre from the surface,
@@ -26,7 +26,7 @@ pub(super) fn side(before: u32, [distance, last]: [f64; 2]) -> u32 {
     }
 }
 
-/// The touch of a surface as it is from behind.
+/// The touch of a surface, seen from behind.
 pub(super) fn from_behind(touch: &Touch) -> Touch {
     Touch {
         distance: -touch.distance,
@@ -46,12 +46,12 @@ mod tests {
 
     #[test]
     fn a_contact_keeps_the_side_on_which_it_began() {
-        // In front, and on the way through: pushed back to the front all the way.
+        // In front, or on the way through: pushed back to the front all the way.
         assert_eq!(side(0, [0.9, 1.0]), 0);
         assert_eq!(side(0, [-0.1, 0.1]), THROUGH);
         assert_eq!(side(THROUGH, [-0.3, -0.1]), THROUGH);
         assert_eq!(side(THROUGH, [0.1, -0.1]), 0);
-        // From behind, and on the way to the front: pushed back behind.
+        // Behind, or on the way to the front: pushed back behind.
         assert_eq!(side(0, [-0.9, -1.0]), BEHIND);
         assert_eq!(side(BEHIND, [-0.1, -0.2]), BEHIND);
         assert_eq!(side(BEHIND, [0.1, -0.1]), BEHIND);

@@ -1,10 +1,11 @@
 //! Contacts among sleepers.
 //!
-//! Who sleeps does not move, so what sleepers do to one another, and fixed particles and walls at rest to them, stays as it is: it is summed up
-//! once, *held*, and every step begins its sums with it. Evaluated are the contacts with those who are awake, so the loads on sleepers
-//! are complete in each step, and who is out of balance can be roused.
+//! Sleepers do not move, so the loads that sleepers, fixed particles and walls at rest exert on one another stay the same: they
+//! are summed up once, *held*, and every step begins its sums with them. Only contacts with awake particles are evaluated, so the
+//! loads on sleepers are complete in each step, and a sleeper out of balance can be woken.
 //!
-//! What is held is evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often somebody looks.
+//! Held loads are evaluated on copies of the slots: histories stay as they were when the two fell asleep, however often the loads
+//! are evaluated.
 
 use std::ops::Range;
 
@@ -12,20 +13,20 @@ use bytemuck::bytes_of;
 use rayon::prelude::*;
 
 use super::block::Block;
-use super::found::Numbers;
+use super::contact_batch::Numbers;
 use super::pass::{Pass, Rows};
 use super::slots::WITH_HISTORY;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::Outbox;
 use crate::state::{ASLEEP, FIXED, Load, PRESCRIBED, Particle, Particles, ROUSED};
 
-/// Whether the contact of two is held: neither moves, and not because both are fixed.
+/// Whether the load of a contact is held: neither particle moves, and not because both are fixed.
 #[inline(always)]
 fn is_held(a: &Particle, b: &Particle) -> bool {
     rests(a, ASLEEP) && rests(b, ASLEEP) && (a.flags | b.flags) & ASLEEP != 0
 }
 
-/// Whether it was held until one of them was roused.
+/// Whether the load was held until one of them was woken.
 #[inline(always)]
 fn is_released(a: &Particle, b: &Particle) -> bool {
     let both = rests(a, ASLEEP | ROUSED) && rests(b, ASLEEP | ROUSED);
@@ -42,7 +43,7 @@ fn has_sleeper(records: &[Particle]) -> bool {
 }
 
 impl<H> Block<H> {
-    /// Notes which slots are evaluated, and who sleeps among their particles.
+    /// Notes which slots are evaluated, and which of their particles sleep.
     fn mark(&mut self, rows: &Rows<'_>) {
         let first = self.rows.start;
         let (mut begin, mut active, mut touching) = (0, 0, 0);
@@ -74,14 +75,14 @@ impl<H> Block<H> {
         self.work = 2 * active + 25 * touching + 8 * self.rows.len();
     }
 
-    /// Takes a load off what is held of a row, if anything is.
+    /// Subtracts a load from the held load of a row, if there is one.
     fn take_off(&mut self, row: usize, load: &Load) {
         if let Some(held) = self.held.get_mut(row) {
             held.add(-load.force, -load.torque);
         }
     }
 
-    /// Marks, by row, who is listed near one of these walls, or with a particle whose motion is prescribed.
+    /// Marks, by row, the particles listed near one of these walls, or with a particle whose motion is prescribed.
     pub(super) fn mark_disturbed(
         &self,
         particles: &Particles,
@@ -102,11 +103,11 @@ impl<H> Block<H> {
         }
     }
 
-    /// Takes back what is held of its rows.
+    /// Restores the held loads of its rows.
     pub(super) fn restore_held(&mut self, records: &[Particle], held: &[Load]) {
         let own = self.rows.clone();
         self.mark(&Rows::together(&records[own.start..]));
-        // Round-off of what was taken off may be left of who woke.
+        // Woken rows may keep the round-off of the subtraction.
         let held = &held[own.clone()];
         let is_felt = held
             .iter()
@@ -132,14 +133,14 @@ impl Rows<'_> {
 }
 
 impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, T, R, A> {
-    /// A copy of those slots of a block whose two are as `is_meant` says.
+    /// A copy of the slots of a block whose particles satisfy `is_meant`.
     fn copy(
         block: &Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
         is_meant: impl Fn(&Particle, &Particle) -> bool,
     ) -> Block<Histories<N, T, R, A>> {
         let first = block.rows.start;
-        let mut copy = Block::empty(block.rows.clone(), block.outbox.later());
+        let mut copy = Block::empty(block.rows.clone());
         let meant = block.slots.iter().filter(|slot| {
             let (a, b) = rows.pair(slot.owner(), slot.partner as usize - first);
             is_meant(a, b)
@@ -149,7 +150,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         copy
     }
 
-    /// A copy of all that is held in a block.
+    /// A copy of all held slots of a block.
     fn copy_held(
         block: &Block<Histories<N, T, R, A>>,
         rows: &Rows<'_>,
@@ -173,7 +174,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         copy
     }
 
-    /// The loads by the contacts in a copy, on its own rows; those on later ones are in its outbox then.
+    /// The loads by the contacts in a copy, on its own rows; the loads on later rows are in its outbox then.
     fn evaluate(
         &self,
         copy: &mut Block<Histories<N, T, R, A>>,
@@ -189,7 +190,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         loads
     }
 
-    /// Adds what is held in a block to what is seen of it.
+    /// Adds the held contacts of a block to its observation.
     #[inline(never)]
     pub(super) fn see_held(
         &self,
@@ -202,7 +203,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         block.observation.merge(&copy.observation);
     }
 
-    /// Sums up what is held, from nothing.
+    /// Sums up all held loads anew.
     pub(super) fn hold(
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],
@@ -214,7 +215,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let rows = Rows::together(&records[block.rows.start..]);
             block.mark(&rows);
             let mut copy = Self::copy_held(block, &rows);
-            // Of fixed particles it is held, too, what sleepers do to them: files tell it.
+            // The loads of sleepers on fixed particles are held, too: files contain them.
             block.held = if copy.slots.is_empty() && copy.near_walls.is_empty() {
                 Vec::new()
             } else {
@@ -244,7 +245,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Takes the contacts of those who were roused off what is held.
+    /// Subtracts the contacts of the woken rows from the held loads.
     pub(super) fn release(
         &self,
         blocks: &mut [Block<Histories<N, T, R, A>>],

@@ -1,4 +1,4 @@
-//! What is kept of a listed pair, and of a feature of a wall that a particle is near.
+//! The data of a listed pair, and of a feature of a wall near a particle.
 
 use crate::contact::History;
 use crate::forces::SlotState;
@@ -23,7 +23,7 @@ pub(super) const BEHIND: u32 = 1 << 10;
 pub(super) const THROUGH: u32 = 1 << 11;
 /// Set in [`WallSlot::state`] while a contact with a sheet joins a nearer one of the same particle.
 pub(super) const JOINED: u32 = 1 << 12;
-/// Either: there is a history.
+/// Either of the two: there is a history.
 pub(super) const WITH_HISTORY: u32 = TOUCHING | BONDED;
 /// The image code's bits in [`Slot::state`].
 pub(super) const IMAGE: u32 = TOUCHING - 1;
@@ -78,7 +78,8 @@ impl<H: History> WallSlot<H> {
     }
 }
 
-/// The bits of a slot whose pair was just evaluated: `touches`, or else is bonded if adhesion remembers anything (`bond`).
+/// The bits of a slot whose pair was just evaluated: `touches`, or else bonded if the history of the adhesion (`bond`) is not
+/// empty.
 #[inline(always)]
 pub(super) fn with_history<H: History>(touches: bool, bond: &H) -> u32 {
     if touches {

@@ -14,7 +14,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
         let old = std::mem::take(&mut self.of_sheets);
         let mut old = old.into_iter();
         for near_walls in near_walls {
-            let before = old.next().unwrap_or_else(|| Block::empty(0..0, 0));
+            let before = old.next().unwrap_or_else(|| Block::empty(0..0));
             self.of_sheets.push(carried(&before, near_walls));
         }
     }
@@ -63,7 +63,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
 
 /// A block with these entries and the slots that `before` has for them.
 fn carried<H: crate::contact::History>(before: &Block<H>, near_walls: &[NearWall]) -> Block<H> {
-    let mut block = Block::empty(0..0, 0);
+    let mut block = Block::empty(0..0);
     let key = |near: &NearWall| (near.row, near.wall, near.image);
     let mut starts = Vec::with_capacity(before.near_walls.len());
     let mut start = 0;

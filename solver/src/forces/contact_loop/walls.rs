@@ -105,8 +105,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contacts of a particle with the features of a wall that is no plane; its slots begin at `first`. Returns how many it has
-    /// then. Apart from the loop, which is faster without.
+    /// The contacts of a particle with the features of a wall that is no plane; its slots begin at `first`. Returns their number
+    /// then. Separate from the loop, which is faster without it.
     #[inline(never)]
     fn features(
         &self,
@@ -233,7 +233,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         sides::side(before, [touch.distance, last])
     }
 
-    /// From how far (m) the centre of a particle may feel a wall: its radius, and the range of adhesion.
+    /// The largest distance (m) at which the centre of a particle interacts with a wall: its radius, and the range of adhesion.
     #[inline(always)]
     pub(super) fn wall_reach(&self, a: &Particle, wall: &WallNow) -> f64 {
         if A::ACTIVE {
@@ -262,7 +262,22 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let touches = !A::ACTIVE || overlap > 0.0;
         if !touches && A::FORMS_ON_CONTACT && slot.state & WITH_HISTORY == 0 {
             let films = context.films.filter(|_| A::HAS_EVENTS);
-            if films.is_none_or(|films| films[side.near.row as usize] < -overlap) {
+            let on_wall = || {
+                let films = context.wall_films?;
+                let place = films.place(side.near.wall.index(), touch.feature, context.walls)?;
+                Some([films.thickness(place), films.within_reach(place, a.radius)])
+            };
+            let pair = a.material.index() * self.materials + side.wall.material.index();
+            let least = self.laws[pair].adhesion.least_films();
+            let meet = |films: &[[f64; 2]]| {
+                let [thickness, volume] = films[side.near.row as usize];
+                if thickness >= -overlap && volume >= least {
+                    return true;
+                }
+                let [on_wall, reach] = on_wall().unwrap_or_default();
+                thickness + on_wall >= -overlap && volume + reach >= least
+            };
+            if !films.is_some_and(meet) {
                 return;
             }
         }
@@ -282,7 +297,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             ),
         };
         let arm = normal * -lever;
-        // Where the centre was at the time of these velocities: on a wall that turns they differ from place to place.
+        // The place of the centre at the time of these velocities: on a wall that turns they differ from place to place.
         let earlier = side.centre - a.velocity * context.velocity_lag;
         let velocity_at = |arm: DVec3| {
             let velocity = a.velocity + a.angular_velocity.cross(arm);
@@ -311,7 +326,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let mut sliding_distance = touch.distance;
         let lag = context.sliding_lag();
         if lag > 0.0 && (T::ACTIVE || R::ACTIVE || A::SHEARS) {
-            // Normal and lever of that time.
+            // Normal and lever arm at that time.
             let mut way = a.velocity;
             let mut turn = DVec3::ZERO;
             if state.moves {
@@ -417,7 +432,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 } else {
                     a.velocity
                 };
-                // What is driven comes to no rest at the wall: it is no projectile.
+                // A driven particle does not come to rest at the wall: it is no projectile.
                 let arrives = !touched && a.inverse_mass > 0.0;
                 let impact = arrives.then(|| Impact {
                     mass: a.inverse_mass.recip(),
@@ -482,7 +497,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// What is to be told of the contacts with a mesh.
+/// The loads and the sliding that contacts with a mesh report.
 struct Told<'a> {
     /// Loads on its features, if they are summed up.
     loads: Option<&'a mut FeatureLoads>,

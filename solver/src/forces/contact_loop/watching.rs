@@ -1,4 +1,4 @@
-//! What is seen of a contact in the steps that are written out or audited.
+//! Observation of a contact in the steps that are written out or audited.
 
 use glam::DVec3;
 
@@ -53,7 +53,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// Notes what a contact does, what its springs store, and what its bond loses.
+    /// Notes the loads of a contact, the energy of its springs, and the loss of its bond.
     fn audit(
         &self,
         observation: &mut Observation,
@@ -114,7 +114,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The record of a contact, of two particles from the side of the lower id: an order that sorting does not change.
+    /// The record of a contact; for two particles as seen from the lower id, an order that sorting does not change.
     fn record(
         &self,
         a: &Particle,
@@ -164,7 +164,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
     }
 }
 
-/// What the springs of a contact store.
+/// The energy that the springs of a contact store.
 fn springs<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw>(
     law: &PairLaw<N, T, R, A>,
     contact: &Contact,

@@ -1,4 +1,4 @@
-//! What is found through the cells is what every wall finds by asking every particle, in the same order.
+//! The search through the cells finds the same as a test of every particle against every wall, in the same order.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::walls::{
     Component, Cone, Cylinder, Disc, Mesh, Motion, Plane, Revolution, Side, SphereShell, Wall,
 };
 
-/// Asks for every particle and every wall, by all its images.
+/// Queries every particle and every wall, with all its images.
 fn by_asking_all(
     particles: &Particles,
     extra_skin: &[f64],
@@ -89,7 +89,7 @@ impl Draw {
         Mesh::new(&sheet, |x| x, front).unwrap()
     }
 
-    /// A flat floor of one period along x, which goes on for ever.
+    /// A flat floor of one period along x, which continues periodically.
     fn endless_floor(&mut self, images: &Images) -> Option<Mesh> {
         let (length, z) = (images.size.x, self.in_range(0.0, images.size.z));
         let corner = images.min;

@@ -80,7 +80,7 @@ fn equal(a: __m256d, b: __m256d) -> __m256d {
     instructions!(_mm256_cmp_pd::<_CMP_EQ_OQ>(a, b))
 }
 
-/// Which halves of numbers stand in front when some lanes are packed, by the bits of these.
+/// The halves of numbers that come first when some lanes are packed, by the bits of these.
 const FRONT: [[u32; 8]; 16] = {
     let mut front = [[0; 8]; 16];
     let mut bits = 0;

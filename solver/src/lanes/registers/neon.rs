@@ -54,7 +54,7 @@ register! {
     }
 }
 
-/// `a` where it is smaller, else `b`: NEON's own instruction gives no number where one is none, and tells the zeros apart.
+/// `a` where it is smaller, else `b`: NEON's own instruction returns NaN where one is NaN, and distinguishes the zeros.
 #[inline(always)]
 fn smaller(a: float64x2_t, b: float64x2_t) -> float64x2_t {
     instructions!(vbslq_f64(vcltq_f64(a, b), a, b))

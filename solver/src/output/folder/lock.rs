@@ -1,127 +1,75 @@
-//! A folder belongs to one run at a time, also where several machines see it.
+//! A folder belongs to one run at a time: a lock of the operating system, and the name of the run that holds it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
-use mercury_common::folder_owner::{DEAD_AFTER, LOCK, Owner, PULSE};
+use mercury_common::folder_owner::{LOCK, Owner};
+
+/// A program that looks whether a run writes into the folder (`is_written`) holds the lock for some microseconds: the second try comes after
+/// this time.
+const SECOND_TRY: Duration = Duration::from_millis(20);
 
 /// A folder that belongs to one run until this is dropped.
 ///
-/// On one machine the lock of the operating system counts, not the file: a file that a killed run left behind is no obstacle.
-/// Between machines, whose locks some network file systems keep from each other, and on file systems without locks, the file
-/// counts as long as the run that wrote it gives signs of life.
+/// The lock of the operating system decides, also between machines where the network file system passes locks on. A file that a killed run left
+/// behind is no obstacle. On a file system without locks the file counts, unless its process is known to have ended.
 #[derive(Debug)]
 pub struct FolderLock {
     path: PathBuf,
-    /// Held while the file is open.
+    /// Locked while it is open.
     _file: File,
-    /// Ends the thread that gives signs of life.
-    end: Option<Sender<()>>,
-    pulse: Option<JoinHandle<()>>,
 }
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        drop(self.end.take());
-        if let Some(pulse) = self.pulse.take() {
-            let _ = pulse.join();
-        }
         // While the lock is still held: afterwards the file may be the next run's.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Takes the folder for a run; the other way, who has it.
+/// Takes the folder for a run; if another run has it, returns that run.
 pub(super) fn lock(folder: &Path) -> io::Result<Result<FolderLock, Owner>> {
     let path = folder.join(LOCK);
-    let me = Owner::myself();
+    let mut is_second = false;
     loop {
         let mut options = OpenOptions::new();
-        let file = options
+        let mut file = options
             .write(true)
             .create(true)
             .truncate(false)
             .open(&path)?;
-        let has_locks = match file.try_lock() {
+        let owner = match file.try_lock() {
             // The run that had the lock may have removed the file after it was opened here.
             Ok(()) if !is_at(&file, &path) => continue,
-            Ok(()) => true,
-            Err(TryLockError::WouldBlock) => {
-                return Ok(Err(Owner::read(&path).unwrap_or(Owner {
-                    host: String::new(),
-                    process: 0,
-                })));
+            Ok(()) => None,
+            Err(TryLockError::WouldBlock) if !is_second => {
+                is_second = true;
+                std::thread::sleep(SECOND_TRY);
+                continue;
             }
-            Err(TryLockError::Error(_)) => false,
+            Err(TryLockError::WouldBlock) => Some(Owner::read(&path).unwrap_or(Owner {
+                host: String::new(),
+                process: 0,
+            })),
+            Err(TryLockError::Error(_)) => owner_without_locks(&path),
         };
-        if let Some(owner) = living_owner(folder, &path, &me, has_locks)? {
+        if let Some(owner) = owner {
             return Ok(Err(owner));
         }
-        give_sign(&path, &me)?;
-        if !has_locks {
-            // Two that begin at the same time: the one that wrote last has it.
-            std::thread::sleep(Duration::from_millis(50));
-            match Owner::read(&path) {
-                Some(owner) if owner != me => return Ok(Err(owner)),
-                _ => {}
-            }
-        }
-        let (end, ended) = channel::<()>();
-        let signed = path.clone();
-        let pulse = std::thread::Builder::new()
-            .name("lock".to_owned())
-            .spawn(move || {
-                while ended.recv_timeout(PULSE) == Err(RecvTimeoutError::Timeout) {
-                    // What is wrong with the folder, the outputs find out.
-                    let _ = give_sign(&signed, &me);
-                }
-            })?;
-        return Ok(Ok(FolderLock {
-            path,
-            _file: file,
-            end: Some(end),
-            pulse: Some(pulse),
-        }));
+        let text = Owner::myself().text();
+        file.write_all(text.as_bytes())?;
+        file.set_len(text.len() as u64)?;
+        return Ok(Ok(FolderLock { path, _file: file }));
     }
 }
 
-/// Writes who has the folder; the time of the file is the sign.
-fn give_sign(path: &Path, owner: &Owner) -> io::Result<()> {
-    let mut file = OpenOptions::new().write(true).open(path)?;
-    let text = owner.text();
-    file.write_all(text.as_bytes())?;
-    file.set_len(text.len() as u64)
-}
-
-/// Who else has the folder by what the file says, and is alive as far as can be seen from here.
-fn living_owner(
-    folder: &Path,
-    path: &Path,
-    me: &Owner,
-    has_locks: bool,
-) -> io::Result<Option<Owner>> {
-    let Some(owner) = Owner::read(path) else {
-        return Ok(None);
-    };
-    if owner.host == me.host {
-        // Here the lock says whether it lives, or else the list of processes.
-        let lives =
-            !has_locks && owner.process != me.process && owner.is_running().unwrap_or(false);
-        return Ok(lives.then_some(owner));
-    }
-    // Both times are those of the machine that keeps the files.
-    let probe = folder.join(format!("{}{}", super::PROBE, std::process::id()));
-    fs::write(&probe, b"")?;
-    let now = fs::metadata(&probe).and_then(|data| data.modified());
-    // Whoever has the folder may have tidied up.
-    let _ = fs::remove_file(&probe);
-    let sign = fs::metadata(path).and_then(|data| data.modified())?;
-    let silent = now?.duration_since(sign).unwrap_or_default();
-    Ok((silent < DEAD_AFTER).then_some(owner))
+/// The run that has the folder on a file system without locks, as far as its file and the list of processes say.
+fn owner_without_locks(path: &Path) -> Option<Owner> {
+    let owner = Owner::read(path)?;
+    let is_other = owner != Owner::myself();
+    (is_other && owner.is_running().unwrap_or(true)).then_some(owner)
 }
 
 /// Whether the open file is still the one of that name.
@@ -143,8 +91,6 @@ fn is_at(_: &File, path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::time::SystemTime;
-
     use super::*;
 
     #[test]
@@ -157,8 +103,8 @@ mod tests {
         assert!(file.exists(), "a refused run leaves the lock alone");
         drop(first);
         assert!(!file.exists());
-        // What killed runs of this machine left behind.
-        for left in ["", "half of a na", &Owner::myself().text()] {
+        // Files that killed runs left behind, of this machine and of another one.
+        for left in ["", "half of a na", &Owner::myself().text(), "node 17 4711"] {
             fs::write(&file, left).unwrap();
             drop(lock(place.path()).unwrap().unwrap());
             assert!(!file.exists());
@@ -166,34 +112,24 @@ mod tests {
     }
 
     #[test]
-    fn a_run_on_another_machine_has_it_while_it_gives_signs() {
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join(LOCK);
-        let other = Owner {
-            host: "node 17".to_owned(),
-            process: 4711,
-        };
-        fs::write(&file, other.text()).unwrap();
-        assert_eq!(lock(place.path()).unwrap().unwrap_err(), other);
-        let long_ago = SystemTime::now() - DEAD_AFTER - Duration::from_secs(1);
-        let open = File::options().write(true).open(&file).unwrap();
-        open.set_modified(long_ago).unwrap();
-        drop(lock(place.path()).unwrap().unwrap());
-    }
-
-    #[test]
-    fn without_locks_the_process_counts() {
+    fn without_locks_the_file_counts_unless_its_process_has_ended() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join(LOCK);
         let me = Owner::myself();
-        let mut other = me.clone();
         // The first process of the machine always lives, and no number is that high.
         for (process, lives) in [(1, true), (u32::MAX, false)] {
-            other.process = process;
+            let other = Owner {
+                process,
+                ..me.clone()
+            };
             fs::write(&path, other.text()).unwrap();
-            let found = living_owner(place.path(), &path, &me, false).unwrap();
-            let known = cfg!(target_os = "linux");
-            assert_eq!(found.is_some(), lives && known, "{process}");
+            let found = owner_without_locks(&path);
+            let is_seen = cfg!(target_os = "linux");
+            assert_eq!(found.is_some(), lives || !is_seen, "{process}");
         }
+        fs::write(&path, "node 17 4711\n").unwrap();
+        assert!(owner_without_locks(&path).is_some());
+        fs::write(&path, me.text()).unwrap();
+        assert_eq!(owner_without_locks(&path), None);
     }
 }

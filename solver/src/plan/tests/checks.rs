@@ -327,8 +327,10 @@ fn a_region_behind_walls_is_an_error() {
         assert_eq!(
             complaints,
             [
-                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: of 100000 places in it not one has room for a sphere of 0.1 m | \
-                 move the region to the other side, or turn the wall round: a plane's normal points into the space of the particles, other shapes have a `side`"
+                "insertions.rain.region: the region of \"rain\" lies behind or in walls, most of it `shield`: of 100000 random \
+                 places in it none has space for a sphere of 0.1 m | \
+                 move the region to the other side, or turn the wall round: a plane's normal points into the space of the \
+                 particles, other shapes have a `side`"
             ],
             "{wall}"
         );
@@ -622,7 +624,7 @@ fn requests_that_bring_nothing_are_told() {
         about(&format!("{quota}total = {{ volume = 1e-9 }}")).len(),
         1
     );
-    // Never at work.
+    // Never active.
     assert_eq!(
         about(&format!("{single}total = {{ number = 3 }}\nfrom = 5.0")),
         ["\"rain\" inserts nothing: it begins at 5 s, and the run ends at 1 s"]

@@ -66,7 +66,7 @@ fn elastic_moduli_mix_exactly() {
         1e-7,
     );
     close(number(&plan, ab, "tangential.friction"), 0.375, 1e-15);
-    // the single particle of a meets nobody of its kind
+    // the single particle of a meets no other of its kind
     assert_eq!(plan.notes().pairs().len(), 1);
     assert!(plan.physics().laws().get(0, 0).is_none() && plan.physics().laws().get(1, 0).is_some());
 }
@@ -276,7 +276,7 @@ fn damping_needs_one_meaning() {
     assert_eq!(
         complaints(&pair(by_e, by_gamma, "")),
         [
-            "materials.b.normal: the damping of the contacts of `a` and `b` is open: one material has a restitution, the other \
+            "materials.b.normal: the damping of the contacts of `a` and `b` is ambiguous: one material has a restitution, the other \
           a dissipation | [[contacts]] between = [\"a\", \"b\"] normal = { restitution = ... }"
         ]
     );

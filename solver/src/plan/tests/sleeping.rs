@@ -30,7 +30,7 @@ fn defaults_follow_from_gravity_and_the_smallest_diameter() {
     close(found.speed, expected.speed, 1e-12);
     assert_eq!(found.imbalance, expected.imbalance);
     let told = |note: &String| {
-        note.starts_with("sleeping: a look every 354 steps (0.0707107 s = 0.5 sqrt(d/g))")
+        note.starts_with("sleeping: checked every 354 steps (0.0707107 s = 0.5 sqrt(d/g))")
     };
     assert!(
         plan.notes().remarks().iter().any(told),
@@ -64,20 +64,20 @@ fn what_cannot_be_judged_is_refused() {
         complaints_with(&ball, &[ON]),
         [
             "sleeping: whether a particle is in balance is judged by its weight, and gravity is 0 | \
-          leave [sleeping] out: without gravity nobody sleeps"
+          leave [sleeping] out: without gravity no particle can sleep"
         ]
     );
     assert_eq!(
         complaints_with(&ball, &["sleeping.imbalance=1", GRAVITY]),
         [
-            "sleeping.imbalance: 1 times its weight: so far out of balance is also who falls freely | \
+            "sleeping.imbalance: 1 times its weight: a particle in free fall is not further out of balance | \
           a number above 0 and below 1, as 0.1"
         ]
     );
     assert_eq!(
         complaints_with(&ball, &["sleeping.after=1e-3", GRAVITY, "time.step=2e-4"]),
         [
-            "sleeping.after: 0.001 s between two looks are 5 time steps of 0.0002 s: too few to tell who rests | \
+            "sleeping.after: 0.001 s between two checks are 5 time steps of 0.0002 s: too few to detect rest | \
           sleeping.after of 10 steps at least"
         ]
     );

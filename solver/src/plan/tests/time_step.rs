@@ -300,7 +300,7 @@ fn bad_steps_are_refused_or_warned_about() {
     assert_eq!(
         complaints(&alone),
         [
-            "time.step: \"auto\" needs a contact to follow: nothing in this scene can meet | give the step in seconds"
+            "time.step: \"auto\" needs a contact to follow: nothing in this scene can touch | give the step in seconds"
         ]
     );
 }

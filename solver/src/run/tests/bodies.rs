@@ -183,7 +183,7 @@ fn a_spinning_body_leaves_with_all_of_its_energy() {
         (deleted / taken - 1.0).abs() < 1e-11,
         "{deleted} of {taken} J"
     );
-    // Nothing else happens: a hundred turns by 0.02 rad, each exact to round-off.
+    // No other change: a hundred turns by 0.02 rad, each exact to round-off.
     let error = energy.closure_error.unwrap();
     assert!(error.abs() < 1e-11, "{error:e}");
 }

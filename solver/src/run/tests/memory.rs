@@ -6,7 +6,7 @@ use mercury_common::scene::{Files, Scene, SceneErrors};
 use crate::plan::{parse_scene, plan, sketch};
 use crate::run::{check_fit, memory, plan_within};
 
-/// One material, a box of 1 m; what a test is about follows.
+/// One material, a box of 1 m; the subject of the test follows.
 const HEAD: &str = "[time]\nend = 1.0\nstep = \"auto\"\n[domain]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n[output]\ninterval = 0.1\n\
     [materials.glass]\ndensity = 2500.0\nnormal = { law = \"linear\", stiffness = 1000.0, restitution = 0.8 }\n\
     tangential = { law = \"linear\", stiffness_ratio = 0.3, friction = 0.5 }\n";
@@ -96,7 +96,7 @@ fn a_lattice_that_does_not_fit_is_refused_before_it_is_made() {
     ] {
         assert!(error.contains(part), "{part:?} is not in {error}");
     }
-    // 601 sites along each axis, three pebbles each; what else is wrong with it is told, too, but nothing is made.
+    // 601 sites along each axis, three pebbles each; its other errors are reported, too, but nothing is made.
     let scene_of_rods = scene(&rods(1.5e-3));
     let errors = plan_within(&scene_of_rods, machine(24e9)).unwrap_err();
     assert!(
@@ -151,7 +151,7 @@ fn what_insertions_bring_is_counted_after_the_plan_is_told() {
     );
     let large = machine(2.0 * needed.peak()).unwrap();
     check_fit(&scene, &plan, &needed, large).unwrap();
-    // What is free now changes: it is told, not refused.
+    // What is free now changes: it is reported, not refused.
     let busy = MachineMemory { free: 0.0, ..large };
     check_fit(&scene, &plan, &needed, busy).unwrap();
     let told = |machine| crate::plan::report(&plan, &needed, Some(machine));

@@ -1,4 +1,4 @@
-//! `.data` and `.fstat`: what they tell of unequal spheres that turn.
+//! `.data` and `.fstat` of unequal spheres that turn.
 
 use mercury_common::formats::fstat::FstatReader;
 use mercury_common::formats::orientation::euler_from_quaternion;

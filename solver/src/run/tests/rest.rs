@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bodies::NewBody;
-use crate::run::rest::Rest;
+use crate::run::rest_criterion::Rest;
 use crate::state::{Particles, PrescribedMotion};
 
 const GRAVITY: f64 = 9.0;
@@ -24,7 +24,7 @@ fn particles(plan: Draft) -> Particles {
     particles
 }
 
-/// Looks that make rest: 1,000 steps, every tenth of which is looked at.
+/// Checks that make rest: 1,000 steps, every tenth of which is looked at.
 const LOOKS: u32 = 100;
 /// So long that 1,000 steps are longer than anything here takes to begin to fall, s.
 const STEP: f64 = 1e-5;
@@ -162,8 +162,8 @@ fn calm_looks_are_counted_in_a_row() {
         assert!(!rest.is_near());
     }
     assert!((1..=LOOKS).all(|look| rest.look(&still, STEP, |_| false) == (look == LOOKS)));
-    // Nobody is at rest where there is nobody.
+    // Without particles the run is not at rest.
     let mut rest = self::rest();
-    let nobody = particles(plan(1, 1.0, 0.0));
-    assert!((0..200).all(|_| !rest.look(&nobody, STEP, |_| false)));
+    let empty = particles(plan(1, 1.0, 0.0));
+    assert!((0..200).all(|_| !rest.look(&empty, STEP, |_| false)));
 }

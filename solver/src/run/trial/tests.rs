@@ -2,7 +2,7 @@ use super::*;
 use crate::plan::parse_scene;
 use mercury_common::scene::Files;
 
-/// Grains in a periodic box that touch nobody: their number never changes.
+/// Grains in a periodic box that touch no other: their number never changes.
 fn plan_of(more: &str) -> Plan {
     let text = format!(
         r#"
@@ -55,7 +55,7 @@ fn of_constant_work_the_estimate_is_steps_times_cost() {
         [125.0 * (1000 - found.steps) as f64; 2]
     );
     assert_eq!(found.particles_at_end, [125.0; 2]);
-    // Whatever the clock says: the steps that were made took what they took, the others the cost.
+    // Whatever the clock says: the steps made took their time, the others take the cost.
     let expected = found.starting
         + found.stepping
         + found.seconds_per_particle_step * found.particle_steps_ahead[0];
@@ -102,7 +102,8 @@ until = 5e-3
     assert_eq!(least, most);
     // The last grain may come early.
     assert!((least - 625.0).abs() <= 1.0, "{least}");
-    // What is there stays, what comes is a triangle and a rectangle: of one who came early there is one more in each step.
+    // Grains that stay add a constant to the sums, those that come add a triangle and a rectangle: a grain that came early counts
+    // once more in each step.
     let (made, all) = (found.steps as f64, 1000.0);
     let now = found.particles as f64;
     let to_come = 500.0 - made;

@@ -5,14 +5,18 @@ use std::sync::Arc;
 use glam::{DVec3, dvec3};
 use proptest::prelude::*;
 
+use crate::contact::adhesion::liquid::Tables;
 use crate::contact::adhesion::liquid::{Fit, Rupture};
+use crate::contact::adhesion::young_laplace::Table;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid};
 use crate::forces::Partner;
+use crate::lanes::Width;
 use crate::liquid::{BridgesForm, LiquidPlan};
 use crate::plan::{Draft, NewParticle, Plan};
 use crate::state::{FILM_VOLUME, MaterialIndex};
 use crate::step::{Engine, Snapshot, StartOptions};
+use crate::walls::{Motion, Plane, Shape, Wall, WallFilmPlan};
 
 /// A unit of volume, m^3: bridges of a few of them are short beside the radius.
 const UNIT: f64 = 1e-18;
@@ -30,7 +34,7 @@ fn liquid(max: f64, min: f64, distribution: f64) -> Liquid {
         distribution,
         ..Liquid::NONE
     }
-    .reaching(RADIUS)
+    .reaching(RADIUS, &Tables::default())
 }
 
 fn law(liquid: Liquid) -> AnyPairLaw {
@@ -177,12 +181,12 @@ fn too_little_liquid_forms_no_bridge() {
     }
 }
 
-/// Nothing of a broken bridge goes to neighbours with a share of 0, and with a share of 1 all that has room there.
+/// Nothing of a broken bridge goes to neighbours with a share of 0, and with a share of 1 as much as they can hold.
 #[test]
 fn shares_and_largest_volumes_bound_what_neighbours_take() {
     let at = |k: f64| k * (2.0 * RADIUS + TOUCH);
     for (share, expected) in [(0.0, [1.0, 1.0, 0.0]), (1.0, [1.0, 0.5, 0.0])] {
-        // A-B and B-C hold 2 each, at most 2.5. Of the 2 of A-B each end gets 1; A has no other bridge, B-C has room for 0.5.
+        // A-B and B-C hold 2 each, at most 2.5. Of the 2 of A-B each end gets 1; A has no other bridge, B-C can take 0.5.
         let draft = row(
             law(liquid(2.5, 0.0, share)),
             &[at(0.0), at(1.0), 0.01],
@@ -221,8 +225,13 @@ fn leavers_leave_the_liquid_of_their_bridges() {
     assert!(row.error.abs() <= 2e-14 * 2.0 * UNIT);
 }
 
-/// Many wet grains with random speeds and films.
-fn cloud(seed: u64, share: f64, periodic: bool, bridges_form: BridgesForm) -> Plan {
+/// Many wet grains with random speeds and films; `dries`: between plates with films, and liquid evaporates.
+fn cloud(
+    seed: u64,
+    share: f64,
+    (periodic, dries): (bool, bool),
+    bridges_form: BridgesForm,
+) -> Plan {
     let radius = 0.5e-3;
     let volume = 2e-12;
     let law = AnyPairLaw {
@@ -239,7 +248,7 @@ fn cloud(seed: u64, share: f64, periodic: bool, bridges_form: BridgesForm) -> Pl
                 viscosity: 1e-3,
                 ..Liquid::NONE
             }
-            .reaching(radius),
+            .reaching(radius, &Tables::default()),
         ),
     };
     let box_size = 4.5e-3;
@@ -250,6 +259,33 @@ fn cloud(seed: u64, share: f64, periodic: bool, bridges_form: BridgesForm) -> Pl
         law,
     );
     draft.periodic = [periodic; 3];
+    let mut plan = LiquidPlan {
+        bridges_form,
+        ..LiquidPlan::default()
+    };
+    if dries {
+        let table = Table::new(0.3, (1e-5, 0.05), (0.0, 1.0), 1e-2).unwrap();
+        draft.laws.tables.add(&Arc::new(table));
+        plan.evaporation = 1e-6;
+        draft.periodic[2] = false;
+        for (name, z, sign) in [("low", 0.0, 1.0), ("high", box_size, -1.0)] {
+            let plane = Plane::new(DVec3::Z * z, DVec3::Z * sign).unwrap();
+            draft.walls.push(Wall {
+                name: name.to_owned(),
+                material: MaterialIndex::new(0),
+                shape: Shape::Plane(plane),
+                motion: Motion::new(Vec::new()).unwrap(),
+                from: 0.0,
+                until: f64::INFINITY,
+                reference: DVec3::ZERO,
+            });
+            plan.wall_films.push(Some(WallFilmPlan {
+                areas: vec![box_size * box_size],
+                thickness: 1e-6,
+                keeps: 0.4,
+            }));
+        }
+    }
     let mut stream = mercury_common::random::Stream::new(seed, "cloud", 0);
     let mut films = Vec::new();
     for i in 0..4 {
@@ -267,11 +303,8 @@ fn cloud(seed: u64, share: f64, periodic: bool, bridges_form: BridgesForm) -> Pl
             }
         }
     }
-    draft.liquid = Some(LiquidPlan {
-        films,
-        bridges_form,
-        ..LiquidPlan::default()
-    });
+    plan.films = films;
+    draft.liquid = Some(plan);
     draft.plan().unwrap()
 }
 
@@ -290,7 +323,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
     /// The sum of all volumes stays, no volume is negative or above its cap, and a run that is interrupted anywhere goes on with the
-    /// same numbers on another number of threads.
+    /// same numbers on another number of threads and of lanes.
     #[test]
     fn volumes_are_kept_and_runs_go_on_as_they_were(
         seed in 0..1000_u64,
@@ -298,14 +331,16 @@ proptest! {
         periodic: bool,
         interrupted in 1..1500_u64,
         films: bool,
+        dries: bool,
     ) {
         let form = if films { BridgesForm::Films } else { BridgesForm::Contact };
-        let plan = Arc::new(cloud(seed, share, periodic, form));
-        let begin = |threads: usize| {
-            Engine::start(Arc::clone(&plan), StartOptions::threads(threads)).unwrap()
+        let plan = Arc::new(cloud(seed, share, (periodic, dries), form));
+        let begin = |threads: usize, width: Width| {
+            let options = StartOptions::threads(threads).width(Some(width));
+            Engine::start(Arc::clone(&plan), options).unwrap()
         };
-        let mut whole = begin(1);
-        let mut other = begin(2);
+        let mut whole = begin(1, Width::ONE);
+        let mut other = begin(2, Width::fastest());
         for step in 0..1500_u64 {
             whole.step(None).unwrap();
             other.step(None).unwrap();
@@ -320,6 +355,8 @@ proptest! {
         }
         let row = whole.liquid().unwrap();
         prop_assert!(row.balance.formed > 20 && row.balance.ruptured > 20, "{:?}", row.balance);
+        prop_assert_eq!(row.balance.evaporated.value() > 0.0, dries);
+        prop_assert_eq!(row.wall_films > 0.0, dries);
         prop_assert_eq!(whole.snapshot(), other.snapshot());
     }
 }

@@ -1,4 +1,4 @@
-//! A one-sided wall holds what comes from its front, and shoots nobody who comes from behind.
+//! A one-sided wall holds particles that come from its front, and does not accelerate those that come from behind.
 
 use std::sync::Arc;
 

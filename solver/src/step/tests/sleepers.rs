@@ -1,4 +1,4 @@
-//! Who rests falls asleep, nothing that matters changes, and who is disturbed is roused.
+//! Particles at rest fall asleep, no relevant result changes, and disturbed sleepers are woken.
 
 mod fixed;
 
@@ -103,7 +103,7 @@ fn sleepers_carry_what_lies_above_them() {
     let seen = engine.observation();
     assert_eq!((seen.particle_contacts, seen.wall_contacts), (7, 1));
     let weight = mass() * G;
-    // Each is in balance to half of the tenth that rouses it, and so is the sum of those above a contact.
+    // Each is in balance to half of the tenth that wakes it, and so is the sum of those above a contact.
     for record in &seen.records {
         let id = |row: u32| engine.particles.ids[row as usize].number();
         let above = match record.partner {
@@ -226,7 +226,7 @@ fn a_floor_that_is_exchanged_wakes_its_sleepers() {
 /// A sphere that is thrown up from a sleeping column and stands still at its highest point at every look is in no balance there.
 #[test]
 fn who_stands_still_in_the_air_does_not_fall_asleep() {
-    // Up in 0.1 s and down in as long; a look each 1 ms, one of them at the top, and nobody is too fast.
+    // Up in 0.1 s and down in as long; a check each 1 ms, one of them at the top, and no particle is too fast.
     let ball = "[[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [0.005, 0, 1e-3]\nvelocity = [0, 0, 0.981]";
     let sleeping = "sleeping = { after = 1e-3, speed = 10.0 }";
     let mut engine = Engine::new(column(1, sleeping, "", ball), 1).unwrap();
@@ -275,13 +275,13 @@ fn a_sphere_that_begins_to_roll_goes_on() {
     };
     let (with, sleepers) = run("sleeping = {}");
     assert_eq!(sleepers.unwrap().1.fell_asleep, 0);
-    assert_eq!(with, run("").0, "nobody slept: the same bits");
+    assert_eq!(with, run("").0, "no particle slept: the same bits");
     let expected = 0.5 * 5.0 / 7.0 * G * slope.sin() * 0.25;
     assert!((with - expected).abs() < 0.01 * expected, "{with} m");
 }
 
 /// A ball comes down on a column that sleeps: it comes back as fast as from one that does not sleep, and the floor feels the same blow. Each sleeper
-/// keeps back a tenth of its weight at most, and nothing once it is roused.
+/// keeps back a tenth of its weight at most, and nothing once it is woken.
 #[test]
 fn a_blow_goes_through_sleepers() {
     // Thrown up from above the column, so that that rests when it comes back after 0.47 s.
@@ -312,7 +312,8 @@ fn a_blow_goes_through_sleepers() {
     assert!((back - expected).abs() < bound, "{back}, {expected} m/s");
 }
 
-/// A bed that is filled with spheres, and, if asked for, rods, shaken by a plate, and loses grains, so that some sleep and are roused all the time.
+/// A bed that is filled with spheres and, on request, rods; a plate shakes it and it loses grains, so that some fall asleep and
+/// are woken all the time.
 fn restless(with_rods: bool) -> Arc<Plan> {
     let rod = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/rod.clump.toml");
     let (rods, grains, total) = if with_rods {
@@ -489,7 +490,8 @@ fn who_turns_does_not_sleep() {
     assert_eq!(spins.sum::<f64>(), 10.0);
 }
 
-/// A checkpoint in which somebody sleeps who cannot is refused: where the scene lets nobody, somebody fixed, somebody just roused, a pebble alone.
+/// A checkpoint with a sleeper that cannot sleep is refused: where the scene does not enable sleeping, a fixed particle, a
+/// particle just woken, a pebble alone.
 #[test]
 fn nobody_sleeps_in_a_checkpoint_who_cannot() {
     let refused = |plan: Arc<Plan>, change: &dyn Fn(&mut Snapshot)| {
@@ -500,7 +502,7 @@ fn nobody_sleeps_in_a_checkpoint_who_cannot() {
         change(&mut saved);
         Snapshot::decode(&saved.encode()).unwrap_err().to_string()
     };
-    let message = "somebody sleeps who cannot";
+    let message = "a particle sleeps that cannot sleep";
     let first = |flags| move |saved: &mut Snapshot| saved.particles.records[0].flags |= flags;
     assert!(refused(column(2, "", "", ""), &first(ASLEEP)).contains(message));
     let sleeping = || column(2, "sleeping = {}", "", "");
@@ -514,8 +516,8 @@ fn nobody_sleeps_in_a_checkpoint_who_cannot() {
     assert!(refused(restless(true), &pebble).contains(message));
 }
 
-/// The energy that those who fall asleep had is all that an audit does not find elsewhere: here they do so while they are fast, and springs are stretched
-/// sideways.
+/// The energy of particles that fall asleep is all that an audit does not find elsewhere: here they do so while they are fast,
+/// and springs are stretched sideways.
 #[test]
 fn an_audit_closes_over_sleepers() {
     let ball = "[[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [-0.015, 0.01, 0.005]\nvelocity = [0.3, 0, 0]";
@@ -533,7 +535,7 @@ fn an_audit_closes_over_sleepers() {
             records.map(of).sum::<f64>() + engine.observation().elastic_energy
         };
         let before = energy(&engine);
-        // Before who is awake rolls out.
+        // Before an awake particle rolls out.
         engine.steps_at_once(4_999, None).unwrap();
         engine.step(Some(WITNESS)).unwrap();
         engine.complete_step().unwrap();

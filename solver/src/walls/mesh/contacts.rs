@@ -117,7 +117,7 @@ impl Mesh {
                 minima.push(minimum);
             }
         }
-        // It is a minimum whatever round-off says; of a surface that acts on one side it tells on which side the centre is.
+        // It is a minimum whatever round-off says; for a surface that acts on one side it shows on which side the centre is.
         if let Some((nearest, facet, feature)) = nearest_of_all {
             *last = facet;
             let facet = &self.facets[facet as usize];

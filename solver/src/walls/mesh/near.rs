@@ -15,7 +15,7 @@ const LEAST_SKIN: f64 = 0.02;
 const LARGEST_SKIN: f64 = 0.25;
 /// How far ahead of a moving sphere its next list is made, over the skin.
 const AHEAD: f64 = 0.7;
-/// How many spheres ahead lists and facets are asked for: a few calls take as long as memory.
+/// How many spheres ahead lists and facets are prefetched: a few calls take as long as a memory access.
 const LISTS_AHEAD: usize = 6;
 const FACETS_AHEAD: usize = 3;
 /// What single precision may be off by when a list is used, over the largest distance in it.
@@ -24,7 +24,7 @@ const SINGLE: f64 = 5e-7;
 /// Facets of a [`Pack`].
 const PACK: usize = 4;
 
-/// Facets near a sphere, with what tells in a few operations how near they are at least, side by side.
+/// Facets near a sphere, side by side with a bound on their distance that takes a few operations.
 ///
 /// A facet lies in its plane; and, since it is convex, beyond the line in the plane that is normal to the way from the foot of the
 /// sphere's centre to the nearest point of the facet. So it is no nearer than that half plane, wherever the sphere goes.
@@ -231,12 +231,12 @@ impl Mesh {
     }
 }
 
-/// Lists of facets for spheres near meshes. They are made when they are asked for, from the tree of the mesh, with a skin of their
-/// own: so the candidate list need not know the facets. They change no result, so they are no part of the state.
+/// Lists of facets for spheres near meshes. They are made on demand, from the tree of the mesh, with a skin of their own: so the
+/// candidate list need not know the facets. They change no result, so they are no part of the state.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NearMeshes {
     lists: Vec<List>,
-    /// The facets of all lists, each list in its own room.
+    /// The facets of all lists, each list in its own range.
     packs: Vec<Pack>,
 }
 
@@ -321,7 +321,7 @@ impl NearMeshes {
         self.lists[index].nearest = scratch.nearest;
     }
 
-    /// Asks for what spheres with the next numbers need: nothing here is in the cache from one step to the next.
+    /// Prefetches the data of the spheres with the next numbers: nothing here is in the cache from one step to the next.
     #[inline]
     fn prefetch_next(&self, index: usize, mesh: &Mesh) {
         if let Some(list) = self.lists.get(index + LISTS_AHEAD) {
@@ -338,13 +338,13 @@ impl NearMeshes {
         }
     }
 
-    /// One more than the largest number that was asked for.
+    /// One more than the largest number that was queried.
     #[must_use]
     pub fn len(&self) -> usize {
         self.lists.len()
     }
 
-    /// Whether nothing was asked for.
+    /// Whether nothing was queried.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lists.is_empty()
@@ -403,7 +403,7 @@ impl NearMeshes {
         self.store(list, near)
     }
 
-    /// Writes a list into the room it has, or into new room.
+    /// Writes a list into its present range, or into a new one.
     fn store(&mut self, list: List, near: &[Pack]) -> List {
         let count = near.len() as u32;
         let (begin, room) = if count <= list.room {

@@ -1,10 +1,10 @@
 //! Meshes that span a period of a periodic axis, or more, go on for ever along it.
 //!
 //! At each of the two faces the triangles that lie within reach of the other one are there once more, shifted by a period, with
-//! corners joined to those of the face. So edges at the seam are ordinary edges. Of a mesh that is longer than the period all its images
-//! are there, as far as they reach into the domain: where they are one surface, contacts are merged as those of any triangles that
-//! are there twice. What contacts remember, and what is told of them,
-//! speaks of the triangles, edges and corners of the file alone: the copies are known as their originals.
+//! corners joined to those of the face. So edges at the seam are ordinary edges. Of a mesh that is longer than the period all its
+//! images are there, as far as they reach into the domain: where they are one surface, contacts are merged as those of any
+//! triangles that are there twice. Histories and reports of contacts name the triangles, edges and corners of the file alone: the
+//! copies are known as their originals.
 
 use std::collections::HashMap;
 
@@ -147,8 +147,9 @@ impl Mesh {
         &self.continuation.periods
     }
 
-    /// The mesh continued along those periodic axes of which it spans a period or more: `periods` has axis, lower face of the domain (m)
-    /// and length (m) of each periodic axis. `reach` (m): how far from its faces it will be asked. Nothing if it spans none of them.
+    /// The mesh continued along those periodic axes of which it spans a period or more: `periods` has axis, lower face of the
+    /// domain (m) and length (m) of each periodic axis. `reach` (m): how far from its faces queries can be. Nothing if it spans
+    /// none of them.
     #[must_use]
     pub fn continued(&self, periods: &[(usize, f64, f64)], reach: f64) -> Option<Self> {
         let (low, high) = self.bounds();

@@ -230,8 +230,8 @@ impl Tree {
         }
     }
 
-    /// Whether `near` is true of a leaf whose box is closer than `reach` (m) to `centre`. It is not asked if the box is small against
-    /// the reach.
+    /// Whether `near` is true of a leaf whose box is closer than `reach` (m) to `centre`. It is not evaluated if the box is small
+    /// against the reach.
     pub(super) fn has_near(
         &self,
         centre: DVec3,

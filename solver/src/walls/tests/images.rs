@@ -144,7 +144,7 @@ proptest! {
             let mut expected: Vec<(DVec3, DVec3, DVec3)> = Vec::new();
             let mut shared = false;
             let mut copies = Vec::new();
-            // Only near ones are asked: the wall is nowhere else.
+            // Only near images are tested: the wall is nowhere else.
             let (low, high) = (gone.pose.to_global(DVec3::ZERO), now.state.pose.to_global(DVec3::ZERO));
             let back = ((low - high) / SIZE).round();
             for x in periods(0).filter(|x| (f64::from(*x) - back.x).abs() <= 3.0) {
@@ -223,7 +223,7 @@ fn what_lies_in_any_image_of_a_solid_lies_behind_it() {
     assert!(!behind(0.5, 0.4 + 0.61));
 }
 
-/// Who comes between two lists meets a wall that was set back by a period in the same step where it stands then.
+/// A particle that arrives between two lists meets a wall that was set back by a period in the same step at its position then.
 #[test]
 fn a_wall_that_is_set_back_is_met_where_it_stands() {
     let images = Images::new(DVec3::ZERO, SIZE, [true; 3]);

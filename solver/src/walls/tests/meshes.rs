@@ -236,7 +236,7 @@ proptest! {
     }
 }
 
-/// Walks with steps of a random direction, and asks in all ways at each place.
+/// Walks with steps of a random direction, and compares all kinds of query at each place.
 fn lists_and_queries_agree(
     wall: &Mesh,
     seed: u64,
@@ -248,7 +248,7 @@ fn lists_and_queries_agree(
     let (mut lists, mut scratch) = (NearMeshes::default(), Scratch::default());
     let (mut listed, mut asked, mut all) = (Touches::new(), Touches::new(), Touches::new());
     for _ in 0..30 {
-        // The second sphere has its lists made again and again in the room that the first leaves.
+        // The second sphere has its lists made again and again in the memory that the first leaves.
         for (index, place) in [centre, -centre].into_iter().enumerate() {
             lists.touches(index, wall, place, reach, &mut scratch, &mut listed);
             wall.touches(place, reach, &mut asked);

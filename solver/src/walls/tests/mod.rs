@@ -1,4 +1,4 @@
-//! Tests of the room as a whole: the query of all shapes, their displacement bounds, and motions.
+//! Tests of the module as a whole: the query of all shapes, their displacement bounds, and motions.
 
 mod corners;
 mod displacement;

@@ -54,8 +54,8 @@ fn at(shape: &Mesh, centre: DVec3, radius: f64) -> Vec<(DVec3, u32)> {
     found
 }
 
-/// Over hills and valleys a sphere feels at the faces of the period what it feels in the middle of a mesh of three periods, and is
-/// told the same features a period farther on.
+/// Over hills and valleys a sphere feels at the faces of the period what it feels in the middle of a mesh of three periods, and
+/// the query returns the same features a period farther on.
 #[test]
 fn a_period_is_as_good_as_three() {
     let mut random = Stream::new(9, "heights", 0);
@@ -145,7 +145,7 @@ fn a_long_mesh_is_met_with_its_images() {
                 // Not in order: corners in a row of the grid are equally far along it, but for round-off.
                 let is_same = |b: &(DVec3, u32)| a.0.distance(b.0) < 1e-12;
                 assert!(expected.iter().any(is_same), "{centre} {radius}");
-                // A feature of the file, of which something is told.
+                // A feature of the file that appears in a report.
                 let mut of_file = Vec::new();
                 endless.triangles_of(a.1, &mut of_file);
                 assert!(!of_file.is_empty());
@@ -176,7 +176,7 @@ fn regular(height: impl Fn(u32, u32) -> f64) -> TriangleMesh {
     mesh
 }
 
-/// The copies are no part of what is told of the mesh, and the seams are no rims.
+/// The copies do not appear in reports on the mesh, and the seams are no rims.
 #[test]
 fn only_the_triangles_of_the_file_are_told() {
     let triangles = square(6, |_, _| 0.0);

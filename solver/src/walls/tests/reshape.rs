@@ -72,8 +72,8 @@ fn same(one: &Told, other: &Told, scale: f64) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
-    /// A mesh that was deformed in steps, smoothly or roughly, touches spheres as a mesh made anew of the same triangles does:
-    /// by lists that outlive the changes and by fresh queries, to the bit as when every triangle is asked.
+    /// A mesh that was deformed in steps, smoothly or roughly, touches spheres as a mesh made anew of the same triangles does: by
+    /// lists that outlive the changes and by fresh queries, to the bit as when every triangle is tested.
     #[test]
     fn a_reshaped_mesh_is_a_mesh_made_anew(
         seed in any::<u64>(),
@@ -137,7 +137,7 @@ proptest! {
         }
     }
 
-    /// Other surfaces than meshes: their numbers give them back to the bit, and no point moves farther than told.
+    /// Other surfaces than meshes: their numbers restore them to the bit, and no point moves farther than the returned bound.
     #[test]
     fn numbers_give_a_shape_back(
         kind in kind(),

@@ -108,6 +108,8 @@ fn pictures(path: &Path, place: &Place) {
             range: None,
             map: ColourMap::default(),
             contacts: true,
+            bridges: true,
+            droplets: true,
             walls: true,
             clumps: ClumpsAs::Both,
             title: None,

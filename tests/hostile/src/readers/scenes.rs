@@ -62,8 +62,9 @@ const WORDS: &[&str] = &[
     "-nan",
 ];
 
-const PLANNED: &str = "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables grow; the particles of \
-the scene, for 3,000 of which the machine of the tests has room, with their cells; words of at most a hundred mistakes";
+const PLANNED: &str = "the tree of the text and TOML's own: some 300 bytes for a key of 4 (`a=1`), three times while tables \
+grow; the particles of \
+the scene, 3,000 of which fit into the machine of the tests, with their cells; words of at most a hundred mistakes";
 
 pub(super) const READERS: &[Reader] = &[
     Reader::new("scene", Text(WORDS), scene_samples, scene).bound(8 * MB, 800, PLANNED),
@@ -154,8 +155,8 @@ const JSON: &str = r#"{
 }
 "#;
 
-/// The machine of the tests: what a scene asks for is not bounded by its length, but by this. Beside the program's own 16 MB it has room
-/// for some 3,000 spheres.
+/// The machine of the tests: the cost of a scene is not bounded by its length, but by this. Beside the program's own 16 MB some
+/// 3,000 spheres fit into it.
 const MACHINE: MachineMemory = MachineMemory {
     total: 20e6,
     free: 20e6,

@@ -3,15 +3,18 @@
 use crate::contact::{History, HistoryNumber};
 use crate::lanes::Real;
 
-/// Numbers that describe the force of a bridge over its gap ([`Form`](super::Form)).
-pub const CURVE: usize = 5;
+/// Numbers that describe the force of any bridge over its gap ([`Form`](super::Form)).
+pub const CURVE: usize = 14;
+
+/// Those of the forms with a formula: all but [`Form::Exact`](super::Form).
+pub const SHORT: usize = 5;
 
 /// A liquid bridge, or several in lanes. The default is no bridge.
 ///
 /// The volume changes by the rules of migration only. All that follows from it and the radii is kept beside it, so that no step
-/// computes it again.
+/// computes it again. Contacts of laws with short formulas keep the first [`SHORT`] numbers of the curve alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bridge<L = f64> {
+pub struct Bridge<L = f64, const N: usize = CURVE> {
     /// Volume, m^3; 0 for a pair that touched without liquid.
     pub volume: L,
     /// 1 from the touch at which a bridge could form until the pair is dry again, else 0.
@@ -22,11 +25,11 @@ pub struct Bridge<L = f64> {
     pub gap: L,
     /// Capillary force at the last force evaluation, N; negative pulls.
     pub force: L,
-    /// The force over the gap.
-    pub curve: [L; CURVE],
+    /// The force over the gap; the first number is the pull at the touch, N.
+    pub curve: [L; N],
 }
 
-impl<L: Real> Default for Bridge<L> {
+impl<L: Real, const N: usize> Default for Bridge<L, N> {
     fn default() -> Self {
         Self {
             volume: L::ZERO,
@@ -34,14 +37,16 @@ impl<L: Real> Default for Bridge<L> {
             end: L::ZERO,
             gap: L::ZERO,
             force: L::ZERO,
-            curve: [L::ZERO; CURVE],
+            curve: [L::ZERO; N],
         }
     }
 }
 
-impl<L: Real> Bridge<L> {
-    /// Its numbers in the order in which they are written.
-    fn numbers(&self) -> [L; 5 + CURVE] {
+impl<L: Real, const N: usize> Bridge<L, N> {
+    /// The same bridge with room for `M` numbers of its curve: filled up with 0, or without the last ones.
+    #[inline(always)]
+    #[must_use]
+    pub fn resized<const M: usize>(&self) -> Bridge<L, M> {
         let Self {
             volume,
             wet,
@@ -50,25 +55,40 @@ impl<L: Real> Bridge<L> {
             force,
             curve,
         } = *self;
-        let [a, b, c, d, e] = curve;
-        [volume, wet, end, gap, force, a, b, c, d, e]
+        let mut resized = [L::ZERO; M];
+        for (to, from) in resized.iter_mut().zip(curve) {
+            *to = from;
+        }
+        Bridge {
+            volume,
+            wet,
+            end,
+            gap,
+            force,
+            curve: resized,
+        }
     }
 
-    fn of_numbers(numbers: impl Fn(usize) -> L) -> Self {
+    /// From its numbers in the order in which they are written.
+    #[inline(always)]
+    fn of_numbers(number: impl Fn(usize) -> L) -> Self {
         Self {
-            volume: numbers(0),
-            wet: numbers(1),
-            end: numbers(2),
-            gap: numbers(3),
-            force: numbers(4),
-            curve: std::array::from_fn(|k| numbers(5 + k)),
+            volume: number(0),
+            wet: number(1),
+            end: number(2),
+            gap: number(3),
+            force: number(4),
+            curve: std::array::from_fn(|k| number(FIRST + k)),
         }
     }
 }
 
-impl<L: Real> History<L> for Bridge<L> {
-    type One = Bridge;
-    const LENGTH: usize = 5 + CURVE;
+/// Numbers before those of the curve.
+const FIRST: usize = 5;
+
+impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
+    type One = Bridge<f64, N>;
+    const LENGTH: usize = FIRST + N;
 
     /// Outputs show bridges in columns of their own.
     fn columns() -> Vec<HistoryNumber> {
@@ -80,7 +100,16 @@ impl<L: Real> History<L> for Bridge<L> {
     }
 
     fn write(&self, numbers: &mut Vec<L>) {
-        numbers.extend(self.numbers());
+        let Self {
+            volume,
+            wet,
+            end,
+            gap,
+            force,
+            curve,
+        } = *self;
+        numbers.extend([volume, wet, end, gap, force]);
+        numbers.extend(curve);
     }
 
     fn show(&self, _: &mut Vec<L>) {}
@@ -90,22 +119,41 @@ impl<L: Real> History<L> for Bridge<L> {
     }
 
     #[inline(always)]
-    fn gather(one: impl Fn(usize) -> Bridge) -> Self {
-        Self::of_numbers(|number| L::from_lanes(|k| one(k).numbers()[number]))
+    fn gather(one: impl Fn(usize) -> Bridge<f64, N>) -> Self {
+        Self {
+            volume: L::from_lanes(|k| one(k).volume),
+            wet: L::from_lanes(|k| one(k).wet),
+            end: L::from_lanes(|k| one(k).end),
+            gap: L::from_lanes(|k| one(k).gap),
+            force: L::from_lanes(|k| one(k).force),
+            curve: std::array::from_fn(|n| L::from_lanes(|k| one(k).curve[n])),
+        }
     }
 
     #[inline(always)]
-    fn lane(&self, k: usize) -> Bridge {
-        let numbers = self.numbers();
-        Bridge::of_numbers(|number| numbers[number].lane(k))
+    fn lane(&self, k: usize) -> Bridge<f64, N> {
+        Bridge {
+            volume: self.volume.lane(k),
+            wet: self.wet.lane(k),
+            end: self.end.lane(k),
+            gap: self.gap.lane(k),
+            force: self.force.lane(k),
+            curve: std::array::from_fn(|n| self.curve[n].lane(k)),
+        }
+    }
+
+    /// What depends on the volume changes by the rules of migration alone.
+    #[inline(always)]
+    fn put(&self, k: usize, one: &mut Bridge<f64, N>) {
+        (one.gap, one.force) = (self.gap.lane(k), self.force.lane(k));
     }
 
     #[inline(always)]
-    fn bridge(&self) -> Self {
-        *self
+    fn bridge(&self) -> Bridge<L> {
+        self.resized()
     }
 
-    fn set_bridge(&mut self, bridge: Self) {
-        *self = bridge;
+    fn set_bridge(&mut self, bridge: Bridge<L>) {
+        *self = bridge.resized();
     }
 }

@@ -2,13 +2,16 @@
 
 use libm::{atan, exp, log, sqrt};
 
+use super::bridge::{Bridge, SHORT};
 use super::formulas::{Curve, Form};
+use super::table::bound_of;
 
 /// The pull at a gap `s` >= 0.
 #[must_use]
-pub(super) fn pull(form: Form, curve: &Curve, s: f64) -> f64 {
-    let [f, a, p, q, j] = *curve;
+pub(super) fn pull<const N: usize>(form: Form, bridge: &Bridge<f64, N>, s: f64) -> f64 {
+    let [f, a, p, q, j] = bridge.resized::<SHORT>().curve;
     match form {
+        Form::Exact => bound_of(bridge).force(s),
         Form::Rational => f * (1.0 + a * s) / (1.0 + s * (p + q * s)),
         Form::Exponential if s > 0.0 => {
             let x = log(j * s);
@@ -18,19 +21,22 @@ pub(super) fn pull(form: Form, curve: &Curve, s: f64) -> f64 {
     }
 }
 
-/// The integral of the pull from a gap `from` to the `end`, both >= 0; 0 where `from` lies beyond.
+/// The integral of the pull from a gap `from` >= 0 to the end of a bridge; 0 where `from` lies beyond.
 ///
 /// Of the rational form in closed form. With D = 1 + p s + q s² and Q = √(4q − p²),
 /// ∫ (1 + a s)/D ds = (a/2q) ln D + (1 − a p/2q) (2/Q) atan((2 q s + p)/Q). Of the exponential form, and where Q is
 /// no real number, by Gauss's rule on panels that become shorter towards the touch, where the pull has a steep start.
 #[must_use]
-pub(super) fn work(form: Form, curve: &Curve, from: f64, end: f64) -> f64 {
+pub(super) fn work<const N: usize>(form: Form, bridge: &Bridge<f64, N>, from: f64) -> f64 {
+    let end = bridge.end;
     if from >= end {
         return 0.0;
     }
+    let curve = &bridge.resized::<SHORT>().curve;
     let [f, a, p, q, _] = *curve;
     let square = 4.0 * q - p * p;
     match form {
+        Form::Exact => -bound_of(bridge).energy(from),
         Form::Rational if square > 0.0 => {
             let root = sqrt(square);
             let integral = |s: f64| {
@@ -69,7 +75,13 @@ const GAUSS: [(f64, f64); 4] = [
 
 fn panel(form: Form, curve: &Curve, lower: f64, upper: f64) -> f64 {
     let (middle, half) = (0.5 * (lower + upper), 0.5 * (upper - lower));
-    let at = |s: f64| pull(form, curve, s);
+    let at = |s: f64| {
+        let short = Bridge {
+            curve: *curve,
+            ..Bridge::default()
+        };
+        pull(form, &short, s)
+    };
     let mut sum = 0.0;
     for (node, weight) in GAUSS {
         sum += weight * (at(middle - half * node) + at(middle + half * node));

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use libm::{cbrt, cos, exp, log, pow, sin, sqrt, tan};
 
-use super::bridge::CURVE;
+use super::bridge::SHORT;
 
 /// How the numbers of a [`Curve`] give a force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +16,8 @@ pub enum Form {
     Rational,
     /// F = f exp(−g exp(h x + i x²)) with x = ln(j s), from the numbers f, g, h, i, j.
     Exponential,
+    /// That of a [`Bound`](crate::contact::adhesion::young_laplace::Bound), from its numbers but the first, which is the end.
+    Exact,
 }
 
 /// Volumes over R_D^3 that the fits take: below and above, the shape of the force over s/end stays that of the last volume, as
@@ -28,7 +30,7 @@ fn within_fit(volume: f64) -> f64 {
 }
 
 /// The pull of a bridge over its gap, positive.
-pub type Curve = [f64; CURVE];
+pub type Curve = [f64; SHORT];
 
 /// Bagheri, Roy & Pöschel (2024), *Comput. Part. Mech.* 11, 2179: a rational fit to solutions of the Young-Laplace equation.
 #[must_use]

@@ -5,7 +5,7 @@ use mercury_common::scene::{Key, LawKeys, Mixing, Part, Range};
 use super::Fit;
 
 /// The table of keys of each law.
-pub(in crate::contact) const KEYS: [&LawKeys; 4] = [
+pub(in crate::contact) const KEYS: [&LawKeys; 5] = [
     &law(
         "bagheri",
         "Bagheri et al. (2024): the best choice for most scenes",
@@ -22,6 +22,11 @@ pub(in crate::contact) const KEYS: [&LawKeys; 4] = [
         "Willett et al. (2000), the short approximation",
         BRIDGE,
     ),
+    &law(
+        "young-laplace",
+        "exact forces from a table that is made before the run: for walls, unequal radii and contact angles above 30 degrees",
+        YOUNG_LAPLACE,
+    ),
 ];
 
 impl Fit {
@@ -32,6 +37,7 @@ impl Fit {
             Self::WillettClassical,
             Self::LianSeville,
             Self::Willett,
+            Self::YoungLaplace,
         ]
         .into_iter()
         .find(|fit| fit.name() == name)
@@ -103,6 +109,14 @@ const RUPTURE: Key = Key::new(
 .or_word("default", "`radii`, of `willett` `lian`")
 .mixes(Mixing::Same);
 
+const ACCURACY: Key = Key::new(
+    "accuracy",
+    "",
+    Range::Between(1e-6, 0.1),
+    "largest relative error of the force, up to 0.95 of the rupture",
+)
+.or(1e-3);
+
 const BRIDGE: &[Key] = &[
     SURFACE_TENSION,
     CONTACT_ANGLE,
@@ -124,4 +138,16 @@ const LIAN_SEVILLE: &[Key] = &[
     DISTRIBUTION,
     ROUGHNESS,
     RUPTURE,
+];
+
+/// The rupture is that of the table.
+const YOUNG_LAPLACE: &[Key] = &[
+    SURFACE_TENSION,
+    CONTACT_ANGLE,
+    MAX_VOLUME,
+    VISCOSITY.or(0.0),
+    MIN_VOLUME,
+    DISTRIBUTION,
+    ROUGHNESS,
+    ACCURACY,
 ];

@@ -1,28 +1,31 @@
 //! Liquid bridges: capillary attraction and viscous forces, in contact and across a gap.
 //!
-//! The law of a pair evaluates a bridge that is there. Whether there is one, and how much liquid it holds, is decided by the rules of
-//! migration ([`crate::liquid`]), which are applied to the [events](super::Event) that this law asks for: a touch at which a bridge
-//! may form, and the gap at which one breaks.
+//! The law of a pair evaluates a bridge that is there. Whether there is one, and how much liquid it holds, is decided by the
+//! rules of migration ([`crate::liquid`]), which are applied to the [events](super::Event) that this law requests: a touch at
+//! which a bridge may form, and the gap at which one breaks.
 
 mod bridge;
 mod energy;
 mod formulas;
 mod keys;
+mod table;
 #[cfg(test)]
 mod tests;
 
-pub use bridge::{Bridge, CURVE};
+pub use bridge::{Bridge, CURVE, SHORT};
 pub use formulas::{
     Curve, Form, bagheri, end_of_equal_spheres, end_of_unequal_spheres, lian_seville, willett,
     willett_classical,
 };
 pub(in crate::contact) use keys::KEYS;
+pub use table::Tables;
 
 use std::f64::consts::PI;
 
 use libm::{cbrt, exp, log};
 pub use mercury_common::scene::{LianSevilleVolume, Lubrication};
 
+use super::young_laplace::{Bound, Table};
 use super::{AdhesionForce, AdhesionLaw};
 use crate::contact::{Contact, History, NormalForce};
 use crate::lanes::{Mask, Real, Vector};
@@ -38,6 +41,8 @@ pub enum Fit {
     LianSeville,
     /// [`willett`].
     Willett,
+    /// A [table](Tables) of exact solutions, made before the run.
+    YoungLaplace,
 }
 
 impl Fit {
@@ -47,6 +52,7 @@ impl Fit {
         match self {
             Self::WillettClassical => Form::Exponential,
             Self::Bagheri | Self::LianSeville | Self::Willett => Form::Rational,
+            Self::YoungLaplace => Form::Exact,
         }
     }
 
@@ -58,6 +64,7 @@ impl Fit {
             Self::WillettClassical => "willett-classical",
             Self::LianSeville => "lian-seville",
             Self::Willett => "willett",
+            Self::YoungLaplace => "young-laplace",
         }
     }
 }
@@ -71,6 +78,8 @@ pub enum Rupture {
     Willett,
     /// [`end_of_unequal_spheres`].
     Radii,
+    /// The end of the stable branch, as the table of the pair has it.
+    Table,
 }
 
 /// The liquid of one pair of materials. No bridge forms where `max_volume` is 0.
@@ -102,6 +111,10 @@ pub struct Liquid {
     pub lubrication_in_contact: bool,
     /// Gap at which the longest bridge of these materials breaks, m.
     pub range: f64,
+    /// Largest relative error of the force of [`Fit::YoungLaplace`], and the number of its table.
+    pub accuracy: f64,
+    /// See `accuracy`.
+    pub table: u32,
 }
 
 impl Liquid {
@@ -120,17 +133,24 @@ impl Liquid {
         lubrication: Lubrication::Clamped,
         lubrication_in_contact: false,
         range: 0.0,
+        accuracy: 1e-3,
+        table: 0,
     };
 
     /// With the range of bridges between particles of which the smallest has this radius (m): their gaps grow as R_D falls.
     #[must_use]
-    pub fn reaching(self, smallest_radius: f64) -> Self {
+    pub fn reaching(self, smallest_radius: f64, tables: &Tables) -> Self {
         if self.max_volume <= 0.0 {
             return Self { range: 0.0, ..self };
         }
-        let end = self.end(self.max_volume, [smallest_radius; 2]);
+        if self.fit == Fit::YoungLaplace {
+            let longest = tables.get(self.table).map_or(0.0, Table::longest);
+            let range = longest * cbrt(self.max_volume);
+            return Self { range, ..self };
+        }
+        let end = self.end(self.max_volume, [smallest_radius; 2], tables);
         // At a wall R_D is twice the radius, and a bridge ends sooner.
-        let at_wall = self.end(self.max_volume, [smallest_radius, f64::INFINITY]);
+        let at_wall = self.end(self.max_volume, [smallest_radius, f64::INFINITY], tables);
         Self {
             range: end.max(at_wall),
             ..self
@@ -139,7 +159,7 @@ impl Liquid {
 
     /// The gap at which a bridge of the given volume (m^3) breaks between spheres of these radii (m; infinite at a wall), m.
     #[must_use]
-    pub fn end(&self, volume: f64, radii: [f64; 2]) -> f64 {
+    pub fn end(&self, volume: f64, radii: [f64; 2], tables: &Tables) -> f64 {
         let diameter = reduced_diameter(radii);
         let relative = volume / (diameter * diameter * diameter);
         let angle = self.contact_angle;
@@ -148,10 +168,9 @@ impl Liquid {
             Rupture::Lian => (1.0 + 0.5 * angle) * cbrt(volume),
             _ if self.takes_cubic_metres() => end_of_equal_spheres(volume, angle),
             Rupture::Willett => diameter * end_of_equal_spheres(relative, angle),
-            Rupture::Radii => {
-                let ratio = (radii[0] / radii[1]).min(radii[1] / radii[0]);
-                diameter * end_of_unequal_spheres(relative, angle, ratio)
-            }
+            Rupture::Radii => diameter * end_of_unequal_spheres(relative, angle, ratio_of(radii)),
+            Rupture::Table => (tables.get(self.table))
+                .map_or(0.0, |table| diameter * table.end(relative, ratio_of(radii))),
         }
     }
 
@@ -161,7 +180,7 @@ impl Liquid {
 
     /// A bridge with another volume (m^3), between spheres of these radii (m; infinite at a wall): its end and its force.
     #[must_use]
-    pub fn fill(&self, bridge: &Bridge, volume: f64, radii: [f64; 2]) -> Bridge {
+    pub fn fill(&self, bridge: &Bridge, volume: f64, radii: [f64; 2], tables: &Tables) -> Bridge {
         if volume <= 0.0 {
             return Bridge {
                 volume: 0.0,
@@ -173,7 +192,22 @@ impl Liquid {
         let diameter = reduced_diameter(radii);
         let relative = volume / (diameter * diameter * diameter);
         let angle = self.contact_angle;
+        let strength = self.surface_tension * diameter;
         let (curve, unit) = match self.fit {
+            Fit::YoungLaplace => {
+                let table = tables.get(self.table);
+                let bound = table.map_or(Bound::NONE, |table| {
+                    table.bind(relative, ratio_of(radii)).bound
+                });
+                let bound = bound.scaled(diameter, strength);
+                return Bridge {
+                    volume,
+                    wet: 1.0,
+                    end: bound.end,
+                    curve: table::curve_of(&bound),
+                    ..*bridge
+                };
+            }
             Fit::Bagheri => (bagheri(relative, angle), diameter),
             Fit::WillettClassical => (willett_classical(relative, angle), diameter),
             Fit::Willett => (willett(relative, angle), diameter),
@@ -186,25 +220,51 @@ impl Liquid {
                 (lian_seville(relative, angle, end), diameter)
             }
         };
-        let strength = self.surface_tension * diameter;
         let [f, a, p, q, j] = curve;
         let curve = match self.fit.form() {
-            Form::Rational => [f * strength, a / unit, p / unit, q / (unit * unit), 0.0],
             Form::Exponential => [f * strength, a, p, q, j / unit],
+            Form::Rational | Form::Exact => {
+                [f * strength, a / unit, p / unit, q / (unit * unit), 0.0]
+            }
         };
-        Bridge {
+        let filled = Bridge {
             volume,
             wet: 1.0,
-            end: self.end(volume, radii),
+            end: self.end(volume, radii, tables),
+            gap: bridge.gap,
+            force: bridge.force,
             curve,
-            ..*bridge
-        }
+        };
+        filled.resized()
+    }
+
+    /// Whether the nearest bridge of a table stands for one of this volume (m^3).
+    #[must_use]
+    pub fn is_clamped(&self, volume: f64, radii: [f64; 2], tables: &Tables) -> bool {
+        let diameter = reduced_diameter(radii);
+        let relative = volume / (diameter * diameter * diameter);
+        self.fit == Fit::YoungLaplace
+            && tables
+                .get(self.table)
+                .is_some_and(|table| !table.holds(relative, ratio_of(radii)))
+    }
+
+    /// Lateral area of a bridge at the gap of the last force evaluation, m^2, by the exact bridges of the pair's table.
+    #[must_use]
+    pub fn area(&self, bridge: &Bridge, radii: [f64; 2], tables: &Tables) -> f64 {
+        let diameter = reduced_diameter(radii);
+        let relative = bridge.volume / (diameter * diameter * diameter);
+        let table = tables.get(self.table);
+        table.map_or(0.0, |table| {
+            let area = table.area(relative, ratio_of(radii), bridge.gap / diameter);
+            area * diameter * diameter
+        })
     }
 
     /// The capillary pull of a bridge at a gap (m), N.
     #[must_use]
     pub fn force_at(&self, bridge: &Bridge, gap: f64) -> f64 {
-        energy::pull(self.fit.form(), &bridge.curve, gap)
+        energy::pull(self.fit.form(), bridge, gap)
     }
 
     /// The largest viscous coefficients of a film between two with R* (m): normal and tangential, kg/s.
@@ -220,38 +280,46 @@ impl Liquid {
 
     /// Energy of a bridge at its gap of the last force evaluation, J: minus the work from there to its end.
     #[must_use]
-    pub fn energy_of(&self, bridge: &Bridge) -> f64 {
+    pub fn energy_of<const N: usize>(&self, bridge: &Bridge<f64, N>) -> f64 {
         if bridge.volume <= 0.0 {
             return 0.0;
         }
         let form = self.fit.form();
-        let to_end = energy::work(form, &bridge.curve, bridge.gap.max(0.0), bridge.end);
+        let to_end = energy::work(form, bridge, bridge.gap.max(0.0));
         let overlap = (-bridge.gap).max(0.0);
         -(to_end + bridge.curve[0] * overlap)
     }
 
     /// The capillary pull, N, of bridges that are there.
     #[inline(always)]
-    fn pull<L: Real>(&self, bridge: &Bridge<L>, gap: L) -> L {
-        let [f, a, p, q, j] = bridge.curve;
-        match self.fit.form() {
+    fn pull<L: Real, const N: usize>(&self, bridge: &Bridge<L, N>, gap: L) -> L {
+        let [f, a, p, q, j] = bridge.resized::<SHORT>().curve;
+        let apart = L::ZERO.below(gap);
+        if !apart.any() {
+            return f;
+        }
+        let over_gap = match self.fit.form() {
+            Form::Exact => table::bound_of(bridge).force(gap),
             Form::Rational => f * (a * gap + L::ONE) / ((q * gap + p) * gap + L::ONE),
             Form::Exponential => {
                 let x = L::from_lanes(|k| log((j.lane(k) * gap.lane(k)).max(f64::MIN_POSITIVE)));
                 let inner = (q * x + p) * x;
                 let exponential = |x: L| L::from_lanes(|k| exp(x.lane(k)));
-                let apart = f * exponential(-(a * exponential(inner)));
-                L::select(L::ZERO.below(gap), apart, f)
+                f * exponential(-(a * exponential(inner)))
             }
-        }
+        };
+        L::select(apart, over_gap, f)
     }
 
     /// Viscous force on A (Adams & Perchard 1985 along the normal; Goldman, Cox & Brenner 1967 across it): 6π η R*² u_n/h and
     /// 6π η R* max(0, 8/15 ln(R*/h) + 0.9588) u_t, with h the larger of gap and roughness.
     #[inline(always)]
-    fn drag<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>, gap: L) -> AdhesionForce<L> {
+    fn drag<L: Real>(&self, contact: &Contact<L>, end: L, gap: L) -> AdhesionForce<L> {
         let radius = contact.effective_radius;
         let apart = L::ZERO.below(gap);
+        if !apart.any() && !self.lubrication_in_contact {
+            return AdhesionForce::NONE;
+        }
         let least = match self.roughness {
             Some(roughness) => L::splat(roughness),
             None => radius * 0.01,
@@ -260,7 +328,7 @@ impl Liquid {
         let (mut along, mut across) = (apart, apart);
         if self.lubrication == Lubrication::Cut {
             let limit = match self.fit {
-                Fit::LianSeville => bridge.end * 0.25,
+                Fit::LianSeville => end * 0.25,
                 _ => radius * 0.01,
             };
             along = along & limit.below(gap);
@@ -271,7 +339,11 @@ impl Liquid {
         let scale = radius * (6.0 * PI * self.viscosity);
         let ratio = radius / film;
         let viscous = scale * ratio * -contact.normal_velocity;
-        let log_ratio = L::from_lanes(|k| log(ratio.lane(k)));
+        let log_ratio = if across.any() {
+            L::from_lanes(|k| log(ratio.lane(k)))
+        } else {
+            L::ZERO
+        };
         let shear = scale * (log_ratio * (8.0 / 15.0) + 0.9588).max(L::ZERO);
         across = across & L::ZERO.below(shear);
         AdhesionForce {
@@ -282,39 +354,13 @@ impl Liquid {
             tangential: contact.tangential_velocity * -L::select(across, shear, L::ZERO),
         }
     }
-}
 
-/// R_D = 2 R*, m, of spheres of these radii (m; infinite at a wall).
-#[must_use]
-pub fn reduced_diameter(radii: [f64; 2]) -> f64 {
-    2.0 / (1.0 / radii[0] + 1.0 / radii[1])
-}
-
-impl AdhesionLaw for Liquid {
-    type History<L: Real> = Bridge<L>;
-    const ACTIVE: bool = true;
-    const FORMS_ON_CONTACT: bool = true;
-    const SHEARS: bool = true;
-    const HAS_EVENTS: bool = true;
-
-    fn name(&self) -> &'static str {
-        if self.max_volume > 0.0 {
-            self.fit.name()
-        } else {
-            "no liquid"
-        }
-    }
-
-    fn range(&self) -> f64 {
-        self.range
-    }
-
+    /// Force on A; the bridge keeps what the audit needs of this evaluation.
     #[inline(always)]
-    fn force<L: Real>(
+    fn act<L: Real, const N: usize>(
         &self,
         contact: &Contact<L>,
-        _: f64,
-        bridge: &mut Bridge<L>,
+        bridge: &mut Bridge<L, N>,
     ) -> AdhesionForce<L> {
         let gap = -contact.overlap;
         if self.max_volume > 0.0 {
@@ -327,7 +373,7 @@ impl AdhesionLaw for Liquid {
             return AdhesionForce::NONE;
         }
         let mut force = if self.viscosity > 0.0 {
-            let drag = self.drag(contact, bridge, gap);
+            let drag = self.drag(contact, bridge.end, gap);
             AdhesionForce {
                 normal: NormalForce {
                     elastic: L::ZERO,
@@ -343,18 +389,13 @@ impl AdhesionLaw for Liquid {
         force
     }
 
-    /// Minus the work to the end of the bridge.
-    fn energy<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L {
-        L::from_lanes(|k| {
-            self.energy_of(&Bridge {
-                gap: -contact.overlap.lane(k),
-                ..bridge.lane(k)
-            })
-        })
-    }
-
+    /// Whether a contact with this bridge has an event.
     #[inline(always)]
-    fn event<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L>) -> L::Mask {
+    fn has_event<L: Real, const N: usize>(
+        &self,
+        contact: &Contact<L>,
+        bridge: &Bridge<L, N>,
+    ) -> L::Mask {
         let touches = L::ZERO.below(contact.overlap);
         let dry = bridge.wet.equals(L::ZERO);
         if self.max_volume <= 0.0 {
@@ -367,9 +408,89 @@ impl AdhesionLaw for Liquid {
     /// The work that the capillary force has done since the last evaluation, as the integrator counts it, less what the energy of the
     /// bridge has fallen: 0 but for the step in which it breaks. What it sets free when it forms or takes liquid is counted where that
     /// happens.
-    fn loss(&self, contact: &Contact, _: &Contact, _: f64, [before, after]: [&Bridge; 2]) -> f64 {
+    fn loss_of<const N: usize>(
+        &self,
+        contact: &Contact,
+        [before, after]: [&Bridge<f64, N>; 2],
+    ) -> f64 {
         let way = before.gap + contact.overlap;
         let work = 0.5 * (before.force + after.force) * way;
-        work - (self.energy(contact, after) - self.energy_of(before))
+        work - (self.energy_at(contact, after) - self.energy_of(before))
+    }
+
+    /// Minus the work from the gap of a contact to the end of the bridge.
+    fn energy_at<L: Real, const N: usize>(&self, contact: &Contact<L>, bridge: &Bridge<L, N>) -> L {
+        L::from_lanes(|k| {
+            self.energy_of(&Bridge {
+                gap: -contact.overlap.lane(k),
+                ..bridge.lane(k)
+            })
+        })
+    }
+}
+
+/// R_D = 2 R*, m, of spheres of these radii (m; infinite at a wall).
+#[must_use]
+pub fn reduced_diameter(radii: [f64; 2]) -> f64 {
+    2.0 / (1.0 / radii[0] + 1.0 / radii[1])
+}
+
+/// The smaller of two radii over the larger one; 0 at a wall.
+fn ratio_of(radii: [f64; 2]) -> f64 {
+    (radii[0] / radii[1]).min(radii[1] / radii[0])
+}
+
+/// The law of liquid bridges whose contacts keep `N` numbers of a bridge's force: [`SHORT`] for the formulas, [`CURVE`] for all.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LiquidLaw<const N: usize>(pub Liquid);
+
+impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
+    type History<L: Real> = Bridge<L, N>;
+    const ACTIVE: bool = true;
+    const FORMS_ON_CONTACT: bool = true;
+    const SHEARS: bool = true;
+    const HAS_EVENTS: bool = true;
+
+    fn name(&self) -> &'static str {
+        if self.0.max_volume > 0.0 {
+            self.0.fit.name()
+        } else {
+            "no liquid"
+        }
+    }
+
+    fn range(&self) -> f64 {
+        self.0.range
+    }
+
+    fn least_films(&self) -> f64 {
+        if self.0.max_volume > 0.0 {
+            self.0.min_volume.max(f64::MIN_POSITIVE)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    #[inline(always)]
+    fn force<L: Real>(
+        &self,
+        contact: &Contact<L>,
+        _: f64,
+        bridge: &mut Bridge<L, N>,
+    ) -> AdhesionForce<L> {
+        self.0.act(contact, bridge)
+    }
+
+    fn energy<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L, N>) -> L {
+        self.0.energy_at(contact, bridge)
+    }
+
+    #[inline(always)]
+    fn event<L: Real>(&self, contact: &Contact<L>, bridge: &Bridge<L, N>) -> L::Mask {
+        self.0.has_event(contact, bridge)
+    }
+
+    fn loss(&self, contact: &Contact, _: &Contact, _: f64, bridges: [&Bridge<f64, N>; 2]) -> f64 {
+        self.0.loss_of(contact, bridges)
     }
 }

@@ -1,12 +1,23 @@
 //! Forces and energies of bridges: values of the specification's table of cases, which were computed by other programs, and closed
 //! forms.
 
+use std::sync::{Arc, LazyLock};
+
 use proptest::prelude::*;
 
 use super::*;
+use crate::contact::adhesion::young_laplace::Branch;
 use crate::lanes::Lanes;
 
 const MM: f64 = 1e-3;
+
+/// Exact bridges at 20 degrees.
+static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let table = Table::new(20f64.to_radians(), (1e-4, 0.1), (0.0, 1.0), 1e-3).unwrap();
+    let mut tables = Tables::default();
+    tables.add(&Arc::new(table));
+    tables
+});
 
 fn law(fit: Fit, surface_tension: f64, degrees: f64) -> Liquid {
     Liquid {
@@ -20,7 +31,12 @@ fn law(fit: Fit, surface_tension: f64, degrees: f64) -> Liquid {
 }
 
 fn bridge(liquid: &Liquid, volume: f64, radii: [f64; 2]) -> Bridge {
-    liquid.fill(&Bridge::default(), volume, radii)
+    let none = Tables::default();
+    let tables = match liquid.fit {
+        Fit::YoungLaplace => &*TABLES,
+        _ => &none,
+    };
+    liquid.fill(&Bridge::default(), volume, radii, tables)
 }
 
 fn close(found: f64, expected: f64, relative: f64) {
@@ -56,7 +72,7 @@ fn short_willett_has_its_printed_values() {
     let at_wall = bridge(&wetting, 1e-11, [1.2 * MM, f64::INFINITY]);
     close(wetting.pull(&at_wall, 0.0), 1.0555751316e-3, 1e-10);
     close(
-        liquid.end(1e-11, [MM; 2]) / (1.0 + 0.5 * liquid.contact_angle),
+        liquid.end(1e-11, [MM; 2], &Tables::default()) / (1.0 + 0.5 * liquid.contact_angle),
         libm::cbrt(1e-11),
         1e-14,
     );
@@ -176,14 +192,21 @@ fn bridges_end_where_the_fit_says() {
         (0.05, 0.2, 3.6697587e-4),
         (0.05, 0.0, 3.4655922e-4),
     ] {
-        close(liquid.end(volume * 1e-9, radii(ratio)), end, 1e-7);
+        close(
+            liquid.end(volume * 1e-9, radii(ratio), &Tables::default()),
+            end,
+            1e-7,
+        );
         // The list reaches at least that far.
         let planned = Liquid {
             max_volume: volume * 1e-9,
             ..liquid
         };
         let smallest = radii(ratio)[0];
-        assert!(planned.reaching(smallest).range >= planned.end(volume * 1e-9, radii(ratio)));
+        assert!(
+            planned.reaching(smallest, &Tables::default()).range
+                >= planned.end(volume * 1e-9, radii(ratio), &Tables::default())
+        );
     }
 }
 
@@ -303,7 +326,7 @@ fn viscous_forces_have_their_printed_values() {
         for sign in [1.0, -1.0] {
             let mut pair = bridge(&liquid, 1e-11, radii);
             let contact = contact(radii, -1e-5, 0.1 * sign, 0.05 * sign);
-            let force = liquid.force(&contact, 1e-6, &mut pair);
+            let force = liquid.act(&contact, &mut pair);
             close(-sign * force.normal.viscous, normal, 1e-12);
             close(-sign * force.tangential.y, tangential, 1e-11);
             assert_eq!(force.normal.elastic, 0.0);
@@ -343,7 +366,7 @@ fn a_cut_film_is_silent_below_its_limit() {
         (1.01 * limit, true),
         (1.01 * pair.end, false),
     ] {
-        let force = cut.force(&contact([MM; 2], -gap, 0.1, 0.05), 1e-6, &mut pair);
+        let force = cut.act(&contact([MM; 2], -gap, 0.1, 0.05), &mut pair);
         assert_eq!(force.normal.viscous != 0.0, acts, "{gap}");
         assert_eq!(force.tangential.y != 0.0, acts, "{gap}");
     }
@@ -354,10 +377,10 @@ fn a_cut_film_is_silent_below_its_limit() {
     };
     let mut pair = bridge(&cut, 1e-11, [MM; 2]);
     for (gap, acts) in [(4.9e-6, false), (5.1e-6, true)] {
-        let force = cut.force(&contact([MM; 2], -gap, 0.1, 0.05), 1e-6, &mut pair);
+        let force = cut.act(&contact([MM; 2], -gap, 0.1, 0.05), &mut pair);
         assert_eq!(force.normal.viscous != 0.0, acts, "{gap}");
     }
-    // In contact the normal term goes on at the roughness, if it is asked for.
+    // In contact the normal term goes on at the roughness, if this is selected.
     for (goes_on, expected) in [
         (false, 0.0),
         (true, -6.0 * PI * 1e-3 * 0.5 * MM * 100.0 * 0.1),
@@ -367,10 +390,52 @@ fn a_cut_film_is_silent_below_its_limit() {
             lubrication_in_contact: goes_on,
             ..cut
         };
-        let force = clamped.force(&contact([MM; 2], 1e-6, 0.1, 0.05), 1e-6, &mut pair);
+        let force = clamped.act(&contact([MM; 2], 1e-6, 0.1, 0.05), &mut pair);
         assert!((force.normal.viscous - expected).abs() <= 1e-15 * expected.abs());
         assert_eq!(force.tangential.y, 0.0);
     }
+}
+
+/// All laws.
+const FITS: [Fit; 5] = [
+    Fit::Bagheri,
+    Fit::WillettClassical,
+    Fit::LianSeville,
+    Fit::Willett,
+    Fit::YoungLaplace,
+];
+
+/// The law has the force of the exact solution in SI units, for pairs and at walls, and its end; a bridge outside of the table is seen.
+#[test]
+fn young_laplace_has_the_exact_force() {
+    let liquid = Liquid {
+        rupture: Rupture::Table,
+        ..law(Fit::YoungLaplace, 0.07, 20.0)
+    };
+    for (volume, radii) in [
+        (1e-11, [MM; 2]),
+        (5e-12, [0.7 * MM, 2.1 * MM]),
+        (3e-11, [MM, f64::INFINITY]),
+    ] {
+        let diameter = reduced_diameter(radii);
+        let relative = volume / (diameter * diameter * diameter);
+        let ratio = ratio_of(radii);
+        let branch = Branch::new(liquid.contact_angle, relative, ratio).unwrap();
+        let pair = bridge(&liquid, volume, radii);
+        close(pair.end, branch.end() * diameter, 1e-3);
+        close(liquid.end(volume, radii, &TABLES), pair.end, 1e-14);
+        for share in [0.0, 0.1, 0.5, 0.9] {
+            let gap = share * branch.end();
+            let exact = 0.07 * diameter * branch.at(gap).unwrap().force;
+            close(liquid.pull(&pair, gap * diameter), exact, 1e-3);
+        }
+        assert!(liquid.reaching(0.5 * MM, &TABLES).range > 0.0);
+        assert!(!liquid.is_clamped(volume, radii, &TABLES));
+    }
+    assert!(liquid.is_clamped(1e-15, [MM; 2], &TABLES));
+    // Contacts with little room do not take it.
+    let any = crate::contact::AnyAdhesion::Liquid(liquid);
+    assert!(<LiquidLaw<SHORT> as crate::contact::OneOf<_>>::of(any).is_none());
 }
 
 proptest! {
@@ -380,13 +445,14 @@ proptest! {
     /// the round-off of the energy, 1e-15 U/h.
     #[test]
     fn forces_are_slopes_of_energies(
-        which in 0..4_usize,
+        which in 0..5_usize,
         degrees in 0.0..50.0,
         volume in prop::sample::select(vec![1e-4, 1e-3, 1e-2, 0.1]),
         ratio in 0.05..1.0_f64,
         place in 0.05..0.95_f64,
     ) {
-        let fit = [Fit::Bagheri, Fit::WillettClassical, Fit::LianSeville, Fit::Willett][which];
+        let fit = FITS[which];
+        let degrees = if fit == Fit::YoungLaplace { 20.0 } else { degrees };
         let liquid = Liquid { rupture: Rupture::Radii, ..law(fit, 0.07, degrees) };
         let radii = [MM * (1.0 + ratio) / 2.0, MM * (1.0 + ratio) / 2.0 / ratio];
         let pair = bridge(&liquid, volume * 1e-9, radii);
@@ -405,12 +471,12 @@ proptest! {
     /// Several contacts side by side have the bits of each alone.
     #[test]
     fn lanes_have_the_bits_of_single_contacts(
-        which in 0..4_usize,
+        which in 0..5_usize,
         gaps in prop::array::uniform4(-1e-5..3e-4_f64),
         volumes in prop::array::uniform4(prop::sample::select(vec![0.0, 1e-12, 1e-11])),
         speed in -0.1..0.1_f64,
     ) {
-        let fit = [Fit::Bagheri, Fit::WillettClassical, Fit::LianSeville, Fit::Willett][which];
+        let fit = FITS[which];
         let liquid = Liquid { viscosity: 1e-3, ..law(fit, 0.07, 20.0) };
         let contacts = gaps.map(|gap| contact([MM; 2], -gap, speed, 0.3 * speed));
         let bridges = volumes.map(|volume| bridge(&liquid, volume, [MM; 2]));
@@ -428,14 +494,14 @@ proptest! {
             spin: Vector::ZERO,
         };
         let mut together = Bridge::<Lanes<4>>::gather(|k| bridges[k]);
-        let force = liquid.force(&all, 1e-6, &mut together);
-        let events = liquid.event(&all, &together).bits();
+        let force = liquid.act(&all, &mut together);
+        let events = liquid.has_event(&all, &together).bits();
         for k in 0..4 {
             let mut alone = bridges[k];
-            let expected = liquid.force(&contacts[k], 1e-6, &mut alone);
+            let expected = liquid.act(&contacts[k], &mut alone);
             prop_assert_eq!(force.lane(k), expected);
             prop_assert_eq!(together.lane(k), alone);
-            prop_assert_eq!(events >> k & 1 == 1, liquid.event(&contacts[k], &alone));
+            prop_assert_eq!(events >> k & 1 == 1, liquid.has_event(&contacts[k], &alone));
         }
     }
 }

@@ -49,7 +49,7 @@ pub enum TableError {
     /// The finest table is not good enough.
     #[error("the table of liquid bridges is accurate to {reached:.1e} only, not to {wanted:.1e}")]
     Accuracy {
-        /// Relative error that was asked for.
+        /// Requested relative error.
         wanted: f64,
         /// Relative error of the finest table.
         reached: f64,
@@ -210,6 +210,28 @@ impl Table {
             bound: Bound::new(end, stretch(log_volume), node.force),
             inside,
         }
+    }
+
+    /// The gap (R_D) at which the bridge of a volume (R_D^3) between spheres of a ratio of radii ends; 0 where there is none.
+    #[must_use]
+    pub fn end(&self, volume: f64, ratio: f64) -> f64 {
+        if !(volume > 0.0 && volume.is_finite()) {
+            return 0.0;
+        }
+        self.interpolated(volume, ratio).0.end * libm::cbrt(volume)
+    }
+
+    /// A bound of the ends over the cube root of the volume, of all bridges: the interpolation between nodes stays below it.
+    #[must_use]
+    pub fn longest(&self) -> f64 {
+        let ends = self.nodes.iter().map(|node| node.end);
+        1.01 * ends.fold(0.0, f64::max)
+    }
+
+    /// Whether a bridge lies in the table, so that none nearby has to stand for it.
+    #[must_use]
+    pub fn holds(&self, volume: f64, ratio: f64) -> bool {
+        self.volumes.clamped(libm::log(volume)).1 && self.shapes.clamped(shape(ratio)).1
     }
 
     /// Lateral area (R_D^2) at a gap (R_D) of the bridge of a volume (R_D^3); that of the touch in contact, that of the end beyond it.

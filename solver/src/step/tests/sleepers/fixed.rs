@@ -45,7 +45,8 @@ fn leaning_on_fixed_ones(sleeping: &str, tilt: f64, more: &str) -> Arc<Plan> {
     Arc::new(plan(&scene).unwrap())
 }
 
-/// Who lies against fixed ones is felt by them, and seen there, whether it sleeps or not: also by blocks in which nobody sleeps.
+/// Contacts of particles that touch fixed ones act on these and are seen there, whether the particle sleeps or not: also in
+/// blocks without sleepers.
 #[test]
 fn fixed_ones_feel_sleepers() {
     let run = |sleeping| {
@@ -83,7 +84,7 @@ fn fixed_ones_feel_sleepers() {
 /// What fixed ones feel of sleepers outlasts an interruption, also when those are awake again.
 #[test]
 fn what_fixed_ones_feel_is_kept() {
-    // Beside the fixed ones, in a block without other sleepers; the wall rouses it.
+    // Beside the fixed ones, in a block without other sleepers; the wall wakes it.
     let alone = "[[particles]]\nmaterial = \"m\"\nradius = 1e-3\nposition = [-0.06, 0.025, 1e-3]";
     let plan = leaning_on_fixed_ones("sleeping = {}", 0.5, alone);
     let mut engine = Engine::new(Arc::clone(&plan), 1).unwrap();

@@ -1,0 +1,9 @@
+//! `mercury-export` from its command line and as a library.
+
+mod beside;
+mod cli;
+mod clumps;
+mod parquet;
+mod pictures;
+#[path = "../run_folder/mod.rs"]
+mod run_folder;

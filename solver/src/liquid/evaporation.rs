@@ -1,0 +1,78 @@
+//! Liquid that evaporates.
+
+use std::f64::consts::PI;
+
+use super::migration::{liquid_of, radii_of};
+use super::weight::{End, shares};
+use super::{Liquids, Surroundings, film_thickness};
+use crate::contact::Bridge;
+use crate::forces::ContactForces;
+use crate::state::{FILM_VOLUME, Particles};
+
+/// Liquid evaporates once in so many steps, for all of them: what goes in one of them is far below what a film holds.
+pub const EVERY: u64 = 32;
+
+impl Liquids {
+    /// Lets liquid evaporate for `time` (s), by its free surface: films over 4 pi (R + h)^2, bridges over their lateral area at the gap of the
+    /// last force evaluation, films on walls over their triangles. A bridge that dries up is gone; two that still touch stay dry until
+    /// they have parted.
+    pub fn evaporate(
+        &mut self,
+        time: f64,
+        contacts: &mut dyn ContactForces,
+        particles: &mut Particles,
+        around: &Surroundings<'_>,
+    ) {
+        let depth = self.evaporation * time;
+        if depth <= 0.0 {
+            return;
+        }
+        for row in 0..particles.len() {
+            let radius = particles.records[row].radius;
+            let films = particles.columns.get_mut(FILM_VOLUME).unwrap_or_default();
+            let Some(film) = films.get_mut(row).filter(|film| **film > 0.0) else {
+                continue;
+            };
+            let (before, outer) = (*film, radius + film_thickness(*film, radius));
+            *film = (before - 4.0 * PI * outer * outer * depth).max(0.0);
+            let lost = before - *film;
+            self.balance.evaporated.add(lost);
+            self.carry(particles, End::Row(row as u32), End::Outside, lost);
+        }
+        let gone = &mut self.balance.evaporated;
+        self.walls.shrink(depth, |volume| gone.add(volume));
+        let tables = &around.laws.tables;
+        for bond in contacts.bonds(&|_| true) {
+            let Some(place) = bond.place else {
+                continue;
+            };
+            let liquid = liquid_of(particles, around, &bond);
+            let radii = radii_of(particles, &bond);
+            let before = bond.bridge.volume;
+            let left = before - liquid.area(&bond.bridge, radii, tables) * depth;
+            let bridge = if left > 0.0 {
+                self.note_clamped(&liquid, left, radii, around);
+                liquid.fill(&bond.bridge, left, radii, tables)
+            } else if bond.touches {
+                Bridge {
+                    wet: 1.0,
+                    gap: bond.bridge.gap,
+                    ..Bridge::default()
+                }
+            } else {
+                Bridge::default()
+            };
+            self.balance.evaporated.add(before - bridge.volume);
+            let ends = shares(&bond, &bond.bridge)
+                .into_iter()
+                .zip(shares(&bond, &bridge));
+            for ((end, held), (_, holds)) in ends {
+                self.carry(particles, end, End::Outside, held - holds);
+            }
+            self.balance.next_set_free +=
+                liquid.energy_of(&bond.bridge) - liquid.energy_of(&bridge);
+            self.balance.dried += u64::from(bridge.volume == 0.0);
+            contacts.set_bridge(&place, bridge);
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! The elements of a sheet as pure functions: the uniformly strained triangle and the hinge.
+
+use glam::DVec3;
+
+/// A triangle at rest for the law of St. Venant and Kirchhoff.
+///
+/// With the edge vectors d1, d2 from the first corner, the metric g_ab = d_a . d_b and that of the rest shape G, the strain is
+/// e = (g - G)/2 and the energy per rest area E t/(2 (1 - nu^2)) \[(1 - nu) e:e + nu tr(e)^2\], indices raised by G^-1
+/// (Ciarlet 2000, Mathematical Elasticity III). It is exact where the strain is uniform.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Strained {
+    /// G: 11, 12, 22, m^2.
+    metric: [f64; 3],
+    /// G^-1: 11, 12, 22, 1/m^2.
+    inverse: [f64; 3],
+    /// Rest area, m^2.
+    area: f64,
+}
+
+impl Strained {
+    /// Of the corners at rest.
+    #[must_use]
+    pub fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let (d1, d2) = (b - a, c - a);
+        let metric = [d1.dot(d1), d1.dot(d2), d2.dot(d2)];
+        let area = 0.5 * d1.cross(d2).length();
+        let determinant = 4.0 * area * area;
+        let [g11, g12, g22] = metric;
+        Self {
+            metric,
+            inverse: [g22 / determinant, -g12 / determinant, g11 / determinant],
+            area,
+        }
+    }
+
+    /// The stress S^ab (11, 12, 22), N/m^3, and the energy, J. `stiffness`: E t, N/m.
+    #[inline]
+    fn stress(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> ([f64; 3], f64) {
+        let [g11, g12, g22] = self.metric;
+        let [h11, h12, h22] = self.inverse;
+        let e11 = 0.5 * (d1.dot(d1) - g11);
+        let e12 = 0.5 * (d1.dot(d2) - g12);
+        let e22 = 0.5 * (d2.dot(d2) - g22);
+        // Mixed components, first index up.
+        let m11 = h11 * e11 + h12 * e12;
+        let m12 = h11 * e12 + h12 * e22;
+        let m21 = h12 * e11 + h22 * e12;
+        let m22 = h12 * e12 + h22 * e22;
+        let trace = m11 + m22;
+        let square = m11 * m11 + 2.0 * m12 * m21 + m22 * m22;
+        let plane = stiffness / (1.0 - nu * nu);
+        let shear = plane * (1.0 - nu);
+        let stress = [
+            shear * (m11 * h11 + m12 * h12) + plane * nu * trace * h11,
+            shear * (m11 * h12 + m12 * h22) + plane * nu * trace * h12,
+            shear * (m21 * h12 + m22 * h22) + plane * nu * trace * h22,
+        ];
+        let energy = 0.5 * self.area * (shear * square + plane * nu * trace * trace);
+        (stress, energy)
+    }
+
+    /// Forces on the second and the third corner, N; the first gets minus their sum.
+    #[inline]
+    #[must_use]
+    pub fn forces(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> [DVec3; 2] {
+        let ([s11, s12, s22], _) = self.stress(d1, d2, stiffness, nu);
+        [
+            -self.area * (s11 * d1 + s12 * d2),
+            -self.area * (s12 * d1 + s22 * d2),
+        ]
+    }
+
+    /// Energy, J.
+    #[must_use]
+    pub fn energy(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> f64 {
+        self.stress(d1, d2, stiffness, nu).1
+    }
+
+    /// A times the tension (Cauchy stress times thickness), N m.
+    #[must_use]
+    pub fn tension_times_area(&self, d1: DVec3, d2: DVec3, stiffness: f64, nu: f64) -> Tension {
+        let ([s11, s12, s22], _) = self.stress(d1, d2, stiffness, nu);
+        let mut tension = Tension::default();
+        tension.add(self.area * s11, d1, d1);
+        tension.add(self.area * s22, d2, d2);
+        tension.add(self.area * s12, d1, d2);
+        tension.add(self.area * s12, d2, d1);
+        tension
+    }
+}
+
+/// A symmetric tensor: xx, yy, zz, xy, xz, yz.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tension(pub [f64; 6]);
+
+impl Tension {
+    /// Adds `factor` times the symmetric part of a b^T.
+    #[inline]
+    pub fn add(&mut self, factor: f64, a: DVec3, b: DVec3) {
+        let n = &mut self.0;
+        n[0] += factor * a.x * b.x;
+        n[1] += factor * a.y * b.y;
+        n[2] += factor * a.z * b.z;
+        n[3] += 0.5 * factor * (a.x * b.y + a.y * b.x);
+        n[4] += 0.5 * factor * (a.x * b.z + a.z * b.x);
+        n[5] += 0.5 * factor * (a.y * b.z + a.z * b.y);
+    }
+
+    /// Adds another.
+    pub fn add_all(&mut self, other: &Self) {
+        for (own, other) in self.0.iter_mut().zip(other.0) {
+            *own += other;
+        }
+    }
+
+    /// Each component times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self(self.0.map(|component| component * factor))
+    }
+
+    /// Trace.
+    #[must_use]
+    pub fn trace(&self) -> f64 {
+        self.0[0] + self.0[1] + self.0[2]
+    }
+
+    /// Its product with a vector.
+    #[must_use]
+    pub fn product(&self, a: DVec3) -> DVec3 {
+        let [xx, yy, zz, xy, xz, yz] = self.0;
+        DVec3::new(
+            xx * a.x + xy * a.y + xz * a.z,
+            xy * a.x + yy * a.y + yz * a.z,
+            xz * a.x + yz * a.y + zz * a.z,
+        )
+    }
+
+    /// The principal values in the plane with this unit normal, larger first.
+    #[must_use]
+    pub fn principal(&self, normal: DVec3) -> [f64; 2] {
+        let (one, other) = normal.any_orthonormal_pair();
+        let first = one.dot(self.product(one));
+        let second = other.dot(self.product(other));
+        let mixed = one.dot(self.product(other));
+        let mean = 0.5 * (first + second);
+        let half = 0.5 * (first - second);
+        let radius = (half * half + mixed * mixed).sqrt();
+        [mean + radius, mean - radius]
+    }
+}
+
+/// Two triangles at an edge: the bending element of Bridson, Marino and Fedkiw (2003).
+///
+/// x3 and x4 are the ends of the edge in the direction of the first triangle, x1 and x2 the corners beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fold {
+    /// Minus twice the gradient of the angle with respect to x1 ... x4, 1/m.
+    pub u: [DVec3; 4],
+    /// Sine of half the angle.
+    pub half_sine: f64,
+    /// Present length of the edge, m.
+    pub length: f64,
+}
+
+impl Fold {
+    /// Of four corners and the area vectors of the two triangles (normal times area, m^2).
+    #[inline]
+    #[must_use]
+    pub fn new([x1, x2, x3, x4]: [DVec3; 4], area1: DVec3, area2: DVec3) -> Self {
+        let edge = x4 - x3;
+        let length = edge.length();
+        let (squared1, squared2) = (area1.length_squared(), area2.length_squared());
+        // n/A of both triangles.
+        let over1 = area1 / squared1;
+        let over2 = area2 / squared2;
+        let direction = edge / length;
+        let u = [
+            over1 * length,
+            over2 * length,
+            over1 * (x1 - x4).dot(direction) + over2 * (x2 - x4).dot(direction),
+            -(over1 * (x1 - x3).dot(direction) + over2 * (x2 - x3).dot(direction)),
+        ];
+        let (n1, n2) = (area1 / squared1.sqrt(), area2 / squared2.sqrt());
+        let half = 0.5 * (n1 - n2).length();
+        let sign = n1.cross(n2).dot(edge);
+        Self {
+            u,
+            half_sine: if sign < 0.0 { -half } else { half },
+            length,
+        }
+    }
+
+    /// The angle, between -pi and pi.
+    #[must_use]
+    pub fn angle(area1: DVec3, area2: DVec3, edge: DVec3) -> f64 {
+        let (n1, n2) = (area1.normalize(), area2.normalize());
+        libm::atan2(n1.cross(n2).dot(edge.normalize()), n1.dot(n2))
+    }
+}
+
+/// Energy of a hinge over its prefactor Ke e0^2/(A1 + A2): 2 \[2 (cos(theta0/2) - cos(theta/2)) - sin(theta0/2) (theta - theta0)\].
+#[must_use]
+pub fn hinge_energy(angle: f64, rest: f64) -> f64 {
+    // As squares of sines, so that small angles keep their digits.
+    let (quarter_sum, quarter_difference) = (0.25 * (angle + rest), 0.25 * (angle - rest));
+    let cosines = 2.0 * libm::sin(quarter_sum) * libm::sin(quarter_difference);
+    2.0 * (2.0 * cosines - libm::sin(0.5 * rest) * (angle - rest))
+}

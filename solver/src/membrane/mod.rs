@@ -1,0 +1,29 @@
+//! Elastic sheets: the mechanics of a mesh whose vertices have mass.
+//!
+//! [`Topology`] says which triangles meet at which edges, [`Sheet`] what the sheet is at rest and which forces act on its vertices. All are
+//! functions of positions and velocities; the state of a run lies elsewhere. See `docs/theory/membranes.md`.
+
+mod critical;
+mod elements;
+mod forces;
+mod now;
+mod pressure;
+mod seen;
+mod shapes;
+mod sheet;
+#[cfg(test)]
+mod tests;
+mod topology;
+
+pub use critical::Rates;
+pub use elements::{Fold, Strained, Tension, hinge_energy};
+pub use forces::{Evaluation, Powers, Workspace};
+pub use now::{
+    Fault, HoldCourse, HoldLoad, HoldPlan, MembraneNow, MembranePlan, Moment, STRETCHES,
+    SavedMembrane, Works,
+};
+pub use pressure::{Enclosed, Load};
+pub use seen::{Scatter, Seen, TriangleTension};
+pub use shapes::{about_triangles, cylinder, disc, rectangle, sphere};
+pub use sheet::{Bending, Elasticity, Law, Sheet};
+pub use topology::{Edge, NONE, Topology, TopologyError};

@@ -1,0 +1,325 @@
+//! A sheet at rest: stiffnesses, rest lengths and angles, masses.
+
+use glam::DVec3;
+
+use super::elements::{Fold, Strained};
+use super::topology::{NONE, Topology, TopologyError};
+
+/// How a sheet resists stretching.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Elasticity {
+    /// A spring along each edge, of stiffness E t (A1 + A2)/l^2; Poisson's ratio is 1/3.
+    Springs,
+    /// Uniformly strained triangles.
+    Continuum {
+        /// Poisson's ratio, in (-1, 0.5].
+        poisson_ratio: f64,
+    },
+}
+
+impl Elasticity {
+    /// Poisson's ratio.
+    #[must_use]
+    pub fn poisson_ratio(self) -> f64 {
+        match self {
+            Self::Springs => 1.0 / 3.0,
+            Self::Continuum { poisson_ratio } => poisson_ratio,
+        }
+    }
+}
+
+/// How a sheet resists bending.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bending {
+    /// Ke, N m.
+    pub stiffness: f64,
+    /// Kd, N s.
+    pub damping: f64,
+    /// Whether hinges are free of moment where they are flat, instead of in the rest shape.
+    pub rests_flat: bool,
+}
+
+/// What a sheet is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Law {
+    /// Thickness, m.
+    pub thickness: f64,
+    /// Young's modulus, Pa.
+    pub youngs_modulus: f64,
+    /// Density, kg/m^3.
+    pub density: f64,
+    /// Resistance to stretching.
+    pub elasticity: Elasticity,
+    /// Damping along each edge as a fraction of critical.
+    pub damping_ratio: f64,
+    /// Drag on vertices, 1/s.
+    pub drag: f64,
+    /// Resistance to bending; none: limp.
+    pub bending: Option<Bending>,
+}
+
+impl Law {
+    /// E t, N/m.
+    #[must_use]
+    pub fn stiffness(&self) -> f64 {
+        self.youngs_modulus * self.thickness
+    }
+
+    /// Ke of a plate of this thickness, E t^3/(12 (1 - nu^2)), N m.
+    #[must_use]
+    pub fn plate_stiffness(&self) -> f64 {
+        let nu = self.elasticity.poisson_ratio();
+        let cube = self.thickness * self.thickness * self.thickness;
+        self.youngs_modulus * cube / (12.0 * (1.0 - nu * nu))
+    }
+}
+
+/// An edge at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RestEdge {
+    /// Stiffness of the spring, N/m: of both triangles.
+    pub stiffness: f64,
+    /// Length without force, m.
+    pub length: f64,
+    /// Energy at that length, J: not 0 where the two triangles do not agree about it.
+    pub energy: f64,
+    /// Stiffness by the first triangle alone, N/m.
+    pub first: f64,
+}
+
+/// A hinge at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RestHinge {
+    /// Ke e0^2/(A1 + A2) with the edge and the areas at rest, N m.
+    pub factor: f64,
+    /// Angle without moment.
+    pub angle: f64,
+    /// Sine of its half.
+    pub half_sine: f64,
+}
+
+/// A triangle at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RestTriangle {
+    /// For the continuum.
+    pub strained: Strained,
+    /// Area, m^2.
+    pub area: f64,
+    /// Length of the edge that begins at each corner, m.
+    pub lengths: [f64; 3],
+}
+
+/// A sheet: what never changes in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sheet {
+    pub(super) topology: Topology,
+    pub(super) law: Law,
+    pub(super) edges: Vec<RestEdge>,
+    pub(super) hinges: Vec<RestHinge>,
+    pub(super) triangles: Vec<RestTriangle>,
+    masses: Vec<f64>,
+    /// Where the entries of each vertex begin in `gathered`, and the end.
+    pub(super) gather_start: Vec<u32>,
+    /// Slots of forces that each vertex adds up, in this order.
+    pub(super) gathered: Vec<u32>,
+    /// Slots of each edge: its ends, and with bending the corners beside it.
+    pub(super) stride: usize,
+}
+
+impl Sheet {
+    /// A sheet whose triangles have these corners at rest, in m, in the order of the triangles of the topology. All lengths are
+    /// taken over 1 + `prestrain`. Rest triangles need not be joined as those of the sheet are: a tube may be rolled from a flat strip.
+    /// Where they are not, the hinge between them is flat at rest.
+    ///
+    /// # Errors
+    /// If a triangle at rest has no area.
+    pub fn new(
+        topology: Topology,
+        rest: &[[DVec3; 3]],
+        prestrain: f64,
+        law: Law,
+    ) -> Result<Self, TopologyError> {
+        Topology::check_areas(rest)?;
+        let shrink = 1.0 / (1.0 + prestrain);
+        let rest: Vec<[DVec3; 3]> = rest
+            .iter()
+            .map(|corners| corners.map(|corner| corner * shrink))
+            .collect();
+        let triangles: Vec<RestTriangle> = rest.iter().map(|&corners| at_rest(corners)).collect();
+        let mut masses = vec![0.0; topology.vertices()];
+        for (corners, triangle) in topology.triangles().iter().zip(&triangles) {
+            let share = law.density * law.thickness * triangle.area / 3.0;
+            for &corner in corners {
+                masses[corner as usize] += share;
+            }
+        }
+        let mut new = Self {
+            edges: Vec::new(),
+            hinges: Vec::new(),
+            triangles,
+            masses,
+            gather_start: Vec::new(),
+            gathered: Vec::new(),
+            stride: if law.bending.is_some() { 4 } else { 2 },
+            topology,
+            law,
+        };
+        new.find_edges();
+        new.find_hinges(&rest);
+        new.find_gathers();
+        Ok(new)
+    }
+
+    fn find_edges(&mut self) {
+        let stiffness = self.law.stiffness();
+        let part = |triangle: u32, from: u32| {
+            let rest = &self.triangles[triangle as usize];
+            let corners = self.topology.triangles()[triangle as usize];
+            let k = corners.iter().position(|&corner| corner == from);
+            let length = rest.lengths[k.unwrap_or(0)];
+            (stiffness * rest.area / (length * length), length)
+        };
+        self.edges = (self.topology.edges().iter())
+            .map(|edge| {
+                let (first, length) = part(edge.triangles[0], edge.ends[0]);
+                if edge.triangles[1] == NONE {
+                    return RestEdge {
+                        stiffness: first,
+                        length,
+                        energy: 0.0,
+                        first,
+                    };
+                }
+                // The second triangle runs through the edge the other way.
+                let (second, other) = part(edge.triangles[1], edge.ends[1]);
+                let stiffness = first + second;
+                let apart = length - other;
+                RestEdge {
+                    stiffness,
+                    length: (first * length + second * other) / stiffness,
+                    energy: 0.5 * first * second / stiffness * apart * apart,
+                    first,
+                }
+            })
+            .collect();
+    }
+
+    fn find_hinges(&mut self, rest: &[[DVec3; 3]]) {
+        let Some(bending) = self.law.bending else {
+            return;
+        };
+        let corner = |triangle: u32, vertex: u32| {
+            let corners = self.topology.triangles()[triangle as usize];
+            let k = corners.iter().position(|&corner| corner == vertex);
+            rest[triangle as usize][k.unwrap_or(0)]
+        };
+        let area_vector = |triangle: u32| {
+            let [a, b, c] = rest[triangle as usize];
+            0.5 * (b - a).cross(c - a)
+        };
+        self.hinges = (self.topology.hinges().iter().zip(&self.edges))
+            .map(|(edge, spring)| {
+                let [one, other] = edge.triangles;
+                let areas = self.triangles[one as usize].area + self.triangles[other as usize].area;
+                let ends = edge.ends.map(|end| corner(one, end));
+                let far_ends = edge.ends.map(|end| corner(other, end));
+                let are_joined =
+                    (0..2).all(|k| (ends[k] - far_ends[k]).length() < 1e-6 * spring.length);
+                let angle = if bending.rests_flat || !are_joined {
+                    0.0
+                } else {
+                    Fold::angle(area_vector(one), area_vector(other), ends[1] - ends[0])
+                };
+                RestHinge {
+                    factor: bending.stiffness * spring.length * spring.length / areas,
+                    angle,
+                    half_sine: libm::sin(0.5 * angle),
+                }
+            })
+            .collect();
+    }
+
+    /// For each vertex the slots that it adds up: of edges first, then of triangles.
+    fn find_gathers(&mut self) {
+        let stride = self.stride;
+        let first_of_triangles = stride * self.topology.edges().len();
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        for (index, edge) in self.topology.edges().iter().enumerate() {
+            let slot = (stride * index) as u32;
+            pairs.push((edge.ends[0], slot));
+            pairs.push((edge.ends[1], slot + 1));
+            if stride == 4 && edge.triangles[1] != NONE {
+                pairs.push((edge.opposite[0], slot + 2));
+                pairs.push((edge.opposite[1], slot + 3));
+            }
+        }
+        for (index, corners) in self.topology.triangles().iter().enumerate() {
+            for (k, &corner) in corners.iter().enumerate() {
+                pairs.push((corner, (first_of_triangles + 3 * index + k) as u32));
+            }
+        }
+        pairs.sort_unstable();
+        self.gather_start = vec![0; self.topology.vertices() + 1];
+        for &(vertex, _) in &pairs {
+            self.gather_start[vertex as usize + 1] += 1;
+        }
+        for k in 0..self.topology.vertices() {
+            self.gather_start[k + 1] += self.gather_start[k];
+        }
+        self.gathered = pairs.into_iter().map(|(_, slot)| slot).collect();
+    }
+
+    /// Its triangles, edges and rims.
+    #[must_use]
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Mass of each vertex, kg: a third of each of its triangles.
+    #[must_use]
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Length without force of each edge, m, in the order of [`Topology::edges`].
+    pub fn rest_lengths(&self) -> impl Iterator<Item = f64> + '_ {
+        self.edges.iter().map(|edge| edge.length)
+    }
+
+    /// Area at rest, m^2.
+    #[must_use]
+    pub fn rest_area(&self) -> f64 {
+        self.triangles.iter().map(|triangle| triangle.area).sum()
+    }
+
+    /// Coefficients of the dashpots along the edges, N s/m: 2 xi sqrt(m k), 1/m the sum of the inverse masses of both ends.
+    /// Between two held vertices 0.
+    #[must_use]
+    pub fn dashpots(&self, inverse_masses: &[f64]) -> Vec<f64> {
+        let dashpot = |(edge, rest): (&super::Edge, &RestEdge)| {
+            let inverse: f64 = edge.ends.iter().map(|&k| inverse_masses[k as usize]).sum();
+            if inverse > 0.0 {
+                2.0 * self.law.damping_ratio * (rest.stiffness / inverse).sqrt()
+            } else {
+                0.0
+            }
+        };
+        let edges = self.topology.edges().iter().zip(&self.edges);
+        edges.map(dashpot).collect()
+    }
+}
+
+fn at_rest(corners: [DVec3; 3]) -> RestTriangle {
+    let [a, b, c] = corners;
+    RestTriangle {
+        strained: Strained::new(corners),
+        area: 0.5 * (b - a).cross(c - a).length(),
+        lengths: [(b - a).length(), (c - b).length(), (a - c).length()],
+    }
+}

@@ -1,0 +1,346 @@
+//! `<prefix>.membranes.csv`, `.holds.csv`, `.membranes.arrow` and `.membrane_triangles.arrow`: elastic sheets in all, by holds, by vertices and by
+//! triangles.
+
+use std::path::Path;
+
+use glam::DVec3;
+use mercury_common::formats::number::{NumberStyle, push_number};
+use mercury_common::frames::{
+    MembraneFrame, MembraneTriangleFrame, MembraneTriangleWriter, MembraneWriter, VERTEX_HELD,
+};
+use mercury_pictures::SheetEnergies;
+
+use super::particle_frames::frames_header;
+use super::stream::{Begin, Sink, Stream, TextFile, begin_frames, push_csv_name};
+use super::{OutputError, State};
+use crate::membrane::{HoldLoad, MembraneNow, MembranePlan};
+use crate::plan::Plan;
+use crate::step::Engine;
+use crate::surface::Surface;
+
+const HEAD: &[u8] = b"time,name,area,volume,pressure,x,y,z,vx,vy,vz,fx,fy,fz,tx,ty,tz,nxx,nyy,nzz,nxy,nxz,nyz,kinetic,gravitational,stretching,bending,dissipated,pressure_work,hold_work,min_stretch,max_stretch\n";
+const HOLDS_HEAD: &[u8] = b"time,membrane,name,fx,fy,fz,tx,ty,tz,power\n";
+
+/// Elastic sheets at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MembraneState {
+    /// The numbers of each sheet behind its name, in the order of the file.
+    pub rows: Vec<[f64; 30]>,
+    /// What each sheet does to its holds.
+    pub holds: Vec<Vec<HoldLoad>>,
+    /// Vertices.
+    pub vertices: MembraneFrame,
+    /// Triangles.
+    pub triangles: MembraneTriangleFrame,
+}
+
+/// Energies of one sheet, J.
+fn energies(
+    (plan, surface, membrane): (&MembranePlan, &Surface, &MembraneNow),
+    gravity: DVec3,
+) -> SheetEnergies {
+    let mut sum = SheetEnergies {
+        stretching: plan.sheet.stretching_energy(&surface.positions),
+        bending: plan.sheet.bending_energy(&surface.positions),
+        dissipated: membrane.works.dissipated,
+        pressure_work: membrane.works.pressure,
+        hold_work: membrane.works.holds,
+        ..SheetEnergies::default()
+    };
+    let vertices = surface.positions.iter().zip(&surface.velocities);
+    for ((position, velocity), mass) in vertices.zip(plan.sheet.masses()) {
+        sum.kinetic += 0.5 * mass * velocity.length_squared();
+        sum.gravitational -= mass * gravity.dot(*position);
+    }
+    sum
+}
+
+fn all(engine: &Engine) -> impl Iterator<Item = (&MembranePlan, &Surface, &MembraneNow)> {
+    let plans = engine.plan().physics().membranes().iter();
+    let sheets = plans.zip(engine.surfaces()).zip(engine.membranes());
+    sheets.map(|((plan, surface), membrane)| (plan, surface, membrane))
+}
+
+/// Energies of all sheets, J.
+pub(super) fn sheet_energies(engine: &Engine) -> SheetEnergies {
+    let gravity = engine.plan().physics().gravity();
+    let mut sum = SheetEnergies::default();
+    for sheet in all(engine) {
+        let of_one = energies(sheet, gravity);
+        sum.kinetic += of_one.kinetic;
+        sum.gravitational += of_one.gravitational;
+        sum.stretching += of_one.stretching;
+        sum.bending += of_one.bending;
+        sum.dissipated += of_one.dissipated;
+        sum.pressure_work += of_one.pressure_work;
+        sum.hold_work += of_one.hold_work;
+    }
+    sum
+}
+
+impl MembraneState {
+    /// Of an engine whose step is complete; `None` where there are no sheets.
+    #[must_use]
+    pub fn of(engine: &Engine) -> Option<Self> {
+        if engine.membranes().is_empty() {
+            return None;
+        }
+        let (time, step) = (engine.time(), engine.steps());
+        let mut new = Self {
+            rows: Vec::new(),
+            holds: Vec::new(),
+            vertices: MembraneFrame {
+                time,
+                step,
+                ..MembraneFrame::default()
+            },
+            triangles: MembraneTriangleFrame {
+                time,
+                step,
+                ..MembraneTriangleFrame::default()
+            },
+        };
+        let gravity = engine.plan().physics().gravity();
+        for (number, sheet) in all(engine).enumerate() {
+            new.rows.push(row(sheet, gravity));
+            new.holds.push(sheet.2.hold_loads.clone());
+            new.add_tables(number as u32, sheet, gravity);
+        }
+        Some(new)
+    }
+
+    fn add_tables(
+        &mut self,
+        number: u32,
+        (plan, surface, membrane): (&MembranePlan, &Surface, &MembraneNow),
+        gravity: DVec3,
+    ) {
+        let vertices = &mut self.vertices;
+        for (k, &mass) in plan.sheet.masses().iter().enumerate() {
+            vertices.membrane.push(number);
+            vertices.vertex.push(k as u32);
+            vertices
+                .state
+                .push(if membrane.is_held(k) { VERTEX_HELD } else { 0 });
+            vertices.mass.push(mass);
+            vertices.position.push(surface.positions[k]);
+            vertices.velocity.push(surface.velocities[k]);
+            vertices.force.push(surface.forces[k] + mass * gravity);
+        }
+        let triangles = &mut self.triangles;
+        for (k, corners) in plan.sheet.topology().triangles().iter().enumerate() {
+            let seen = plan.sheet.triangle(k, &surface.positions);
+            triangles.membrane.push(number);
+            triangles.triangle.push(k as u32);
+            for (list, &corner) in triangles.corners.iter_mut().zip(corners) {
+                list.push(corner);
+            }
+            triangles.area.push(seen.area);
+            for (list, tension) in triangles.tensions.iter_mut().zip(seen.principal) {
+                list.push(tension);
+            }
+            triangles.load.push(surface.triangle_loads[k]);
+        }
+    }
+}
+
+/// The numbers of a sheet in the order of the file.
+fn row(sheet: (&MembranePlan, &Surface, &MembraneNow), gravity: DVec3) -> [f64; 30] {
+    let (plan, surface, membrane) = sheet;
+    let seen = plan.sheet.seen(&surface.positions);
+    let volume = plan.sheet.enclosed(&surface.positions).volume;
+    let (mut mass, mut centre, mut momentum) = (0.0, DVec3::ZERO, DVec3::ZERO);
+    let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+    for (k, &of_vertex) in plan.sheet.masses().iter().enumerate() {
+        mass += of_vertex;
+        centre += of_vertex * surface.positions[k];
+        momentum += of_vertex * surface.velocities[k];
+        force += surface.loads[k];
+        torque += surface.positions[k].cross(surface.loads[k]);
+    }
+    let energies = energies(sheet, gravity);
+    let [x, y, z] = (centre / mass).to_array();
+    let [vx, vy, vz] = (momentum / mass).to_array();
+    let ([fx, fy, fz], [tx, ty, tz]) = (force.to_array(), torque.to_array());
+    let [nxx, nyy, nzz, nxy, nxz, nyz] = seen.tension.0;
+    [
+        seen.area,
+        volume,
+        membrane.pressure,
+        x,
+        y,
+        z,
+        vx,
+        vy,
+        vz,
+        fx,
+        fy,
+        fz,
+        tx,
+        ty,
+        tz,
+        nxx,
+        nyy,
+        nzz,
+        nxy,
+        nxz,
+        nyz,
+        energies.kinetic,
+        energies.gravitational,
+        energies.stretching,
+        energies.bending,
+        energies.dissipated,
+        energies.pressure_work,
+        energies.hold_work,
+        seen.least_stretch,
+        seen.largest_stretch,
+    ]
+}
+
+/// A row for each sheet and each output interval.
+pub(super) struct MembraneCsv {
+    file: TextFile,
+    names: Vec<String>,
+}
+
+impl MembraneCsv {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.membranes.csv", plan.outputs().prefix());
+        let surfaces = plan.physics().surfaces().iter();
+        Ok(Self {
+            file: TextFile::begin(folder, &name, HEAD, begin)?,
+            names: surfaces.map(|surface| surface.name.clone()).collect(),
+        })
+    }
+}
+
+impl Stream for MembraneCsv {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
+            return Ok(());
+        };
+        for (name, row) in self.names.iter().zip(&membranes.rows) {
+            let out = &mut self.file.buffer;
+            push_number(out, state.time, NumberStyle::Shortest);
+            out.push(b',');
+            push_csv_name(out, name);
+            push_numbers(out, row);
+        }
+        self.file.flush()
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
+    }
+}
+
+fn push_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
+    for &number in numbers {
+        out.push(b',');
+        // Without the sign of zeros.
+        push_number(out, number + 0.0, NumberStyle::Shortest);
+    }
+    out.push(b'\n');
+}
+
+/// A row for each hold and each output interval.
+pub(super) struct HoldCsv {
+    file: TextFile,
+    /// Name of each sheet, and those of its holds.
+    names: Vec<(String, Vec<String>)>,
+}
+
+impl HoldCsv {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let name = format!("{}.holds.csv", plan.outputs().prefix());
+        let sheets = plan.physics().surfaces().iter();
+        let sheets = sheets.zip(plan.physics().membranes());
+        let names = sheets.map(|(surface, membrane)| {
+            let holds = membrane.holds.iter();
+            (
+                surface.name.clone(),
+                holds.map(|hold| hold.name.clone()).collect(),
+            )
+        });
+        Ok(Self {
+            file: TextFile::begin(folder, &name, HOLDS_HEAD, begin)?,
+            names: names.collect(),
+        })
+    }
+}
+
+impl Stream for HoldCsv {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        let Some(membranes) = state.membranes.as_ref().filter(|_| state.due.frame) else {
+            return Ok(());
+        };
+        for ((membrane, names), loads) in self.names.iter().zip(&membranes.holds) {
+            for (name, load) in names.iter().zip(loads) {
+                let out = &mut self.file.buffer;
+                push_number(out, state.time, NumberStyle::Shortest);
+                out.push(b',');
+                push_csv_name(out, membrane);
+                out.push(b',');
+                push_csv_name(out, name);
+                let ([fx, fy, fz], [tx, ty, tz]) = (load.force.to_array(), load.torque.to_array());
+                push_numbers(out, &[fx, fy, fz, tx, ty, tz, load.power]);
+            }
+        }
+        self.file.flush()
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Text(&self.file)
+    }
+}
+
+pub(super) struct MembraneFrames {
+    writer: MembraneWriter,
+}
+
+impl MembraneFrames {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let path = folder.join(format!("{}.membranes.arrow", plan.outputs().prefix()));
+        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+        Ok(Self { writer })
+    }
+}
+
+impl Stream for MembraneFrames {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
+            self.writer.append(membranes.vertices.clone())?;
+        }
+        Ok(())
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
+    }
+}
+
+pub(super) struct MembraneTriangles {
+    writer: MembraneTriangleWriter,
+}
+
+impl MembraneTriangles {
+    pub(super) fn begin(folder: &Path, plan: &Plan, begin: Begin) -> Result<Self, OutputError> {
+        let prefix = plan.outputs().prefix();
+        let path = folder.join(format!("{prefix}.membrane_triangles.arrow"));
+        let writer = begin_frames(path, &frames_header(plan), &(), begin)?;
+        Ok(Self { writer })
+    }
+}
+
+impl Stream for MembraneTriangles {
+    fn write(&mut self, state: &State) -> Result<(), OutputError> {
+        if let (Some(membranes), true) = (&state.membranes, state.due.frame) {
+            self.writer.append(membranes.triangles.clone())?;
+        }
+        Ok(())
+    }
+
+    fn sink(&self) -> Sink<'_> {
+        Sink::Frames(self.writer.frames())
+    }
+}

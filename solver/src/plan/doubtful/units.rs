@@ -1,0 +1,17 @@
+//! Sizes, densities and domains that look as if a unit was forgotten.
+
+use mercury_common::plausible;
+
+use super::Doubt;
+use crate::plan::Plan;
+
+/// A note on sizes, densities and a domain that look as if a unit was forgotten.
+pub(super) fn forgotten_units(plan: &Plan) -> Vec<Doubt> {
+    let physics = plan.physics();
+    let [_, _, largest] = physics.radii();
+    let size = physics.domain_max() - physics.domain_min();
+    let densities = physics.materials().iter().map(|material| material.density);
+    let found =
+        plausible::forgotten_units(Some(2.0 * largest), densities, Some(size.max_element()));
+    found.into_iter().map(Doubt::Remark).collect()
+}

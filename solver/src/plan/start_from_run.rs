@@ -1,0 +1,568 @@
+//! Starts from the last state of another run: `[[particles]] run`.
+//!
+//! Grains keep their velocities and prescribed motion, contacts keep their histories: those between the grains of one run, and
+//! those with walls that have the same name and number their features alike. Grains are numbered anew, particles before bodies,
+//! so the slots of the other run are translated row by row; the first candidate list carries their histories over as every later
+//! one does.
+
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+
+use mercury_common::formats::clump::Pebble;
+use mercury_common::readable::{printable, rounded};
+use mercury_common::scene::{Dimensions, Located, Scene, SceneError};
+
+use super::checkpoint_identity::{Head, checkpoint_paths};
+use super::{NewBody, NewParticle, PrescribedMotion};
+use crate::bodies::{BodyStep, Clump};
+use crate::contact::registry::LawTable;
+use crate::forces::{SavedSlot, SavedSlots, SlotState, contact_loop};
+use crate::neighbours::HalfSkins;
+use crate::state::{
+    ASLEEP, BodyPebble, DecodeError, Decoder, FILM_VOLUME, FIXED, MaterialIndex, PEBBLE, Particles,
+    Prescribed, PrescribedBody, inverse_inertia_factor,
+};
+use crate::walls::Wall;
+
+/// Contacts that continue from other runs, by rows in the order of the ids of the start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Carried {
+    /// Those of pairs.
+    pub pairs: SavedSlots,
+    /// Those with walls.
+    pub near_walls: SavedSlots,
+}
+
+/// A run from which this one starts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StartedFrom {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// Its checkpoint that is used.
+    pub checkpoint: PathBuf,
+    /// The key of the scene that names it.
+    pub key: String,
+    /// Its name, and a checksum of its state: as [`Statement::entries`](mercury_common::scene::Statement::entries) gives for
+    /// files.
+    pub statement: (String, String),
+}
+
+/// The last state of a run, as particles of this scene.
+pub(super) struct Earlier {
+    folder: PathBuf,
+    checkpoint: PathBuf,
+    /// The key in this scene.
+    key: String,
+    /// Of the whole file.
+    checksum: u32,
+    head: Head,
+    /// Of each row there.
+    rows: Vec<EarlierRow>,
+    pairs: SavedSlots,
+    near_walls: SavedSlots,
+    /// Particles, in the order of their ids there.
+    pub(super) particles: Vec<NewParticle>,
+    /// Bodies, in the order of their ids there.
+    pub(super) bodies: Vec<NewBody>,
+    /// Their films, m^3; in the same order.
+    pub(super) films: Vec<f64>,
+    pub(super) films_of_bodies: Vec<f64>,
+    /// Where the first of each begin among those of this scene.
+    pub(super) first: (usize, usize),
+}
+
+/// A row of another run.
+#[derive(Debug, Clone, Copy)]
+struct EarlierRow {
+    grain: Grain,
+    /// Its material there, and here.
+    material: [usize; 2],
+}
+
+/// A particle of [`Earlier::particles`], or a pebble of one of [`Earlier::bodies`].
+#[derive(Debug, Clone, Copy)]
+enum Grain {
+    Particle(usize),
+    Pebble(usize, usize),
+}
+
+/// The state that a run left.
+struct State {
+    path: PathBuf,
+    head: Head,
+    checksum: u32,
+    kick_due: bool,
+    particles: Particles,
+    pairs: SavedSlots,
+    near_walls: SavedSlots,
+}
+
+/// Reads the last state of the run in `folder`. `clumps`: the templates of this scene.
+pub(super) fn take_up(
+    folder: &Located<PathBuf>,
+    scene: &Scene,
+    clumps: &[Clump],
+    warnings: &mut Vec<String>,
+) -> Result<Earlier, SceneError> {
+    let mut state = newest(folder, warnings)?;
+    let dimensions = match scene.domain.dimensions {
+        Dimensions::Two => 2,
+        Dimensions::Three => 3,
+    };
+    if state.head.dimensions != dimensions {
+        return Err(folder.error(format!(
+            "that run has {} dimensions, this scene {dimensions}",
+            state.head.dimensions
+        )));
+    }
+    complete(&mut state);
+    if !is_finite(&state.particles) {
+        let error = folder.error(
+            "a position, size or velocity in the last state of that run is not a finite number",
+        );
+        return Err(
+            error.with_help("it went wrong before its end: stop it earlier, and start from there")
+        );
+    }
+    let State {
+        path,
+        head,
+        checksum,
+        particles: state,
+        pairs,
+        near_walls,
+        ..
+    } = state;
+    let material = |name: &String| {
+        let mut known = scene.materials.iter();
+        let found = known.position(|material| material.name.value == *name);
+        found.ok_or_else(|| {
+            let message = format!("there are particles of the material `{name}` in that run, and no such material in this scene");
+            folder.error(message).with_help(format!("add [materials.{name}]"))
+        })
+    };
+    // Only the materials of particles: walls may have had others, and bodies follow their clump in this scene.
+    let spheres = state.records.iter();
+    let used: BTreeSet<usize> = spheres
+        .filter(|record| record.flags & PEBBLE == 0)
+        .map(|record| record.material.index())
+        .collect();
+    let materials = (head.materials.iter().enumerate())
+        .map(|(index, name)| match used.contains(&index) {
+            true => material(name),
+            false => Ok(usize::MAX),
+        })
+        .collect::<Result<Vec<usize>, SceneError>>()?;
+
+    let prescribed = state.prescribed.iter();
+    let prescribed: HashMap<usize, &Prescribed> =
+        prescribed.map(|one| (one.row.index(), one)).collect();
+    let mut rows = vec![None; state.len()];
+    let (mut particles, mut films) = (Vec::new(), Vec::new());
+    let film = |row: usize| {
+        state
+            .columns
+            .get(FILM_VOLUME)
+            .map_or(0.0, |films| films[row])
+    };
+    for row in state.rows_by_id() {
+        let row = row as usize;
+        let record = &state.records[row];
+        if record.flags & PEBBLE != 0 {
+            continue;
+        }
+        let there = record.material.index();
+        rows[row] = Some(EarlierRow {
+            grain: Grain::Particle(particles.len()),
+            material: [there, materials[there]],
+        });
+        let prescribed = prescribed.get(&row);
+        films.push(film(row));
+        particles.push(NewParticle {
+            velocity: record.velocity,
+            angular_velocity: record.angular_velocity,
+            fixed: record.flags & FIXED != 0,
+            prescribed: prescribed
+                .and_then(|one| PrescribedMotion::boxed(one.velocity, one.angular_velocity)),
+            ..NewParticle::at(
+                record.position,
+                record.radius,
+                MaterialIndex::new(materials[there] as u32),
+            )
+        });
+    }
+    let (mut bodies, mut films_of_bodies) = (Vec::new(), Vec::new());
+    let prescribed_bodies = state.bodies.iter().flat_map(|all| &all.prescribed);
+    let prescribed_bodies: HashMap<usize, &PrescribedBody> = prescribed_bodies
+        .map(|one| (one.body.index(), one))
+        .collect();
+    for (index, body) in state.bodies().iter().enumerate() {
+        // There are bodies.
+        let Some(all) = &state.bodies else { break };
+        let pebbles = &all.pebbles[body.pebbles()];
+        let name = &head.clumps[body.clump as usize];
+        let Some(clump) = clumps.iter().position(|clump| clump.name == *name) else {
+            let message = format!(
+                "there are bodies of the clump `{name}` in that run, and no such clump in this scene"
+            );
+            return Err(folder
+                .error(message)
+                .with_help(format!("add [clumps.{name}]")));
+        };
+        let template = &clumps[clump];
+        let mut scale = body.radius / template.radius;
+        if (scale - 1.0).abs() < 1e-12 {
+            // But for round-off of the division.
+            scale = 1.0;
+        }
+        let same = |(here, there): (&Pebble, &BodyPebble)| {
+            let radius = state.records[there.row.index()].radius;
+            let off = (here.position * scale - there.offset).length();
+            (here.radius * scale - radius).abs().max(off) <= 1e-9 * body.radius
+        };
+        if pebbles.len() != template.pebbles.len()
+            || !template.pebbles.iter().zip(pebbles).all(same)
+        {
+            return Err(folder.error(format!("the clump `{name}` has other pebbles in that run")));
+        }
+        for (number, pebble) in pebbles.iter().enumerate() {
+            rows[pebble.row.index()] = Some(EarlierRow {
+                grain: Grain::Pebble(index, number),
+                material: [body.material.index(), template.material.index()],
+            });
+        }
+        let prescribed = prescribed_bodies.get(&index);
+        films_of_bodies.push(pebbles.iter().map(|pebble| film(pebble.row.index())).sum());
+        bodies.push(NewBody {
+            scale,
+            orientation: body.orientation,
+            velocity: body.velocity,
+            angular_velocity: body.angular_velocity,
+            fixed: body.is_fixed(),
+            prescribed_velocity: prescribed.map_or([None; 3], |one| one.velocity),
+            prescribed_angular_velocity: prescribed.map_or([None; 3], |one| one.angular_velocity),
+            ..NewBody::at(body.position, clump as u32)
+        });
+    }
+    let rows: Option<Vec<EarlierRow>> = rows.into_iter().collect();
+    Ok(Earlier {
+        folder: folder.value.clone(),
+        checkpoint: path,
+        key: folder.place.key().to_owned(),
+        checksum,
+        head,
+        rows: rows.ok_or_else(|| folder.error("a pebble of that run is of no body"))?,
+        pairs,
+        near_walls,
+        particles,
+        bodies,
+        films,
+        films_of_bodies,
+        first: (0, 0),
+    })
+}
+
+/// The newest whole checkpoint in a folder; what is damaged draws a warning.
+fn newest(folder: &Located<PathBuf>, warnings: &mut Vec<String>) -> Result<State, SceneError> {
+    let failed = |error: std::io::Error| folder.error(format!("cannot be read: {error}"));
+    let mut prefixes = BTreeSet::new();
+    for entry in std::fs::read_dir(&folder.value).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name();
+        let name = name.to_string_lossy();
+        let prefix = [".0.restart", ".1.restart"]
+            .iter()
+            .find_map(|end| name.strip_suffix(end));
+        prefixes.extend(prefix.map(str::to_owned));
+    }
+    let prefix = match Vec::from_iter(prefixes).as_slice() {
+        [prefix] => prefix.clone(),
+        [] => {
+            return Err(folder
+                .error(format!("there is no checkpoint in {}", folder.display()))
+                .with_help(
+                    "a run writes one at its end and when it is stopped, but for --checkpoint-every never",
+                ));
+        }
+        several => {
+            return Err(folder.error(format!(
+                "there are checkpoints of several runs in {}: {}",
+                folder.display(),
+                several.join(", ")
+            )));
+        }
+    };
+    let (mut newest, mut damaged): (Option<State>, Vec<String>) = (None, Vec::new());
+    for path in checkpoint_paths(&folder.value, &prefix) {
+        if path.symlink_metadata().is_err() {
+            continue;
+        }
+        folder.place.may_read(&path)?;
+        match read(&path) {
+            Ok(state) => {
+                let is_newer = |known: &State| state.head.step > known.head.step;
+                if newest.as_ref().is_none_or(is_newer) {
+                    newest = Some(state);
+                }
+            }
+            Err(message) => damaged.push(format!("{}: {message}", path.display())),
+        }
+    }
+    let Some(newest) = newest else {
+        let message = format!(
+            "no checkpoint of that run can be used: {}",
+            damaged.join("; ")
+        );
+        return Err(folder.error(message));
+    };
+    warnings
+        .extend((damaged.iter()).map(|what| format!("{}: not used: {what}", folder.place.key())));
+    Ok(newest)
+}
+
+/// Reads the part of a checkpoint that another run can start from.
+fn read(path: &Path) -> Result<State, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    let decode = || {
+        let mut decoder = Decoder::new(&bytes)?;
+        let head = decoder.section("head")?;
+        decoder.skip("run")?;
+        let (_, kick_due): (u64, bool) = decoder.section("clock")?;
+        Ok(State {
+            path: path.to_owned(),
+            head,
+            checksum: crc32fast::hash(&bytes),
+            kick_due,
+            particles: decoder.section("particles")?,
+            pairs: decoder.section("pairs")?,
+            near_walls: decoder.section("near walls")?,
+        })
+    };
+    let state: State = decode().map_err(|error: DecodeError| error.to_string())?;
+    if is_consistent(&state) {
+        Ok(state)
+    } else {
+        Err("its parts contradict each other".to_owned())
+    }
+}
+
+/// Whether all indices lead somewhere.
+fn is_consistent(state: &State) -> bool {
+    let (head, particles) = (&state.head, &state.particles);
+    let rows = particles.len();
+    let is_row = |row: u32| (row as usize) < rows;
+    let materials = head.materials.len();
+    let mut records = particles.records.iter();
+    let mut bodies = particles.bodies().iter();
+    particles.is_consistent()
+        && head.laws.len() == materials * materials
+        && head.wall_materials.len() == head.walls.len()
+        && (head.wall_materials.iter()).all(|&material| (material as usize) < materials)
+        && records.all(|record| record.material.index() < materials)
+        && bodies.all(|body| {
+            (body.clump as usize) < head.clumps.len() && body.material.index() < materials
+        })
+        && (state.pairs.iter()).all(|slot| is_row(slot.row) && is_row(slot.partner))
+        && state.near_walls.iter().all(|slot| is_row(slot.row))
+}
+
+/// Whether the values that a scene takes over for grains are valid, by the same rules as typed ones.
+fn is_finite(particles: &Particles) -> bool {
+    let finite = |values: &[Option<f64>; 3]| values.iter().flatten().all(|value| value.is_finite());
+    let is_size = |radius: f64| radius > 0.0 && radius.is_finite();
+    let mut prescribed = particles.prescribed.iter();
+    let mut prescribed_bodies = particles.bodies.iter().flat_map(|all| &all.prescribed);
+    particles.records.iter().all(|record| {
+        is_size(record.radius)
+            && record.position.is_finite()
+            && record.velocity.is_finite()
+            && record.angular_velocity.is_finite()
+    }) && particles.bodies().iter().all(|body| {
+        is_size(body.radius)
+            && body.position.is_finite()
+            && body.velocity.is_finite()
+            && body.orientation.is_finite()
+            && body.angular_velocity.is_finite()
+    }) && prescribed.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
+        && prescribed_bodies.all(|one| finite(&one.velocity) && finite(&one.angular_velocity))
+}
+
+/// Makes the second half kick of the last step, if it is still due: velocities then belong to the time of the positions.
+fn complete(state: &mut State) {
+    if !std::mem::take(&mut state.kick_due) {
+        return;
+    }
+    let (half, gravity) = (0.5 * state.head.time_step, state.head.gravity);
+    let factor = inverse_inertia_factor(state.head.dimensions);
+    let Particles {
+        records,
+        loads,
+        bodies,
+        prescribed,
+        ..
+    } = &mut state.particles;
+    for (record, load) in records.iter_mut().zip(loads) {
+        if record.flags & (FIXED | PEBBLE | ASLEEP) == 0 {
+            let per_torque = factor * record.inverse_mass / (record.radius * record.radius);
+            record.velocity += (load.force * record.inverse_mass + gravity) * half;
+            record.angular_velocity += load.torque * (per_torque * half);
+        }
+    }
+    for prescribed in prescribed {
+        let record = &mut records[prescribed.row.index()];
+        for axis in 0..3 {
+            if let Some(velocity) = prescribed.velocity[axis] {
+                record.velocity[axis] = velocity;
+            }
+            if let Some(spin) = prescribed.angular_velocity[axis] {
+                record.angular_velocity[axis] = spin;
+            }
+        }
+    }
+    if let Some(bodies) = bodies {
+        let step = BodyStep {
+            half,
+            drift: 0.0,
+            kicks: 1,
+            gravity,
+            skins: HalfSkins::default(),
+        };
+        bodies.advance(records, &step, None);
+    }
+}
+
+/// The data that the translation of a scene's contacts needs.
+pub(super) struct Here<'a> {
+    /// Particles of this scene.
+    pub(super) particles: usize,
+    /// Its bodies.
+    pub(super) bodies: &'a [NewBody],
+    pub(super) clumps: &'a [Clump],
+    pub(super) walls: &'a [Wall],
+    pub(super) laws: &'a LawTable,
+}
+
+impl Here<'_> {
+    /// The first id of each body: they follow those of the particles.
+    fn first_pebbles(&self) -> Vec<usize> {
+        let mut next = self.particles;
+        let first = |body: &NewBody| {
+            let first = next;
+            next += self.clumps[body.clump as usize].pebbles.len();
+            first
+        };
+        self.bodies.iter().map(first).collect()
+    }
+}
+
+/// The contacts of all runs in `earlier` in this scene, and a remark on each; `None` if there is no such run.
+pub(super) fn carried(
+    earlier: &[Earlier],
+    here: &Here<'_>,
+    remarks: &mut Vec<String>,
+) -> Option<Carried> {
+    if earlier.is_empty() {
+        return None;
+    }
+    let numbers = contact_loop(here.laws).0.saved_numbers();
+    let first_pebbles = here.first_pebbles();
+    let names = here.laws.names_of_pairs();
+    let (mut pairs, mut near_walls): (Vec<SavedSlot<'_>>, Vec<SavedSlot<'_>>) =
+        (Vec::new(), Vec::new());
+    for run in earlier {
+        let row = |row: u32| match run.rows[row as usize].grain {
+            Grain::Particle(index) => run.first.0 + index,
+            Grain::Pebble(body, pebble) => first_pebbles[run.first.1 + body] + pebble,
+        } as u32;
+        // Histories go on under laws of the same names; the numbers in these may be others.
+        let is_alike = |[a, b]: [usize; 2], [here_a, here_b]: [usize; 2]| {
+            let then = &run.head.laws[a * run.head.materials.len() + b];
+            !then.is_empty() && names[here_a * here.laws.materials + here_b] == *then
+        };
+        let (mut kept, mut anew) = (0u64, 0u64);
+        for slot in run
+            .pairs
+            .iter()
+            .filter(|slot| slot.state != SlotState::Near)
+        {
+            let [a, b] = [slot.row, slot.partner].map(|row| run.rows[row as usize].material);
+            if run.pairs.numbers() != numbers || !is_alike([a[0], b[0]], [a[1], b[1]]) {
+                anew += 1;
+                continue;
+            }
+            kept += 1;
+            pairs.push(SavedSlot {
+                row: row(slot.row),
+                partner: row(slot.partner),
+                ..slot
+            });
+        }
+        let walls: Vec<Option<usize>> = (run.head.walls.iter())
+            .map(|(name, numbering)| {
+                here.walls.iter().position(|wall| {
+                    wall.name == *name && wall.shape.feature_numbering() == *numbering
+                })
+            })
+            .collect();
+        for slot in (run.near_walls.iter()).filter(|slot| slot.state != SlotState::Near) {
+            let [material, here_material] = run.rows[slot.row as usize].material;
+            // Behind the walls come membranes, which are others here.
+            let wall = walls.get(slot.partner as usize).copied().flatten();
+            let wall = wall.filter(|&wall| {
+                let of_wall = here.walls[wall].material.index();
+                let there = run.head.wall_materials[slot.partner as usize] as usize;
+                run.near_walls.numbers() == numbers
+                    && is_alike([material, there], [here_material, of_wall])
+            });
+            let Some(wall) = wall else {
+                anew += 1;
+                continue;
+            };
+            kept += 1;
+            near_walls.push(SavedSlot {
+                row: row(slot.row),
+                partner: wall as u32,
+                ..slot
+            });
+        }
+        let mut remark = format!(
+            "{}: {} particles and {} bodies of `{}` at t = {} s, {kept} contacts go on",
+            run.key,
+            run.particles.len(),
+            run.bodies.len(),
+            printable(&run.head.title),
+            rounded(run.head.time(), 12)
+        );
+        if anew > 0 {
+            remark += &format!(", {anew} begin anew: their law or their wall is another one here");
+        }
+        remarks.push(remark);
+    }
+    let sorted = |mut slots: Vec<SavedSlot<'_>>, like: &SavedSlots| {
+        slots.sort_by_key(|slot| (slot.row, slot.partner, slot.image));
+        let mut all = like.emptied();
+        all.reserve(slots.len());
+        for slot in slots {
+            all.push_whole(slot);
+        }
+        all
+    };
+    // All that were kept have histories of the same length.
+    let like = (earlier.iter()).find(|run| run.pairs.numbers() == numbers)?;
+    Some(Carried {
+        pairs: sorted(pairs, &like.pairs),
+        near_walls: sorted(near_walls, &like.near_walls),
+    })
+}
+
+impl Earlier {
+    /// For the statement of the scene: so that a run that goes on finds the same start.
+    pub(super) fn started_from(&self) -> StartedFrom {
+        let state = format!("step {}, checksum {:08x}", self.head.step, self.checksum);
+        StartedFrom {
+            folder: self.folder.clone(),
+            checkpoint: self.checkpoint.clone(),
+            key: self.key.clone(),
+            statement: (format!("state of {}", self.key), state),
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! The state in which a run failed.
+
+use super::Run;
+use crate::forces::Watch;
+use crate::output::{Due, Moment};
+use crate::step::RunError;
+
+impl Run {
+    /// Writes the state in which a run failed, for inspection.
+    pub(super) fn show(&mut self, error: &RunError) {
+        let everything = self.schedule.everything();
+        let watch = Watch {
+            records: everything.needs_records(),
+            audit: None,
+        };
+        let due = match error {
+            RunError::Guarded { .. } if self.engine.step_to_look_at(watch).is_ok() => everything,
+            // Contacts of a particle that is not finite cannot be found.
+            RunError::Guarded { .. } | RunError::NotFinite { .. } => Due {
+                frame: true,
+                ..Due::default()
+            },
+            _ => return,
+        };
+        // If the writer has given up, the caller learns the reason from the error itself.
+        let _ = self
+            .writer
+            .send(Moment::take(&mut self.engine, due, &self.at_start));
+    }
+}

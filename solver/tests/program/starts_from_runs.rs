@@ -1,0 +1,368 @@
+//! Starts from the last state of another run: grains, velocities and contacts go on; what cannot is said.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_solver::plan::{Plan, plan, read_scene};
+use mercury_solver::run::checkpoint;
+use mercury_solver::state::Particles;
+use mercury_solver::step::Engine;
+
+/// Spheres and rods that have fallen onto a floor in a box that is periodic along x and y, with friction and rolling resistance;
+/// gravity leans, so that the bed is held by its tangential springs. A plate is moved, a ball spins.
+const BED: &str = r#"
+title = "Bed"
+gravity = [2.0, 0.0, -9.0]
+[time]
+end = END
+step = 4e-5
+[domain]
+min = [0, 0, 0]
+max = [0.05, 0.05, 0.2]
+periodic = ["x", "y"]
+[materials.grain]
+density = 2000
+normal = { law = "linear", stiffness = 1e3, restitution = 0.3 }
+tangential = { law = "linear", stiffness_ratio = 0.3, friction = 0.6 }
+rolling = { law = "luding", stiffness = 200, friction = 0.1, dissipation = 0 }
+[clumps.rod]
+file = "rod.clump.toml"
+material = "grain"
+[[walls]]
+name = "floor"
+shape = "plane"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+material = "grain"
+[output]
+interval = 0.1
+pictures = false
+"#;
+
+const GRAINS: &str = r#"
+[[particles]]
+material = "grain"
+radius = 0.004
+lattice = { min = [0.005, 0.005, 0.005], max = [0.045, 0.045, 0.03], spacing = 0.0095, jitter = 0.0005 }
+[[particles]]
+clump = "rod"
+lattice = { min = [0.0125, 0.0125, 0.06], max = [0.0375, 0.0375, 0.09], spacing = 0.025 }
+orientation = "random"
+scale = 0.008
+[[particles]]
+material = "grain"
+radius = 0.003
+position = [0.025, 0.025, 0.19]
+prescribed = { velocity = [0.1, "free", 0.0], angular_velocity = ["free", 3.0, "free"] }
+[[particles]]
+material = "grain"
+radius = 0.003
+position = [0.025, 0.045, 0.19]
+fixed = true
+"#;
+
+const FROM_RUN: &str = "[[particles]]\nrun = \"first\"\n";
+
+fn folder_with(scenes: &[(&str, String)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let clump = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/clumps/rod.clump.toml");
+    fs::copy(clump, folder.path().join("rod.clump.toml")).unwrap();
+    for (name, text) in scenes {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn solve(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mercury-solve"))
+        .current_dir(folder)
+        .args(arguments)
+        .arg("--quiet")
+        .output()
+        .unwrap()
+}
+
+fn must_run(folder: &Path, arguments: &[&str]) {
+    let output = solve(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+}
+
+/// What a refused scene says.
+fn refusal(folder: &Path, scene: &str) -> String {
+    let output = solve(folder, &[scene, "--output", "refused"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(!folder.join("refused").exists());
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn planned(folder: &Path, scene: &str) -> Plan {
+    plan(&read_scene(&folder.join(scene), &[]).unwrap()).unwrap()
+}
+
+/// The state at the end of a run.
+fn left_by(folder: &Path, run: &str, prefix: &str) -> checkpoint::Checkpoint {
+    checkpoint::newest(&folder.join(run), prefix)
+        .unwrap()
+        .unwrap()
+        .0
+}
+
+fn bed(end: f64, grains: &str) -> String {
+    BED.replace("END", &format!("{end:?}")) + grains
+}
+
+/// Grains of a state, by ids: of bodies their centre, velocity and spin.
+fn grains(particles: &Particles) -> Vec<[DVec3; 3]> {
+    let rows = particles.rows_by_id().into_iter().map(|row| row as usize);
+    let spheres = rows.filter(|&row| !particles.is_pebble(row)).map(|row| {
+        let record = &particles.records[row];
+        [record.position, record.velocity, record.angular_velocity]
+    });
+    let bodies = (particles.bodies().iter())
+        .map(|body| [body.position, body.velocity, body.angular_velocity]);
+    spheres.chain(bodies).collect()
+}
+
+/// How far a grain of two states is from itself, m, in a box that is periodic along x and y.
+fn apart(one: &[DVec3; 3], other: &[DVec3; 3]) -> f64 {
+    let mut way = one[0] - other[0];
+    way.x -= (way.x / 0.05).round() * 0.05;
+    way.y -= (way.y / 0.05).round() * 0.05;
+    way.length()
+}
+
+/// The farthest that any is, m.
+fn farthest(one: &Particles, other: &Particles) -> f64 {
+    let (one, other) = (grains(one), grains(other));
+    assert_eq!(one.len(), other.len());
+    let pairs = one.iter().zip(&other);
+    pairs.map(|(a, b)| apart(a, b)).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_bed_goes_on_as_if_it_had_not_stopped() {
+    let folder = folder_with(&[
+        // Long enough for the bed to come to rest but for some micrometres a second.
+        ("first.toml", bed(2.0, GRAINS)),
+        ("second.toml", bed(0.04, FROM_RUN)),
+        // Another name: its contacts are new ones.
+        (
+            "other.toml",
+            bed(0.04, FROM_RUN).replace("\"floor\"", "\"ground\""),
+        ),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+
+    // The start is the state that was left, velocities of the same time as the positions.
+    let mut left = Engine::new(Arc::new(planned(path, "first.toml")), 1).unwrap();
+    while left.steps() < left.plan().physics().steps() {
+        left.step(None).unwrap();
+    }
+    left.complete_step().unwrap();
+    let start = Engine::new(Arc::new(planned(path, "second.toml")), 1).unwrap();
+    let (then, now) = (grains(&left.particles), grains(&start.particles));
+    assert_eq!(then.len(), now.len());
+    for ([_, v, w], [_, v_now, w_now]) in then.iter().zip(&now) {
+        // Spins of bodies are computed anew from their angular momentum: some roundings of products of three matrices.
+        assert!((*v - *v_now).length() <= 1e-14 * v.length(), "{v} {v_now}");
+        assert!((*w - *w_now).length() <= 1e-13 * w.length(), "{w} {w_now}");
+    }
+    assert!(farthest(&left.particles, &start.particles) < 1e-15);
+
+    must_run(path, &["second.toml"]);
+    must_run(path, &["other.toml", "--threads", "2", "--fixed-threads"]);
+    for _ in 0..start.plan().physics().steps() {
+        left.step(None).unwrap();
+    }
+    let whole = left.particles;
+    let second = left_by(path, "second", "second").snapshot.particles;
+    let other = left_by(path, "other", "other").snapshot.particles;
+    // Sums come in another order from the first list on, and the dashpots of the first forces see velocities of the time of the
+    // positions, half a step later than those of a run that goes on: less than the way of the fastest in a step.
+    let in_the_bed = now.iter().filter(|grain| grain[0].z < 0.15);
+    let fastest = in_the_bed
+        .map(|grain| grain[1].length())
+        .fold(0.0, f64::max);
+    assert!(fastest < 1e-3, "{fastest:e} m/s: the bed is not at rest");
+    let (goes_on, anew) = (farthest(&whole, &second), farthest(&whole, &other));
+    assert!(goes_on < fastest * 4e-5, "{goes_on:e} m");
+    // The springs at the floor held the bed against g sin(slope): without them it slides by about the stretch of one,
+    // m g / k of a column of grains, some 1e-5 m.
+    assert!(anew > 1e-7, "{anew:e} m");
+    let remarks = planned(path, "second.toml").notes().remarks().join("\n");
+    assert!(
+        remarks.contains("particles[0].run: 77 particles and 8 bodies of `Bed` at t = 2 s"),
+        "{remarks}"
+    );
+    assert!(!remarks.contains("anew"), "{remarks}");
+    let remarks = planned(path, "other.toml").notes().remarks().join("\n");
+    assert!(remarks.contains("begin anew"), "{remarks}");
+}
+
+/// In the midst of a run velocities lack half a kick: of grains that fly, slide and turn.
+#[test]
+fn a_state_in_the_midst_of_a_run_is_completed() {
+    let flying = "[[particles]]\nmaterial = \"grain\"\nradius = 0.004\nposition = [0.02, 0.02, 0.1]\n\
+                  [[particles]]\nmaterial = \"grain\"\nradius = 0.004\nposition = [0.02, 0.02, 0.00399]\nvelocity = [0.5, 0, 0]\n\
+                  [[particles]]\nclump = \"rod\"\nposition = [0.03, 0.03, 0.15]\nscale = 0.008\nangular_velocity = [3, 4, 5]\n";
+    let folder = folder_with(&[
+        ("first.toml", bed(0.015, flying)),
+        ("second.toml", bed(0.04, FROM_RUN)),
+    ]);
+    let path = folder.path();
+    must_run(
+        path,
+        &["first.toml", "--set", "output.restart_interval=0.01"],
+    );
+    // As if it had died before its end.
+    fs::remove_file(left_by(path, "first", "first").path).unwrap();
+    let steps = left_by(path, "first", "first").head.step;
+    assert_eq!(steps, 250);
+    let mut left = Engine::new(Arc::new(planned(path, "first.toml")), 1).unwrap();
+    while left.steps() < steps {
+        left.step(None).unwrap();
+    }
+    left.complete_step().unwrap();
+    let start = Engine::new(Arc::new(planned(path, "second.toml")), 1).unwrap();
+    let (then, now) = (grains(&left.particles), grains(&start.particles));
+    assert_eq!((then.len(), now.len()), (3, 3));
+    for ([_, v, w], [_, v_now, w_now]) in then.iter().zip(&now) {
+        // Roundings of the same sums; half a kick is 1.8e-4 m/s.
+        assert!((*v - *v_now).length() <= 1e-14 * v.length(), "{v} {v_now}");
+        assert!((*w - *w_now).length() <= 1e-13 * w.length(), "{w} {w_now}");
+    }
+}
+
+#[test]
+fn grains_of_several_sources_stand_side_by_side() {
+    let lid =
+        "[[particles]]\nmaterial = \"grain\"\nradius = 0.005\nposition = [0.025, 0.025, 0.15]\n";
+    let folder = folder_with(&[
+        ("first.toml", bed(0.4, GRAINS)),
+        ("second.toml", bed(0.02, &format!("{lid}{FROM_RUN}"))),
+        ("alone.toml", bed(0.02, FROM_RUN)),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+    must_run(path, &["second.toml"]);
+    must_run(path, &["alone.toml"]);
+    // A ball in the air disturbs no other particle, though it takes the first id and shifts all others.
+    let with_ball = grains(&left_by(path, "second", "second").snapshot.particles);
+    let alone = grains(&left_by(path, "alone", "alone").snapshot.particles);
+    assert_eq!(with_ball.len(), alone.len() + 1);
+    for (one, other) in with_ball[1..].iter().zip(&alone) {
+        // 500 steps of a bed that still moves: round-off grows, by less than a factor of 1e5 so soon.
+        let way = apart(one, other);
+        assert!(way < 1e-9 * 0.004, "{way:e} m");
+    }
+}
+
+#[test]
+fn a_run_that_started_from_another_can_be_resumed() {
+    let folder = folder_with(&[
+        ("first.toml", bed(0.05, GRAINS)),
+        ("second.toml", bed(0.02, FROM_RUN)),
+    ]);
+    let path = folder.path();
+    must_run(path, &["first.toml"]);
+    must_run(
+        path,
+        &["second.toml", "--output", "whole", "--set", "time.end=0.04"],
+    );
+    must_run(path, &["second.toml", "--output", "parts"]);
+    must_run(
+        path,
+        &[
+            "second.toml",
+            "--output",
+            "parts",
+            "--set",
+            "time.end=0.04",
+            "--resume",
+        ],
+    );
+    let [whole, parts] = ["whole", "parts"].map(|run| left_by(path, run, "second").snapshot);
+    assert_eq!(whole, parts);
+    // The run from which it started is another one now.
+    must_run(path, &["first.toml", "--force", "--set", "time.end=0.06"]);
+    let output = solve(path, &["second.toml", "--output", "parts", "--resume"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("state of particles[0].run: step 1250, checksum"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_cannot_go_on_is_refused_by_name() {
+    let folder = folder_with(&[
+        ("first.toml", bed(0.01, GRAINS)),
+        ("second.toml", bed(0.01, FROM_RUN)),
+        (
+            "flat.toml",
+            bed(0.01, FROM_RUN).replace("[domain]", "[domain]\ndimensions = 2"),
+        ),
+        (
+            "renamed.toml",
+            bed(0.01, FROM_RUN)
+                .replace("\"grain\"", "\"sand\"")
+                .replace("materials.grain", "materials.sand"),
+        ),
+        (
+            "no-rods.toml",
+            bed(0.01, FROM_RUN).replace("clumps.rod", "clumps.pole"),
+        ),
+    ]);
+    let path = folder.path();
+    let said = refusal(path, "second.toml");
+    assert!(said.contains("the folder does not exist"), "{said}");
+    fs::create_dir(path.join("first")).unwrap();
+    let said = refusal(path, "second.toml");
+    assert!(said.contains("there is no checkpoint in"), "{said}");
+    fs::remove_dir(path.join("first")).unwrap();
+
+    must_run(path, &["first.toml"]);
+    let said = refusal(path, "renamed.toml");
+    assert!(
+        said.contains("of the material `grain`") && said.contains("add [materials.grain]"),
+        "{said}"
+    );
+    let said = refusal(path, "no-rods.toml");
+    assert!(said.contains("of the clump `rod`"), "{said}");
+    let said = refusal(path, "flat.toml");
+    assert!(
+        said.contains("that run has 3 dimensions, this scene 2"),
+        "{said}"
+    );
+    let own = solve(path, &["second.toml", "--output", "first", "--force"]);
+    assert_eq!(own.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&own.stderr).contains("its own folder"));
+    assert!(path.join("first/summary.json").exists());
+
+    // Pebbles as large, and elsewhere.
+    let clump = fs::read_to_string(path.join("rod.clump.toml")).unwrap();
+    let moved = clump.replace("{ position = [0.0, 0.0", "{ position = [0.1, 0.0");
+    assert_ne!(moved, clump);
+    fs::write(path.join("rod.clump.toml"), moved).unwrap();
+    let said = refusal(path, "second.toml");
+    fs::write(path.join("rod.clump.toml"), clump).unwrap();
+    assert!(said.contains("other pebbles"), "{said}");
+
+    // A damaged file is named; without another one there is no start.
+    let file = left_by(path, "first", "first").path;
+    let mut bytes = fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&file, bytes).unwrap();
+    let said = refusal(path, "second.toml");
+    assert!(
+        said.contains("no checkpoint of that run can be used") && said.contains("is damaged"),
+        "{said}"
+    );
+}

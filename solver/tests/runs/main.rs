@@ -1,0 +1,11 @@
+//! Whole runs and the files that they write.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod fields;
+mod guard;
+mod particle_tables;
+mod rest;
+mod tracks;
+mod triaxial;
+mod walls_csv;

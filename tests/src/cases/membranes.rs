@@ -1,0 +1,252 @@
+//! T24: elastic sheets in the whole engine. Statics of the sheet alone are tested beside its code.
+
+use std::path::Path;
+
+use glam::{DVec3, dvec3};
+use mercury_common::scene::Files;
+use mercury_solver::plan::{parse_scene, plan};
+use mercury_solver::step::Engine;
+
+use super::Case;
+use super::Tolerance::{Absolute, Relative};
+use crate::scenes::{advance, start_planned};
+
+/// A scene of membranes alone, or with what `more` adds.
+fn engine(gravity: f64, (end, step): (f64, f64), more: &str) -> Engine {
+    let text = format!(
+        "gravity = [0.0, 0.0, {gravity:?}]\n[time]\nend = {end:?}\nstep = {step:?}\n[domain]\nmin = [-1.0, -1.0, -1.0]\nmax = [1.0, 1.0, 1.0]\n[output]\ninterval = {end:?}\n\
+         [materials.rubber]\ndensity = 1000.0\nnormal = {{ law = \"hertz\", youngs_modulus = 1e6, poisson_ratio = 0.4, restitution = 0.3 }}\n{more}"
+    );
+    let path = Path::new("membranes.toml");
+    let scene = parse_scene(path, &text, &[], Files::MustExist);
+    let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
+    start_planned(plan(&scene).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn run(engine: &mut Engine) {
+    let steps = engine.plan().physics().steps();
+    advance(engine, steps);
+}
+
+const GRAVITY: f64 = 9.81;
+const THICKNESS: f64 = 3e-4;
+const MODULUS: f64 = 1.25e6;
+/// Radius of the disc, m.
+const RADIUS: f64 = 0.05;
+/// Pa
+const PRESSURE: f64 = 27.0;
+
+/// A disc with a fixed rim under a pressure, at rest: deflection of its centre, reaction of the rim over pressure times area of the polygon.
+fn clamped_disc(rings: f64) -> (f64, f64) {
+    let more = format!(
+        "[[membranes]]\nname = \"disc\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = {:?}\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndrag = 300.0\ndamping_ratio = 0.2\nfixed = \"rim\"\npressure = {PRESSURE:?}\n",
+        RADIUS / rings
+    );
+    let mut engine = engine(0.0, (0.15, 2e-5), &more);
+    run(&mut engine);
+    let surface = &engine.surfaces()[0];
+    let sides = 6.0 * rings;
+    let area = 0.5 * sides * (std::f64::consts::TAU / sides).sin() * RADIUS * RADIUS;
+    let reaction = engine.membranes()[0].hold_loads[0].force.z;
+    (surface.positions[0].z, reaction / (PRESSURE * area))
+}
+
+/// Hencky (1915) for nu = 1/3, the ordinary differential equations integrated by Runge and Kutta's method: w = 0.64478 a (p a/(E t))^(1/3).
+fn hencky() -> f64 {
+    0.644_78 * RADIUS * (PRESSURE * RADIUS / (MODULUS * THICKNESS)).cbrt()
+}
+
+/// A triangle with two held corners.
+const TRIANGLE: &str = "v 0.0 0.0 0.0\nv 0.1 0.0 0.0\nv 0.05 0.08660254037844387 0.0\nf 1 2 3\n";
+
+/// The largest distance of the free corner from the path by Runge and Kutta's method with steps a hundred times as short, over the edge. `part`: the
+/// critical step over the step.
+fn free_corner(part: f64, damping_ratio: f64, drag: f64) -> f64 {
+    let folder = tempfile::tempdir().expect("a folder for the mesh");
+    let file = folder.path().join("triangle.obj");
+    std::fs::write(&file, TRIANGLE).expect("the mesh can be written");
+    let edge = 0.1;
+    let area = 0.25 * 3.0f64.sqrt() * edge * edge;
+    let spring = MODULUS * THICKNESS * area / (edge * edge);
+    let mass = 1000.0 * THICKNESS * area / 3.0;
+    // The critical step without losses: omega^2 = 3 k over a third of the mass.
+    let critical = 2.0 / (3.0 * spring / mass).sqrt();
+    let step = critical / part;
+    let steps = (6.0 * part).round();
+    let more = format!(
+        "[[membranes]]\nname = \"triangle\"\nfile = {:?}\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndamping_ratio = {damping_ratio:?}\ndrag = {drag:?}\nprestrain = 0.1\nfixed = {{ shape = \"half-space\", point = [0.0, 0.01, 0.0], normal = [0.0, -1.0, 0.0] }}\n",
+        file.display().to_string()
+    );
+    let mut engine = engine(0.0, (steps * step, step), &more);
+    // All lengths at rest are shorter by the prestrain, and areas by its square; stiffnesses stay.
+    let rest = edge / 1.1;
+    let mass = mass / 1.21;
+    let held = [DVec3::ZERO, dvec3(edge, 0.0, 0.0)];
+    let dashpot = 2.0 * damping_ratio * (mass * spring).sqrt();
+    let acceleration = |x: DVec3, v: DVec3| {
+        let mut force = -drag * mass * v;
+        for end in held {
+            let branch = x - end;
+            let length = branch.length();
+            let rate = v.dot(branch) / length;
+            force -= branch / length * (spring * (length - rest) + dashpot * rate);
+        }
+        force / mass
+    };
+    let (mut x, mut v) = (engine.surfaces()[0].positions[2], DVec3::ZERO);
+    let mut far: f64 = 0.0;
+    for _ in 0..steps as u64 {
+        engine.step(None).expect("the motion stays finite");
+        for _ in 0..20 {
+            let h = step / 20.0;
+            let (k1, l1) = (v, acceleration(x, v));
+            let (k2, l2) = (
+                v + l1 * (0.5 * h),
+                acceleration(x + k1 * (0.5 * h), v + l1 * (0.5 * h)),
+            );
+            let (k3, l3) = (
+                v + l2 * (0.5 * h),
+                acceleration(x + k2 * (0.5 * h), v + l2 * (0.5 * h)),
+            );
+            let (k4, l4) = (v + l3 * h, acceleration(x + k3 * h, v + l3 * h));
+            x += (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0);
+            v += (l1 + 2.0 * l2 + 2.0 * l3 + l4) * (h / 6.0);
+        }
+        far = far.max((engine.surfaces()[0].positions[2] - x).length());
+    }
+    far / edge
+}
+
+/// A ball at rest on a sheet whose rim is fixed: force on the rim over the weights of ball and sheet.
+fn ball_on_a_sheet() -> f64 {
+    let more = format!(
+        "[[particles]]\nname = \"ball\"\nmaterial = \"rubber\"\nradius = 0.01\nposition = [0.0, 0.0, 0.0101]\n\
+         [[membranes]]\nname = \"sheet\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.01\nmaterial = \"rubber\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\ndrag = 60.0\ndamping_ratio = 0.3\nbending = {{ law = \"bridson\", stiffness = \"plate\" }}\nfixed = \"rim\"\n"
+    );
+    let mut engine = engine(-GRAVITY, (1.0, 2e-5), &more);
+    run(&mut engine);
+    let membrane = &engine.membranes()[0];
+    let sheet: f64 = engine.plan().physics().membranes()[0]
+        .sheet
+        .masses()
+        .iter()
+        .sum();
+    let ball = engine.particles.masses[0];
+    -membrane.hold_loads[0].force.z / ((ball + sheet) * GRAVITY)
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    let mut cases = vec![
+        Case::new(
+            "T24 engine: clamped disc of 8 rings under 27 Pa, deflection of its centre (m)",
+            hencky(),
+            Relative(2e-2),
+            "Hencky (1915), nu = 1/3",
+            || clamped_disc(8.0).0,
+        ),
+        Case::new(
+            "T24 engine: clamped disc of 8 rings under 27 Pa, reaction of the rim over p A",
+            1.0,
+            Absolute(2e-4),
+            "balance of forces",
+            || clamped_disc(8.0).1,
+        ),
+        Case::new(
+            "T24 engine: one free corner, largest distance from its path over the edge at 1/130 of the critical step",
+            0.0,
+            Absolute(3e-4),
+            PATH,
+            || free_corner(130.0, 0.0, 0.0),
+        ),
+        Case::new(
+            "T24 engine: one free corner, the same at twice the step over it",
+            4.0,
+            Relative(5e-2),
+            "order 2",
+            || free_corner(65.0, 0.0, 0.0) / free_corner(130.0, 0.0, 0.0),
+        ),
+        Case::new(
+            "T24 engine: one free corner with dashpots, largest distance from its path over the edge at 1/2000 of the critical step",
+            0.0,
+            Absolute(3e-4),
+            PATH,
+            || free_corner(2000.0, 0.1, 0.0),
+        ),
+        Case::new(
+            "T24 engine: one free corner with drag, largest distance from its path over the edge at 1/2000 of the critical step",
+            0.0,
+            Absolute(3e-4),
+            PATH,
+            || free_corner(2000.0, 0.0, 100.0),
+        ),
+        Case::new(
+            "T24 engine: a ball at rest on a sheet, force on the fixed rim over all weights",
+            1.0,
+            Absolute(1e-5),
+            "balance of forces",
+            ball_on_a_sheet,
+        ),
+    ];
+    cases.extend(budgets());
+    cases
+}
+
+const PATH: &str =
+    "equation of motion, integrated by Runge and Kutta's method with steps a twentieth as long";
+
+/// A ball that bounces on a sheet with hinges: the energy that is missing over the largest kinetic one, at this step (s), with `losses` or none.
+fn budget(step: f64, losses: bool) -> f64 {
+    let lossy = if losses {
+        "damping_ratio = 0.1\ndrag = 1.0\npressure = [[0.0, 0.0], [0.05, 20.0]]\nholds = [{ name = \"rim\", on = \"rim\", motion = [{ kind = \"oscillation\", amplitude = [0.0, 0.0, 2e-3], frequency = 20.0 }] }]\n"
+    } else {
+        "fixed = \"rim\"\n"
+    };
+    let more = format!(
+        "[materials.ball]\ndensity = 1000.0\nnormal = {{ law = \"hertz\", youngs_modulus = 1e6, poisson_ratio = 0.4, restitution = 1.0 }}\n\
+         [[particles]]\nname = \"ball\"\nmaterial = \"ball\"\nradius = 0.01\nposition = [0.003, 0.002, 0.011]\nvelocity = [0.0, 0.0, -0.5]\n\
+         [[membranes]]\nname = \"sheet\"\nshape = \"disc\"\naxis = [0.0, 0.0, 1.0]\norigin = [0.0, 0.0, 0.0]\nradius = {RADIUS:?}\nedge = 0.01\nmaterial = \"ball\"\nthickness = {THICKNESS:?}\nyoungs_modulus = {MODULUS:?}\nprestrain = 0.05\nbending = {{ law = \"bridson\", stiffness = \"plate\" }}\n{lossy}"
+    );
+    let mut engine = engine(0.0, (0.1, step), &more);
+    let energy = |engine: &Engine| {
+        let (surface, membrane) = (&engine.surfaces()[0], &engine.membranes()[0]);
+        let sheet = &engine.plan().physics().membranes()[0].sheet;
+        let vertices = surface.velocities.iter().zip(sheet.masses());
+        let kinetic: f64 = vertices
+            .map(|(v, mass)| 0.5 * mass * v.length_squared())
+            .sum();
+        let ball = &engine.particles.records[0];
+        let works = membrane.works;
+        let stored =
+            sheet.stretching_energy(&surface.positions) + sheet.bending_energy(&surface.positions);
+        kinetic
+            + stored
+            + 0.5 * ball.velocity.length_squared() / ball.inverse_mass
+            + works.dissipated
+            - works.pressure
+            - works.holds
+    };
+    let first = energy(&engine);
+    run(&mut engine);
+    let ball = &engine.particles.records[0];
+    let scale = 0.5 * 0.25 / ball.inverse_mass;
+    (energy(&engine) - first).abs() / scale
+}
+
+fn budgets() -> Vec<Case> {
+    vec![
+        Case::new(
+            "T24 engine: elastic bounce on a sheet with hinges, energy that is missing over that of the ball at 2e-5 s",
+            0.0,
+            Absolute(2e-3),
+            "conservation of energy",
+            || budget(2e-5, false),
+        ),
+        Case::new(
+            "T24 engine: the same with dashpots, drag, pressure and a moving rim",
+            0.0,
+            Absolute(5e-3),
+            "conservation of energy",
+            || budget(2e-5, true),
+        ),
+    ]
+}

@@ -1,0 +1,11 @@
+//! Contacts: laws alone and mixed, friction, adhesion, liquid, energies.
+
+mod adhesion;
+mod contact_cases;
+mod contact_set;
+mod coulomb;
+mod energy_audit;
+mod laws_alone;
+mod liquid;
+mod mixed_laws;
+mod three_beads;

@@ -1,0 +1,51 @@
+//! What the crates that every user builds must not pull in.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fs;
+use std::path::Path;
+
+/// Names of packages, and of those that they depend on.
+fn lock_file() -> HashMap<String, Vec<String>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../Cargo.lock");
+    let text = fs::read_to_string(path).unwrap();
+    let mut packages = HashMap::<String, Vec<String>>::new();
+    for package in text.split("[[package]]").skip(1) {
+        let name = package.split_once("name = \"").unwrap().1;
+        let (name, rest) = name.split_once('"').unwrap();
+        let list = rest.split_once("dependencies = [");
+        let list = list.map_or("", |(_, list)| list.split_once(']').unwrap().0);
+        let names = list.split('"').skip(1).step_by(2);
+        let names = names.map(|entry| entry.split(' ').next().unwrap().to_owned());
+        // Several versions of a package count as one.
+        packages.entry(name.to_owned()).or_default().extend(names);
+    }
+    packages
+}
+
+/// Polars takes minutes to build; a newcomer's first `cargo run --bin mercury-solve` must not wait for it.
+#[test]
+fn solver_and_clump_maker_build_without_polars() {
+    let packages = lock_file();
+    for root in [
+        "mercury-coarse-grain",
+        "mercury-common",
+        "mercury-pictures",
+        "mercury-solver",
+        "mclump",
+    ] {
+        let (mut open, mut seen) = (vec![root.to_owned()], BTreeSet::new());
+        while let Some(name) = open.pop() {
+            if seen.insert(name.clone()) {
+                open.extend(packages[&name].iter().cloned());
+            }
+        }
+        let heavy = |name: &&String| name.starts_with("polars") || *name == "mercury-tables";
+        let found: Vec<&String> = seen.iter().filter(heavy).collect();
+        assert!(found.is_empty(), "{root} depends on {found:?}");
+    }
+    assert!(
+        packages["mercury-tables"]
+            .iter()
+            .any(|name| name == "polars-parquet")
+    );
+}

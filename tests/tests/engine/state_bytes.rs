@@ -1,0 +1,438 @@
+//! The state of every example scene, written as bytes and read back, goes on to the same bytes.
+//!
+//! Every scene under `scenes/` takes part by itself, so that a new feature with an example cannot be forgotten.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec3;
+use mercury_solver::contact::{AnyNormal, Linear};
+use mercury_solver::forces::{ForcePass, Needs, NewList, Observation, StepContext, Watch};
+use mercury_solver::plan::{Guard, GuardPolicy, Plan, plan, read_scene};
+use mercury_solver::state::{Encoder, Particles};
+use mercury_solver::step::{Engine, RunError, Snapshot, StartOptions};
+use mercury_solver::walls::Shape;
+use mercury_tests::scenes::{advance, frictionless, sphere, start};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree as _;
+use proptest::test_runner::{Config, TestRunner};
+
+/// The scenes that run as they stand.
+fn scenes() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let mut files = Vec::new();
+    for folder in ["", "clumps", "bench"] {
+        let entries = std::fs::read_dir(root.join(folder)).expect("the folder can be listed");
+        files.extend(entries.map(|entry| entry.expect("the folder can be listed").path()));
+    }
+    let is_scene = |path: &PathBuf| {
+        let name = path.to_string_lossy();
+        name.ends_with(".toml") && !name.ends_with(".clump.toml") && !name.ends_with("keys.toml")
+    };
+    files.retain(is_scene);
+    files.sort();
+    files
+}
+
+fn planned(path: &Path) -> Arc<Plan> {
+    let scene = read_scene(path, &[]).expect("an example scene is whole");
+    Arc::new(plan(&scene).expect("an example scene can be planned"))
+}
+
+/// Goes on from `engine` and from its decoded state for `steps` steps; they must stay equal to the byte.
+fn goes_on(engine: &mut Engine, threads: usize, steps: u64) -> Result<(), TestCaseError> {
+    let bytes = engine.snapshot().encode();
+    let mut encoder = Encoder::new();
+    engine.add_state_to(&mut encoder);
+    prop_assert!(encoder.finish() == bytes, "without a snapshot: other bytes");
+    let decoded =
+        Snapshot::decode(&bytes).map_err(|error| TestCaseError::fail(error.to_string()))?;
+    prop_assert!(
+        decoded.encode() == bytes,
+        "decoded and encoded again: other bytes"
+    );
+    let plan = Arc::clone(engine.plan());
+    let mut other = Engine::restore(plan, decoded, threads).expect("the state fits its plan");
+    prop_assert!(
+        other.snapshot().encode() == bytes,
+        "restored and encoded: other bytes"
+    );
+    for engine in [&mut *engine, &mut other] {
+        engine
+            .steps_at_once(steps, Some(Watch::default()))
+            .expect("the scene goes on");
+    }
+    prop_assert!(
+        other.snapshot().encode() == engine.snapshot().encode(),
+        "other bytes after {steps} steps"
+    );
+    Ok(())
+}
+
+#[test]
+fn every_example_scene_goes_on_from_its_bytes() {
+    let scenes = scenes();
+    assert!(scenes.len() > 15, "the example scenes are found");
+    for path in scenes {
+        let mut engine = Engine::new(planned(&path), 1).expect("an example scene starts");
+        // Some hundred thousand particle-steps each.
+        let most = (200_000 / engine.particles.len().max(1) as u64).clamp(4, 2000);
+        let case = (0..=most, 1usize..=3, 1..=most / 2);
+        // One engine goes through all the cases, so that later ones begin amid the run.
+        let mut runner = TestRunner::deterministic();
+        for _ in 0..3 {
+            let (before, threads, after) = case.new_tree(&mut runner).expect("drawn").current();
+            engine
+                .steps_at_once(before.max(1), None)
+                .expect("the scene goes on");
+            if let Err(error) = goes_on(&mut engine, threads, after) {
+                panic!(
+                    "{}: after {before} steps, {threads} threads: {error}",
+                    path.display()
+                );
+            }
+        }
+    }
+}
+
+/// What the guard has counted is part of the state: the final report of a resumed run includes all of it.
+#[test]
+fn counts_of_the_guard_go_on() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
+    let mut draft = planned(&path).draft();
+    // Limits far below what the collision of the scene comes to.
+    draft.guard = Guard {
+        policy: GuardPolicy::Warn,
+        overlap: 1e-6,
+        way: 1e-6,
+    };
+    let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+    while engine.guard_warnings().len() < 2 {
+        engine.step(None).expect("the scene goes on");
+    }
+    let (told, steps) = (engine.guard_warnings(), engine.steps());
+    let state = engine.snapshot();
+    let mut other = Engine::restore(Arc::clone(engine.plan()), state, 1).unwrap();
+    assert_eq!(other.guard_warnings(), told);
+    engine.steps_at_once(10, None).unwrap();
+    other.steps_at_once(10, None).unwrap();
+    assert_eq!(other.guard_warnings(), engine.guard_warnings());
+    assert_ne!(
+        told,
+        engine.guard_warnings(),
+        "nothing to count after step {steps}"
+    );
+}
+
+/// What was lost so far is part of the state, and so is what the audit needs for the mean of two steps.
+#[test]
+fn the_energy_budget_goes_on() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/two-spheres.toml");
+    let mut draft = planned(&path).draft();
+    draft.energy_budget = true;
+    let mut engine = Engine::new(Arc::new(draft.plan().unwrap()), 1).unwrap();
+    // Amid the collision, which takes 0.02 s.
+    engine.steps_at_once(200, None).expect("the scene goes on");
+    assert!(engine.audit().dissipated() > 0.0);
+    if let Err(error) = goes_on(&mut engine, 2, 150) {
+        panic!("{error}");
+    }
+}
+
+#[test]
+fn damaged_states_are_named_and_never_taken() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/clumps/t-bar.toml");
+    let mut engine = Engine::new(planned(&path), 1).expect("an example scene starts");
+    engine.steps_at_once(50, None).expect("the scene goes on");
+    let bytes = engine.snapshot().encode();
+    let config = Config::with_cases(300);
+    TestRunner::new(config)
+        .run(&(0..bytes.len(), 1u8..=255), |(place, change)| {
+            prop_assert!(Snapshot::decode(&bytes[..place]).is_err(), "cut at {place}");
+            let mut damaged = bytes.clone();
+            damaged[place] ^= change;
+            prop_assert!(Snapshot::decode(&damaged).is_err(), "changed at {place}");
+            Ok(())
+        })
+        .expect("no damage passes");
+}
+
+#[test]
+fn a_state_of_another_plan_is_refused_in_words() {
+    let scene = |name: &str| {
+        planned(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml")))
+    };
+    let refused = |state: &Snapshot, plan: Arc<Plan>| match Engine::restore(plan, state.clone(), 1)
+    {
+        Err(RunError::OtherPlan(reason)) => reason,
+        _ => panic!("a state of another plan is taken"),
+    };
+    let engine = Engine::new(scene("bench/dense-2k"), 1).expect("an example scene starts");
+    let state = engine.snapshot();
+    assert!(Engine::restore(scene("bench/dense-2k"), state.clone(), 1).is_ok());
+    let reason = refused(&state, scene("two-spheres"));
+    assert!(reason.contains("walls, the plan"), "{reason}");
+    // The same walls, and laws that remember nothing.
+    let mut draft = scene("bench/dense-2k").draft();
+    draft.laws = scene("bench/dense-20k-frictionless")
+        .physics()
+        .laws()
+        .clone();
+    let reason = refused(&state, Arc::new(draft.plan().unwrap()));
+    assert!(reason.contains("remember"), "{reason}");
+}
+
+/// Gravity between all pairs, F = k m m / d^2, counted: a force across any gap that comes after the contacts.
+struct Attraction {
+    strength: f64,
+    evaluations: u64,
+}
+
+impl ForcePass for Attraction {
+    fn name(&self) -> &str {
+        "attraction"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs {
+            after_contacts: true,
+            ..Needs::default()
+        }
+    }
+
+    fn adopt(&mut self, _: &NewList<'_>) {}
+
+    fn add_loads(&mut self, particles: &mut Particles, _: &StepContext<'_>) {
+        self.evaluations += 1;
+        // By ids: the sums must not depend on the order of the rows.
+        let rows = particles.rows_by_id();
+        for (k, &a) in rows.iter().enumerate() {
+            for &b in &rows[k + 1..] {
+                let (a, b) = (a as usize, b as usize);
+                let branch = particles.records[b].position - particles.records[a].position;
+                let masses = particles.masses[a] * particles.masses[b];
+                let force = branch * (self.strength * masses / branch.length().powi(3));
+                particles.loads[a].force += force;
+                particles.loads[b].force -= force;
+            }
+        }
+    }
+
+    fn observe(&self, _: &mut Observation) {}
+
+    fn save(&self) -> Vec<u8> {
+        self.evaluations.to_le_bytes().to_vec()
+    }
+
+    fn restore(&mut self, _: &Particles, saved: &[u8]) -> Result<(), String> {
+        let bytes = saved.try_into().map_err(|_| "no count".to_owned())?;
+        self.evaluations = u64::from_le_bytes(bytes);
+        Ok(())
+    }
+}
+
+fn attraction() -> Vec<Box<dyn ForcePass>> {
+    vec![Box::new(Attraction {
+        strength: 1e-2,
+        evaluations: 0,
+    })]
+}
+
+/// Lifts a mesh by its corners at a steady speed, m/s: a wall that changes its shape, not its place.
+struct Lift {
+    speed: f64,
+    corners: Vec<DVec3>,
+}
+
+impl ForcePass for Lift {
+    fn name(&self) -> &str {
+        "lift"
+    }
+
+    fn needs(&self) -> Needs {
+        Needs {
+            reshapes_walls: true,
+            ..Needs::default()
+        }
+    }
+
+    fn adopt(&mut self, _: &NewList<'_>) {}
+
+    fn reshape_walls(&mut self, _: &Particles, time: f64) -> Vec<(usize, Vec<DVec3>)> {
+        let lifted = |corner: &DVec3| *corner + DVec3::Z * (self.speed * time);
+        vec![(0, self.corners.iter().map(lifted).collect())]
+    }
+
+    fn add_loads(&mut self, _: &mut Particles, _: &StepContext<'_>) {}
+
+    fn observe(&self, _: &mut Observation) {}
+
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn restore(&mut self, _: &Particles, _: &[u8]) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A plate that rises at v by its corners meets a ball at rest: in the plate's frame the ball comes at v, and an elastic spring
+/// sends it away at v, so it ends at 2 v. Verlet with 2 pi/(w dt) = 200 steps a period keeps the energy of a spring to (w dt)^2/8
+/// = 1.2e-4 of it, of which the speed has half; the end of the contact, found to a step, adds up to (w dt)^2/2 = 5e-4.
+#[test]
+fn a_wall_that_changes_its_shape_is_felt_and_is_part_of_the_state() {
+    let omega = 2.0 * std::f64::consts::PI / (200.0 * 1e-4);
+    let text = format!(
+        r#"
+        time = {{ end = 1.0, step = 1e-4 }}
+        domain = {{ min = [-1, -1, -1], max = [1, 1, 1] }}
+        output = {{ interval = 1.0 }}
+        [materials.m]
+        density = 1000.0
+        normal = {{ law = "linear", stiffness = {}, restitution = 1.0 }}
+        [[walls]]
+        name = "plate"
+        shape = "mesh"
+        file = "plate.stl"
+        material = "m"
+        [[particles]]
+        material = "m"
+        radius = 0.01
+        position = [0.51, 0.48, 0.0]
+        "#,
+        omega * omega * 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6,
+    );
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let files = mercury_common::scene::Files::MustExist;
+    let scene = mercury_common::scene::parse_scene(&scenes.join("lift.toml"), &text, &[], files)
+        .expect("the scene is whole");
+    let plan = plan(&scene).expect("the scene can be planned");
+    let corners = match &plan.physics().walls()[0].shape {
+        Shape::Mesh(mesh) => mesh.corners().to_vec(),
+        _ => panic!("the plate is a mesh"),
+    };
+    // The ball lies just above the plate.
+    let top = corners
+        .iter()
+        .fold(f64::NEG_INFINITY, |top, corner| top.max(corner.z));
+    let mut draft = plan.draft();
+    draft.particles[0].position.z = top + 0.0101;
+    let plan = Arc::new(draft.plan().unwrap());
+    let speed = 0.05;
+    let lift = || -> Vec<Box<dyn ForcePass>> {
+        vec![Box::new(Lift {
+            speed,
+            corners: corners.clone(),
+        })]
+    };
+    let mut engine = Engine::start(Arc::clone(&plan), StartOptions::threads(1).forces(lift()))
+        .expect("it starts");
+    // 2 ms to meet, half a period of 20 ms in touch; this is in the midst of it.
+    engine.steps_at_once(70, None).expect("it goes on");
+    let state = Snapshot::decode(&engine.snapshot().encode()).expect("a whole state");
+    let mut other = Engine::resume(
+        Arc::clone(&plan),
+        state,
+        StartOptions::threads(2).forces(lift()),
+    )
+    .expect("it goes on");
+    for engine in [&mut engine, &mut other] {
+        engine.steps_at_once(200, None).expect("it goes on");
+        let velocity = engine.particles.records[0].velocity;
+        assert!(
+            (velocity.z / (2.0 * speed) - 1.0).abs() < 6e-4,
+            "{velocity}"
+        );
+    }
+    assert!(engine.snapshot().encode() == other.snapshot().encode());
+}
+
+/// Two spheres of 1 kg, 2 m apart, that fall around each other on a circle: w^2 = k M / d^3 for the sum M of the masses.
+fn pair() -> Arc<Plan> {
+    let text = r#"
+        time = { end = 1.0, step = 0.01 }
+        domain = { min = [-3, -3, -3], max = [3, 3, 3] }
+        output = { interval = 1.0 }
+        [materials.m]
+        density = 1.909859317102744
+        normal = { law = "linear", stiffness = 1000.0, restitution = 0.7 }
+        [[particles]]
+        material = "m"
+        radius = 0.5
+        position = [-1, 0, 0]
+        velocity = [0, -0.05, 0]
+        [[particles]]
+        material = "m"
+        radius = 0.5
+        position = [1, 0, 0]
+        velocity = [0, 0.05, 0]
+    "#;
+    let files = mercury_common::scene::Files::Unchecked;
+    let scene = mercury_common::scene::parse_scene(Path::new("pair.toml"), text, &[], files)
+        .expect("the scene is whole");
+    Arc::new(plan(&scene).expect("the scene can be planned"))
+}
+
+#[test]
+fn a_force_beside_the_contacts_acts_in_every_step_and_is_part_of_the_state() {
+    // v^2/r = k m/d^2 with r = 1, d = 2, v = 0.05: k = 0.01.
+    let plan = pair();
+    let mut engine = Engine::start(
+        Arc::clone(&plan),
+        StartOptions::threads(1).forces(attraction()),
+    )
+    .unwrap();
+    // A quarter of a turn: T/4 = pi r/(2 v) = 31.4 s. Verlet on a circle is off by (w dt)^2/24 per radian turned: 1e-8.
+    let steps = (0.5 * std::f64::consts::PI / 0.05 / 0.01).round() as u64;
+    engine.steps_at_once(steps / 2, None).unwrap();
+    let bytes = engine.snapshot().encode();
+    let state = Snapshot::decode(&bytes).unwrap();
+    let mut other = Engine::resume(
+        Arc::clone(&plan),
+        state.clone(),
+        StartOptions::threads(2).forces(attraction()),
+    )
+    .unwrap();
+    for engine in [&mut engine, &mut other] {
+        engine.steps_at_once(steps - steps / 2, None).unwrap();
+        let row = engine.particles.rows_by_id()[1] as usize;
+        let place = engine.particles.records[row].position;
+        // The whole number of steps misses the quarter by half a step at most: 0.05 m/s for 0.005 s.
+        assert!(
+            (place - glam::DVec3::Y).length() < 0.05 * 0.005 + 1e-6,
+            "{place}"
+        );
+    }
+    assert_eq!(engine.snapshot().encode(), other.snapshot().encode());
+    // Without the force, or under another name, the state is refused.
+    let Err(RunError::Forces(reason)) = Engine::restore(plan, state, 1) else {
+        panic!("a state with another force is taken");
+    };
+    assert!(
+        reason.contains("attraction") && reason.contains("none"),
+        "{reason}"
+    );
+}
+
+/// The counts of the guard are the same after a restart as without one: how often, and the worst of it with its step, place and
+/// partner.
+#[test]
+fn what_the_guard_has_counted_is_told_after_a_restart() {
+    let law = frictionless(AnyNormal::Linear(Linear::new(1e3, 0.0)));
+    let mut draft = mercury_tests::scenes::plan(1e-4, 1000.0, law);
+    draft.guard = Guard {
+        policy: GuardPolicy::Warn,
+        overlap: 0.1,
+        way: 0.2,
+    };
+    // A third of a radius in a step, and, far from it, two that lie in each other by 0.3 radii.
+    let balls = [(0.0, 33.0), (1.0, 0.0), (1.017, 0.0)];
+    let balls = balls.map(|(x, speed)| sphere(x * DVec3::X, 0.01, speed * DVec3::Y, DVec3::ZERO));
+    let mut engine = start(draft.with_particles(balls.to_vec()));
+    advance(&mut engine, 5);
+    let warnings = engine.guard_warnings();
+    assert_eq!(warnings.len(), 2, "{warnings:#?}");
+    let decoded = Snapshot::decode(&engine.snapshot().encode()).unwrap();
+    let restored = Engine::restore(Arc::clone(engine.plan()), decoded, 1).unwrap();
+    assert_eq!(restored.guard_warnings(), warnings);
+}

@@ -1,0 +1,229 @@
+//! Texts of the project speak of things in standard technical English: a particle is "a particle", not "who".
+//!
+//! The test reads comments and string literals of Rust files, and whole files of the other kinds.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Pronouns for people, and a verb whose object is a person.
+const FORBIDDEN: [&str; 8] = [
+    "who",
+    "whom",
+    "whoever",
+    "nobody",
+    "somebody",
+    "anybody",
+    "everybody",
+    "told",
+];
+
+/// Phrases about people, which may contain a forbidden word.
+const ABOUT_PEOPLE: [&str; 10] = [
+    "users who",
+    "user who",
+    "people who",
+    "researchers who",
+    "students who",
+    "everyone who",
+    // From the licence of a font.
+    "persons to whom",
+    // Authors of sources.
+    "Wadell (1932), who",
+    "Korn and Graubard 1998, Survey Methodology 24, 193, who",
+    // The rule itself, in CONTRIBUTING.md.
+    "is not *who* or *nobody*",
+];
+
+/// Endings of the files that are read.
+const ENDINGS: [&str; 6] = ["rs", "md", "py", "sh", "toml", "txt"];
+
+/// Folders that hold no text of the project, wherever they are.
+const FOREIGN: [&str; 3] = ["target", "vendor", "node_modules"];
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// All files with one of the endings, without hidden ones and those that `.gitignore` names at the root.
+fn files(folder: &Path, root: &Path, ignored: &[String], found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let inside = path.strip_prefix(root).unwrap();
+        if name.starts_with('.')
+            || FOREIGN.contains(&name.as_str())
+            || ignored.iter().any(|other| inside == Path::new(other))
+        {
+            continue;
+        }
+        if path.is_dir() && !path.is_symlink() {
+            files(&path, root, ignored, found);
+        } else if path.extension().is_some_and(|ending| {
+            let ending = ending.to_string_lossy();
+            ENDINGS.contains(&ending.as_ref())
+        }) {
+            found.push(path);
+        }
+    }
+}
+
+/// Rust code with everything blanked but comments and string literals, and these without `{placeholders}`. Lines stay where they are.
+fn prose(code: &str) -> String {
+    let mut prose = String::with_capacity(code.len());
+    let mut rest = code;
+    while let Some(next) = rest.chars().next() {
+        let length = token(rest);
+        let (text, after) = rest.split_at(length.max(next.len_utf8()));
+        if text.starts_with("//") || text.starts_with("/*") {
+            prose += text;
+        } else if text.contains('"') && length > 0 {
+            prose += &without_placeholders(text);
+        } else {
+            prose.extend(text.chars().filter(|&c| c == '\n'));
+            prose.push(' ');
+        }
+        rest = after;
+    }
+    prose
+}
+
+/// Bytes of the comment, string, character or word at the start of some code; 0 for anything else.
+fn token(code: &str) -> usize {
+    let until = |end: &str, from: usize| {
+        code[from..]
+            .find(end)
+            .map_or(code.len(), |at| from + at + end.len())
+    };
+    if code.starts_with("//") {
+        return code.find('\n').unwrap_or(code.len());
+    }
+    if code.starts_with("/*") {
+        return until("*/", 2);
+    }
+    let word = code
+        .find(|c: char| !c.is_alphanumeric() && c != '_')
+        .unwrap_or(code.len());
+    let after = &code[word..];
+    if matches!(&code[..word], "r" | "br" | "cr") {
+        let hashes = after.len() - after.trim_start_matches('#').len();
+        if after[hashes..].starts_with('"') {
+            return until(&format!("\"{}", "#".repeat(hashes)), word + hashes + 1);
+        }
+    }
+    if matches!(&code[..word], "" | "b" | "c") && after.starts_with('"') {
+        return word + quoted(after, '"');
+    }
+    if matches!(&code[..word], "" | "b") && after.starts_with('\'') {
+        // A lifetime has no quote behind its first character.
+        let is_character = after[1..].starts_with('\\') || after.chars().nth(2) == Some('\'');
+        return word + if is_character { quoted(after, '\'') } else { 1 };
+    }
+    word
+}
+
+/// Bytes up to the closing quote of a literal that begins with one.
+fn quoted(text: &str, quote: char) -> usize {
+    let mut escaped = false;
+    for (at, next) in text.char_indices().skip(1) {
+        if next == quote && !escaped {
+            return at + 1;
+        }
+        escaped = next == '\\' && !escaped;
+    }
+    text.len()
+}
+
+/// `"{who} has {}"` names a variable, not a person.
+fn without_placeholders(text: &str) -> String {
+    let mut left = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('{') {
+        let is_name = |c: char| c.is_alphanumeric() || "_:?.#$<>^+-".contains(c);
+        let inside = &rest[at + 1..];
+        let end = inside.find(|c| !is_name(c)).unwrap_or(inside.len());
+        left += &rest[..at + 1];
+        rest = if inside[end..].starts_with('}') {
+            &inside[end..]
+        } else {
+            inside
+        };
+    }
+    left + rest
+}
+
+/// Forbidden words of a text with their lines, counted from 1.
+fn found_in(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let line = line.to_lowercase();
+        if forbidden_in(&line).next().is_some() {
+            let others = ABOUT_PEOPLE.iter().fold(line, |line, phrase| {
+                line.replace(&phrase.to_lowercase(), "")
+            });
+            found.extend(forbidden_in(&others).map(|word| (number + 1, word.to_owned())));
+        }
+    }
+    found
+}
+
+fn forbidden_in(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| !c.is_alphanumeric() && c != '_')
+        .filter(|word| FORBIDDEN.contains(word))
+}
+
+#[test]
+fn things_are_not_spoken_of_as_persons() {
+    let root = repository();
+    let ignored: Vec<String> = fs::read_to_string(root.join(".gitignore"))
+        .unwrap()
+        .lines()
+        .filter_map(|line| line.strip_prefix('/'))
+        .map(|name| name.trim_end_matches('/').to_owned())
+        .collect();
+    let mut all = Vec::new();
+    files(&root, &root, &ignored, &mut all);
+    all.sort();
+    assert!(all.len() > 500, "the sources are not where they were");
+    let mut wrong = String::new();
+    for path in all {
+        let inside = path.strip_prefix(&root).unwrap();
+        // The words themselves.
+        if inside == Path::new("tests/tests/scenes/plain_english.rs") {
+            continue;
+        }
+        let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).into_owned();
+        let is_rust = path.extension().is_some_and(|ending| ending == "rs");
+        let text = if is_rust { prose(&text) } else { text };
+        for (line, word) in found_in(&text) {
+            let _ = writeln!(wrong, "{}:{line}: {word}", inside.display());
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{wrong}Name the thing (a particle, a thread, the caller, the user) instead, or rewrite the sentence in the passive. \
+         Phrases about people go into ABOUT_PEOPLE."
+    );
+}
+
+#[test]
+fn words_of_prose_are_found_and_those_of_code_are_not() {
+    let found = |code: &str| found_in(&prose(code));
+    let word = |line, word: &str| (line, word.to_owned());
+    assert_eq!(found("let who = told(nobody);"), []);
+    assert_eq!(
+        found("f(); // Who\n/* nobody\n told */"),
+        [word(1, "who"), word(2, "nobody"), word(3, "told")]
+    );
+    assert_eq!(
+        found(r#"print("{who} is {told:?} by whom \" who")"#),
+        [word(1, "whom"), word(1, "who")]
+    );
+    assert_eq!(
+        found("r#\"a \" who\"#; told('\"', 'a', \"x\")"),
+        [word(1, "who")]
+    );
+    assert_eq!(found("fn f<'a>(who: &'a str) {} // users who read"), []);
+    assert_eq!(found("\"a \\\n who\""), [word(2, "who")]);
+    assert_eq!(found("// a whole"), []);
+}

@@ -1,0 +1,10 @@
+//! Walls: shapes, meshes, motion, servos, loads, wear.
+
+mod periodic_meshes;
+mod reference_shapes;
+mod servos;
+mod travelling_walls;
+mod triangle_loads;
+mod turning_walls;
+mod wear;
+mod wide_walls;
