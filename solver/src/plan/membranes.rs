@@ -566,7 +566,7 @@ pub(super) fn describe(surface: &SurfacePlan, membrane: &MembranePlan) -> Vec<St
             HoldCourse::Wall(_) => "go with a wall".to_owned(),
         };
         lines.push(format!(
-            "hold `{}`: {} vertices {how}",
+            "hold `{}`, {} vertices: {how}",
             hold.name,
             hold.vertices.len()
         ));
