@@ -49,12 +49,12 @@ impl Default for Powers {
 
 impl Powers {
     fn stretch(&mut self, [least, largest]: [f64; 2]) {
-        // Comparisons are false for what is no number, which then stays.
         let [own_least, own_largest] = &mut self.stretches;
-        if !(*own_least <= least) {
+        // What is no number stays: comparisons with it are false.
+        if least < *own_least || least.is_nan() {
             *own_least = least;
         }
-        if !(*own_largest >= largest) {
+        if largest > *own_largest || largest.is_nan() {
             *own_largest = largest;
         }
     }
