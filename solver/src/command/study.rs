@@ -236,13 +236,7 @@ pub(crate) fn execute(
     outcome
 }
 
-<<<<<<< HEAD
-/// The runs, and the requested results.
-fn as_json(study: &Study) -> Value {
-    let runs: Vec<Value> = (study.runs.iter())
-        .map(|run| json!({ "name": run.name, "set": study.overrides(run) }))
-=======
-/// Which runs there are, and what is wanted of them.
+/// The runs, their costs, and the requested results.
 fn as_json(study: &Study, needs: &[Needs]) -> Value {
     let runs: Vec<Value> = (study.runs.iter().zip(needs))
         .map(|(run, needs)| {
@@ -254,7 +248,6 @@ fn as_json(study: &Study, needs: &[Needs]) -> Value {
                 "disk": needs.disk,
             })
         })
->>>>>>> w-cloud
         .collect();
     let results: serde_json::Map<String, Value> = (study.results.iter())
         .map(|result| (result.name.clone(), result.text().into()))
@@ -282,22 +275,17 @@ fn jobs(study: &Study) -> usize {
     jobs.min(study.runs.len())
 }
 
-<<<<<<< HEAD
-/// Checks that every run can be planned, and fits into the memory beside the others; the scene gives the units of the study's
-/// values. Returns the prefix of the names of the runs' files.
-=======
-/// What a run takes.
+/// The cost of a run.
 struct Needs {
     steps: u64,
-    /// The most memory, in bytes.
+    /// Largest memory, bytes.
     memory: f64,
-    /// Of all files, in bytes.
+    /// Size of all files, bytes.
     disk: f64,
 }
 
-/// Sees to it that every run can be planned, and fits into the memory beside the others; the scene says what the values of the study are of.
-/// Returns what the names of the runs' files begin with, and what each run takes.
->>>>>>> w-cloud
+/// Checks that every run can be planned, and fits into the memory beside the others; the scene gives the units of the study's
+/// values. Returns the prefix of the names of the runs' files, and the cost of each run.
 fn check(
     asked: &Asked,
     study: &mut Study,
