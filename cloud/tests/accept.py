@@ -5,6 +5,7 @@ The solver alone (`mercury-solve SCENE`) gives the bytes that runs through the c
 """
 
 import contextlib
+import csv
 import hashlib
 import http.client
 import http.server
@@ -15,6 +16,7 @@ import re
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import sys
 import tempfile
@@ -645,7 +647,8 @@ def check_thousand():
         values = [repr(100.0 + k) for k in range(number)]
         base = {"scene": {"name": "two.toml", "text": SPHERES, "set": SHORT, "files": files}, "label": "thousand"}
         begin = time.monotonic()
-        ids = served.json("POST", "/studies", {"base": base, "sweep": {"materials.0.normal.dissipation": values}}, 201)
+        body = {"base": base, "sweep": ["materials.0.normal.dissipation=" + ",".join(values)]}
+        ids = served.json("POST", "/studies", body, 201)["runs"]
         must(len(set(ids)) == number, f"{len(set(ids))} runs")
         submitted = time.monotonic() - begin
         finished = lambda: served.json("GET", "/runs")["states"].get("finished", 0)
@@ -670,6 +673,127 @@ def check_thousand():
         must(int(memory[0].split()[1]) < 150_000, f"{memory}")
 
 
+def check_study():
+    """A grid with a range, and a study file: the runs and the numbers of `mercury-solve` alone; the same key is the same
+    study; the table survives deletion of a run; mistakes are told in the solver's words."""
+    folder = Path(tempfile.mkdtemp(prefix="accept-study-"))
+    shutil.copy(ROOT / "scenes/two-spheres.toml", folder)
+    for path in [PARTICLES] if f'"{PARTICLES.name}"' in SPHERES else []:
+        shutil.copy(path, folder)
+    (folder / "list.toml").write_text("""[study]
+scene = "two-spheres.toml"
+set = { "output.pictures" = false }
+[study.results]
+speed = "max(particles.vx)"
+[[study.runs]]
+name = "soft"
+"materials.0.normal.dissipation" = 20.0
+[[study.runs]]
+name = "hard"
+"materials.0.normal.dissipation" = 400.0
+"gravity" = [0, 0, -1]
+""")
+    options = ["--sweep", "materials.0.normal.dissipation=10..500/3", "--sweep", "seed=1,2", "--result", "speed=max(particles.vx)",
+               "--set", "output.pictures=false"]
+    with server() as served:
+        for name, more in [("two-spheres.toml", options), ("list.toml", [])]:
+            subprocess.run([SOLVE, name, *more, "--quiet", "--output", "alone"], cwd=folder, check=True, capture_output=True)
+            with open(folder / "alone/study.csv") as file:
+                expected = list(csv.DictReader(file))
+            shutil.rmtree(folder / "alone")
+            made = subprocess.run([CLOUD, "submit", "--link", served.link, name, *more], cwd=folder, check=True, capture_output=True, text=True)
+            study = made.stderr.split()[1]
+            wait_for(lambda: served.json("GET", f"/studies/{study}")["states"].get("finished") == len(expected), 120, "not finished")
+            text = subprocess.run([CLOUD, "table", "--link", served.link, study], check=True, capture_output=True, text=True).stdout
+            got = list(csv.DictReader(text.splitlines()))
+            must([row["run"] for row in got] == [row["run"] for row in expected], f"runs: {text}")
+            of = lambda row: float(next(value for key, value in row.items() if key.split(" [")[0] == "speed"))
+            must([of(row) for row in got] == [of(row) for row in expected], f"results: {text}\n{expected}")
+        table = served.json("GET", f"/studies/{study}")
+        served.request("DELETE", f"/runs/{table['rows'][0]['id']}", expect=204)
+        must(len(served.json("GET", f"/studies/{study}")["rows"]) == 1, "the deleted run is in the table")
+        files = {path.name: upload(served, path) for path in [PARTICLES] if f'"{path.name}"' in SPHERES}
+        base = {"scene": {"name": "two.toml", "text": SPHERES, "files": files}}
+        key = {"Idempotency-Key": "one"}
+        first = served.json("POST", "/studies", {"base": base, "sweep": ["seed=1,2"]}, 201, key)
+        must(served.json("POST", "/studies", {"base": base, "sweep": ["seed=1,2"]}, 201, key) == first, "another study")
+        served.json("POST", "/studies", {"base": base, "sweep": ["seed=1,3"]}, 409, key)
+        for more, part in [({"sweep": ["seed=1,,2"]}, "between two commas"), ({"sweep": ["materials.0.nothing=1,2"]}, "nothing"),
+                           ({"sweep": ["materials.0.normal.stiffness=-1,2"]}, "must be > 0"), ({"sweep": ["seed=1,2"] * 2}, "seed"),
+                           ({"file": "x = 1"}, "is no study"), ({"file": SPHERES}, "is no study"),
+                           ({"file": '[study]\nscene = "other.toml"\n[study.sweep]\nseed = [1]'}, "other.toml")]:
+            found = served.json("POST", "/studies/check", {"base": base} | more)
+            must(found["problems"] and part in json.dumps(found), f"{more}: {found}")
+            served.request("POST", "/studies", {"base": base} | more, expect=422)
+        for more in [{}, {"sweep": ["seed=1"], "file": ""}, {"sweep": ["seed=1"] * 21}]:
+            served.request("POST", "/studies", {"base": base} | more, expect=400)
+    shutil.rmtree(folder)
+
+
+def check_list():
+    """10,000 runs: every page of the list in less than 100 ms."""
+    number = int(os.environ.get("ACCEPT_RUNS", 10_000))
+    with server() as served:
+        run = served.submit(sets=SHORT + ["time.end=0.001"])
+        served.wait(run)
+        served.kill()
+        with contextlib.closing(sqlite3.connect(served.folder / "data/db.sqlite")) as database, database:
+            database.row_factory = sqlite3.Row
+            row = dict(database.execute("SELECT * FROM runs").fetchone())
+            names = list(row)
+            for k in range(1, number):
+                one = row | {"id": f"{RANDOM.getrandbits(128):032x}", "number": row["number"] + k, "title": f"run {k}", "label": f"label {k % 7}"}
+                database.execute(f"INSERT INTO runs({','.join(names)}) VALUES ({','.join('?' * len(names))})", [one[name] for name in names])
+        served.start()
+        slowest, pages, seen, after = 0, 0, set(), ""
+        while after is not None:
+            begin = time.monotonic()
+            page = served.json("GET", f"/runs?after={after}" if after else "/runs")
+            slowest = max(slowest, time.monotonic() - begin)
+            seen |= {one["id"] for one in page["runs"]}
+            after, pages = page["after"], pages + 1
+        must(len(seen) == number, f"{len(seen)} of {number} runs")
+        for query in ["text=run+99", "state=finished", "label=label+3", "state=failed", "text=nothing"]:
+            begin = time.monotonic()
+            served.json("GET", f"/runs?{query}")
+            slowest = max(slowest, time.monotonic() - begin)
+        print(f"    {number} runs, {pages} pages and 5 searches, the slowest in {1000 * slowest:.0f} ms")
+        must(slowest < 0.1, "slow")
+
+
+def check_cost():
+    """What a run through the cloud costs over the same run at the shell, in processor time of all processes: less than 2 %."""
+    sets = [f"time.end={os.environ.get('ACCEPT_END', '3')}", "output.pictures=false"]
+    def spent(pid):
+        # User and system time of a process's children that have ended, with theirs (proc(5), fields 16 and 17).
+        fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+        return (int(fields[13]) + int(fields[14])) / os.sysconf("SC_CLK_TCK")
+    least = {}
+    with server("--checkpoint-every", "5m") as served:
+        for _ in range(3):
+            folder = tempfile.mkdtemp(prefix="accept-cost-")
+            (Path(folder) / "drum.toml").write_text(SCENE)
+            before = os.times()
+            command = [SOLVE, "drum.toml", "--output", "out", "--quiet", "--threads", "1", *[f"--set={one}" for one in sets]]
+            subprocess.run(command, cwd=folder, check=True)
+            after = os.times()
+            shutil.rmtree(folder)
+            shell = after.children_user + after.children_system - before.children_user - before.children_system
+            before = spent(served.process.pid)
+            run = served.submit(sets=sets)
+            served.wait(run)
+            wait_for(lambda: not served.worker(run), 30, "the worker stays")
+            time.sleep(1.5)
+            # The server itself works for its page, and is not counted.
+            cloud = spent(served.process.pid) - before
+            for name, seconds in [("shell", shell), ("cloud", cloud)]:
+                least[name] = min(least.get(name, seconds), seconds)
+    more = least["cloud"] / least["shell"] - 1
+    print(f"    {least['shell']:.2f} s at the shell, {least['cloud']:.2f} s through the cloud: {100 * more:+.1f} %")
+    must(least["shell"] > 10, "the run is too short to tell")
+    must(more < 0.02, "dear")
+
+
 def texts(served, *answers):
     """All that the server has said and written into logs."""
     logs = [path.read_bytes() for path in (served.folder / "data/log").glob("*")]
@@ -692,7 +816,9 @@ def check_passwd():
                 problems = json.loads(answers[-1].body)["problems"]
                 must(problems, f"{name} was taken")
                 answers.append(served.request("POST", "/runs", {"scene": scene}, expect=422))
-                body = {"base": {"scene": scene}, "sweep": {"time.end": ["0.1", "0.2"]}}
+                body = {"base": {"scene": scene}, "sweep": ["time.end=0.1,0.2"]}
+                answers.append(served.request("POST", "/studies", body, expect=422))
+                body = {"base": {"scene": {"text": SCENE}}, "file": f'[study]\nscene = "{name}"\n[study.sweep]\nseed = [1, 2]\n'}
                 answers.append(served.request("POST", "/studies", body, expect=422))
             answers.append(served.request("POST", "/check", {"scene": {"name": name, "text": SCENE}}, expect=400))
             answers.append(served.request("POST", "/check", {"scene": {"text": SCENE, "files": {name: "0" * 64}}}, expect=400))
@@ -767,15 +893,16 @@ def check_others():
     """Another user gets 404 for all that is not hers; a token that expired or is foreign gets 401."""
     with server() as served:
         run = served.submit(sets=LONG)
+        study = served.json("POST", "/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["time.end=1e-5,2e-5"]}, 201)["id"]
         served.request("POST", "/users", {"name": "ada", "password": "correct horse"}, expect=204)
         mine, served.cookie = served.cookie, None
         answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
         served.cookie = answer.headers["set-cookie"].split(";")[0]
         tried = 0
         for path, methods in paths(served).items():
-            if "{run}" not in path:
+            if "{run}" not in path and "{study}" not in path:
                 continue
-            path = path.replace("{run}", run).replace("{name}", "drum.ene").replace("{k}", "0").replace("{id}", "0")
+            path = path.replace("{run}", run).replace("{study}", study).replace("{name}", "drum.ene").replace("{k}", "0").replace("{id}", "0")
             for method in methods:
                 body = {"end": 9.0} if path.endswith("extend") else {"days": 1}
                 query = "?file=drum.ene&column=elasticEnergy" if path.endswith("charts") else ""
@@ -806,6 +933,46 @@ def check_others():
         for _ in range(4):
             served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=401)
         served.request("POST", "/session", {"name": "ada", "password": "wrong"}, expect=429)
+
+
+def check_quota():
+    """A user with limits: never more cores at once, no run, study or input beyond the disk; deletion makes room again."""
+    with server("--cores", "4") as served:
+        def limits(**more):
+            mine, served.cookie = served.cookie, admin
+            served.request("POST", "/users", {"name": "ada", "password": "correct horse"} | more, expect=204)
+            served.cookie = mine
+        admin = served.cookie
+        limits(cores=1)
+        served.cookie = None
+        answer = served.request("POST", "/session", {"name": "ada", "password": "correct horse"}, expect=200)
+        served.cookie = answer.headers["set-cookie"].split(";")[0]
+        served.request("POST", "/runs", {"scene": {"text": SCENE}, "threads": 2}, expect=403)
+        runs = [served.submit(sets=SHORT + ["time.end=0.05"]) for _ in range(3)]
+        most = 0
+        def over():
+            nonlocal most
+            states = [served.run(run)["state"] for run in runs]
+            most = max(most, sum(state in ("running", "stopping") for state in states))
+            return set(states) == {"finished"}
+        wait_for(over, 120, "not finished")
+        must(most == 1, f"{most} runs at once")
+        usage = served.json("GET", "/session")["usage"]
+        must(usage["disk"] > 100_000 and usage["most_cores"] == 1 and usage["core_seconds"] > 0, f"{usage}")
+        limits(disk=usage["disk"] + 1000)
+        detail = json.loads(served.request("POST", "/runs", {"scene": {"text": SCENE}}, expect=403).body)["detail"]
+        must("Delete runs" in detail, detail)
+        served.request("POST", "/studies", {"base": {"scene": {"text": SCENE}}, "sweep": ["seed=1,2"]}, expect=403)
+        content = b"x" * 10_000
+        digits = hashlib.sha256(content).hexdigest()
+        served.request("PUT", f"/inputs/{digits}", content, {"Content-Type": "application/octet-stream"}, 403, raw=True)
+        for run in runs:
+            served.request("DELETE", f"/runs/{run}", expect=204)
+        must(served.json("GET", "/session")["usage"]["disk"] < 50_000, "deleted runs still count")
+        served.request("PUT", f"/inputs/{digits}", content, {"Content-Type": "application/octet-stream"}, 201, raw=True)
+        served.request("GET", "/users", expect=403)
+        served.cookie = admin
+        must([one["usage"]["most_disk"] for one in served.json("GET", "/users") if one["name"] == "ada"] == [usage["disk"] + 1000], "limits of ada")
 
 
 def check_csrf():
@@ -883,8 +1050,8 @@ def check_second_server():
 
 
 def check_slurm():
-    """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed; the same bytes, and at
-    most one squeue in 10 s."""
+    """Slurm: drained with SIGTERM, a worker killed, the controller restarted, stopped and resumed, a node killed, a limit of
+    time, a study; the same bytes, and at most one squeue in 10 s."""
     if not all(map(shutil.which, ["slurmctld", "slurmd", "squeue", "munged"])):
         raise Skipped("Slurm is not installed")
     reference = alone()
@@ -897,6 +1064,11 @@ def check_slurm():
     wrapper = folder / "bin/squeue"
     wrapper.write_text(f'#!/bin/sh\necho x >> {count}\nexec {shutil.which("squeue")} "$@"\n')
     wrapper.chmod(0o755)
+    # Longer than the minute that a job has below, less its grace.
+    longer = ["time.end=6", "output.interval=0.02", "output.pictures=false"]
+    def stepd(entry, folder):
+        with contextlib.suppress(OSError):
+            return b"slurmstepd" in (entry / "cmdline").read_bytes() and str(folder).encode() in (entry / "environ").read_bytes()
     site = folder / "site.toml"
     site.write_text("grace = 60\npoll = 10.0\n")
     environment = {"SLURM_CONF": str(folder / "slurm/etc/slurm.conf"), "PATH": f"{folder}/bin:{os.environ['PATH']}"}
@@ -934,10 +1106,377 @@ def check_slurm():
             calls = len(count.read_text().splitlines())
             print(f"    {calls} calls of squeue in {seconds:.0f} s")
             must(calls <= seconds / 10 + 3, "too many calls of squeue")
+            # A node that dies: its daemon and all that it has started.
+            third = served.submit(sets=longer)
+            wait_for(lambda: committed(served, third) > 0, 120, "no checkpoint")
+            node = slurm(shutil.which("squeue"), "-h", "-t", "R", "-o", "%N").split()[0]
+            daemon = int((folder / f"slurm/run/{node}.pid").read_text())
+            steps = [int(entry.name) for entry in Path("/proc").iterdir() if entry.name.isdigit() and stepd(entry, folder)]
+            for pid in [daemon, *steps, *served.worker(third)]:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(pid, signal.SIGKILL)
+            wait_for(lambda: len(served.attempts(third)) == 2, 180, "no second attempt")
+            must(served.attempts(third)[0]["cause"] in ("lost", "engine"), f"{served.attempts(third)}")
+            slurm("slurmd", "-N", node)
+            # Many small runs of a study.
+            begin, before = time.monotonic(), len(count.read_text().splitlines())
+            number = int(os.environ.get("ACCEPT_RUNS", 40))
+            files = {path.name: upload(served, path) for path in [PARTICLES] if f'"{path.name}"' in SPHERES}
+            values = ",".join(repr(100.0 + k) for k in range(number))
+            base = {"scene": {"name": "two.toml", "text": SPHERES, "set": SHORT, "files": files}}
+            study = served.json("POST", "/studies", {"base": base, "sweep": [f"materials.0.normal.dissipation={values}"]}, 201)["id"]
+            wait_for(lambda: served.json("GET", f"/studies/{study}")["states"].get("finished") == number, 900, "the study is not finished")
+            served.wait(third, seconds=240)
+            served.same_as_alone(third, alone(longer))
+            seconds, calls = time.monotonic() - begin, len(count.read_text().splitlines()) - before
+            print(f"    {number} runs of a study in {seconds:.0f} s, {calls} calls of squeue")
+            must(calls <= seconds / 10 + 3, "too many calls of squeue")
+        # A limit of one minute: SIGTERM 30 s before it, and another job.
+        site.write_text('grace = 30\npoll = 10.0\ntime = "1"\n')
+        with server("--slurm", str(site), environment=environment) as served:
+            run = served.submit(sets=longer)
+            served.wait(run, seconds=400)
+            causes = [attempt["cause"] for attempt in served.attempts(run)]
+            print(f"    with a limit of one minute: {', '.join(causes)}")
+            must(causes[0] == "preempted" and causes[-1] == "finished", f"causes: {causes}")
+            served.same_as_alone(run, alone(longer))
     finally:
         subprocess.run([here / "slurm-down.sh", folder / "slurm"])
         time.sleep(1)
         shutil.rmtree(folder, ignore_errors=True)
+
+
+class Jobs:
+    """Jobs that begin after a second, get SIGTERM and 30 s later SIGKILL, and whose end is known: what AWS Batch and Kubernetes
+    do with a container is done with a process here."""
+
+    def __init__(self, environment):
+        self.jobs, self.calls, self.lock = {}, [], threading.Lock()
+        self.environment = dict(os.environ) | environment
+        outer = self
+        class Handler(http.server.BaseHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+            def do(self):
+                body = self.rfile.read(int(self.headers.get("Content-Length") or 0))
+                if self.headers.get("Transfer-Encoding") == "chunked":
+                    while size := int(self.rfile.readline(), 16):
+                        body += self.rfile.read(size)
+                        self.rfile.readline()
+                    self.rfile.readline()
+                with outer.lock:
+                    status, answer = outer.answer(self.command, self.path, json.loads(body) if body else None, self.headers)
+                text = json.dumps(answer).encode()
+                self.send_response(status)
+                self.send_header("Content-Type", "application/json")
+                self.send_header("Content-Length", str(len(text)))
+                self.end_headers()
+                self.wfile.write(text)
+            do_GET = do_POST = do_DELETE = do
+            def log_message(self, *_):
+                pass
+        self.service = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=self.service.serve_forever, daemon=True).start()
+        self.url = f"http://127.0.0.1:{self.service.server_port}"
+
+    def begin(self, name, command, environment=None):
+        job = {"name": name, "id": f"id-{len(self.jobs)}", "at": time.monotonic(), "process": None, "command": command, "ended": False,
+               "environment": self.environment | (environment or {})}
+        self.jobs[job["id"]] = job
+        return job
+
+    def state(self, job):
+        if job["ended"]:
+            return "FAILED"
+        if job["process"] is None:
+            if time.monotonic() < job["at"] + 1:
+                return "RUNNABLE"
+            job["process"] = subprocess.Popen(job["command"], env=job["environment"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        code = job["process"].poll()
+        return "RUNNING" if code is None else "SUCCEEDED" if code == 0 else "FAILED"
+
+    def end(self, job):
+        if job["process"] is None:
+            job["ended"] = True
+        else:
+            job["process"].terminate()
+            threading.Timer(30, job["process"].kill).start()
+
+    def names(self):
+        return sorted(job["name"] for job in self.jobs.values())
+
+    def live(self):
+        return [job for job in self.jobs.values() if job["process"] and job["process"].poll() is None]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.service.shutdown()
+        for job in self.live():
+            job["process"].kill()
+
+
+class BatchJobs(Jobs):
+    """ListJobs, SubmitJob and TerminateJob of AWS Batch, with its pages of lists."""
+
+    def answer(self, method, path, body, headers):
+        name = path.split("/")[-1]
+        self.calls.append(name)
+        if "/batch/aws4_request" not in headers.get("Authorization", ""):
+            return 403, {"message": "Missing Authentication Token"}
+        if body.get("jobQueue", "spot") not in ("spot", "demand"):
+            return 400, {"message": f"{body['jobQueue']} does not exist"}
+        if name == "submitjob":
+            must(body["retryStrategy"] == {"attempts": 1}, f"{body}")
+            job = self.begin(body["jobName"], body["containerOverrides"]["command"])
+            job["queue"] = body["jobQueue"]
+            return 200, {"jobId": job["id"], "jobName": job["name"]}
+        if name == "terminatejob":
+            self.end(self.jobs[body["jobId"]])
+            return 200, {}
+        names = [value for one in body.get("filters", []) for value in one["values"]]
+        fits = lambda job: job["name"] in names if names else self.state(job) == body["jobStatus"]
+        jobs = [job for job in self.jobs.values() if job["queue"] == body["jobQueue"] and fits(job)]
+        # Pages of one job.
+        at = int(body.get("nextToken", 0))
+        page = [{"jobName": job["name"], "jobId": job["id"], "status": self.state(job)} for job in jobs[at:at + 1]]
+        return 200, {"jobSummaryList": page} | ({"nextToken": str(at + 1)} if at + 1 < len(jobs) else {})
+
+
+class KubernetesJobs(Jobs):
+    """Jobs of Kubernetes: created, listed, deleted."""
+
+    PATH = "/apis/batch/v1/namespaces/sim/jobs"
+
+    def answer(self, method, path, body, headers):
+        self.calls.append(f"{method} {path}")
+        path = path.split("?")[0]
+        status = lambda code, reason: (code, {"kind": "Status", "apiVersion": "v1", "status": "Failure", "reason": reason, "message": reason, "code": code})
+        named = {job["name"]: job for job in self.jobs.values()}
+        if path == "/api/v1/namespaces/sim/pods" and method == "DELETE":
+            for job in self.live():
+                job["process"].kill()
+            return 200, {"kind": "Status", "apiVersion": "v1", "status": "Success"}
+        if path == self.PATH and method == "POST":
+            if body["metadata"]["name"] in named:
+                return status(409, "AlreadyExists")
+            container = body["spec"]["template"]["spec"]["containers"][0]
+            must(body["spec"]["backoffLimit"] == 0, f"{body}")
+            job = self.begin(body["metadata"]["name"], container["command"], {one["name"]: one["value"] for one in container["env"]})
+            return 201, body | {"metadata": body["metadata"] | {"uid": job["id"]}}
+        if path == self.PATH:
+            of = {"RUNNABLE": {"active": 1, "ready": 0}, "RUNNING": {"active": 1, "ready": 1},
+                  "SUCCEEDED": {"conditions": [{"type": "Complete", "status": "True"}]}, "FAILED": {"conditions": [{"type": "Failed", "status": "True"}]}}
+            items = [{"metadata": {"name": job["name"]}, "spec": {}, "status": of[self.state(job)]} for job in self.jobs.values() if not job.get("deleted")]
+            return 200, {"kind": "JobList", "apiVersion": "batch/v1", "items": items}
+        name = path.removeprefix(self.PATH + "/")
+        if method == "DELETE" and name in named:
+            named[name]["deleted"] = True
+            self.end(named[name])
+            return 200, {"kind": "Status", "apiVersion": "v1", "status": "Success"}
+        return status(404, "NotFound")
+
+
+def through(jobs, bucket, option, settings, environment):
+    """A run through an engine with containers: submitted and adopted by a second server, its machine lost, terminated by the
+    engine, stopped and resumed by the user; the same bytes."""
+    reference = alone()
+    folder = Path(tempfile.mkdtemp(prefix="accept-jobs-"))
+    file = folder / "engine.toml"
+    (folder / "scratch").mkdir()
+    file.write_text(settings + f'poll = 0.5\nprogram = "{CLOUD}"\nsolver = "{SOLVE}"\nscratch = "{folder}/scratch"\n')
+    environment = bucket.environment | environment
+    with server(option, str(file), environment=environment | {"MERCURY_CLOUD_FAIL": "after-submit"}, bucket=bucket) as served:
+        run = served.submit()
+        wait_for(lambda: served.process.poll() is not None, 60, "the failpoint was not reached")
+        served.process.stdout.close()
+        del served.environment["MERCURY_CLOUD_FAIL"]
+        served.start()
+        wait_for(lambda: jobs.live() and committed(served, run) > 0, 120, "no checkpoint")
+        must(jobs.names() == [f"mc-{run}-1"], f"the job was not adopted: {jobs.names()}")
+        jobs.live()[0]["process"].kill()
+        wait_for(lambda: len(served.attempts(run)) == 2 and jobs.live() or served.run(run)["state"] == "finished", 120, "no second attempt")
+        for job in jobs.live():
+            jobs.end(job)
+        wait_for(lambda: len(served.attempts(run)) == 3 and jobs.live() or served.run(run)["state"] == "finished", 120, "no third attempt")
+        if served.run(run)["state"] == "running":
+            served.json("POST", f"/runs/{run}/stop", {})
+            wait_for(lambda: served.run(run)["state"] in ("stopped", "finished"), 60, "not stopped")
+            if served.run(run)["state"] == "stopped":
+                served.json("POST", f"/runs/{run}/resume", {})
+        served.wait(run)
+        causes = [attempt["cause"] for attempt in served.attempts(run)]
+        must(causes[0] in ("lost", "engine") and causes[-1] == "finished", f"causes: {causes}")
+        must(len(jobs.names()) == len(set(jobs.names())) == len(causes), f"jobs: {jobs.names()}, attempts: {causes}")
+        served.same_as_alone(run, reference)
+        print(f"    {', '.join(causes)}; {len(jobs.calls)} calls")
+        # Ended hard: the job goes, too.
+        second = served.submit(sets=["time.end=20", "output.pictures=false"])
+        wait_for(jobs.live, 60, "no second run")
+        served.json("POST", f"/runs/{second}/kill", {})
+        wait_for(lambda: served.run(second)["state"] in ("stopped", "cancelled") and not jobs.live(), 90, "not ended")
+    shutil.rmtree(folder)
+
+
+def has(option):
+    text = subprocess.run([CLOUD, "serve", "--help"], capture_output=True, text=True).stdout
+    if option not in text:
+        raise Skipped(f"built without {option}")
+
+
+def check_batch():
+    """AWS Batch: a stand-in that runs jobs (submitted and adopted, lost, terminated, stopped); and moto's, which runs none, with
+    a server killed between submission and its record: one job of each name."""
+    has("--aws")
+    need_s3()
+    with Bucket("moto") as bucket:
+        settings = 'queues = ["spot", "demand"]\ndefinition = "worker"\n'
+        with BatchJobs(bucket.environment) as jobs:
+            through(jobs, bucket, "--aws", settings, {"AWS_ENDPOINT_URL_BATCH": jobs.url})
+        def moto(path, body):
+            connection = http.client.HTTPConnection("127.0.0.1", bucket.port, timeout=30)
+            signed = {"Authorization": "AWS4-HMAC-SHA256 Credential=test/20260101/us-east-1/batch/aws4_request, SignedHeaders=host, Signature=0"}
+            connection.request("POST", path, json.dumps(body), signed | {"Content-Type": "application/json"})
+            answer = connection.getresponse()
+            text = answer.read()
+            must(answer.status in (200, 201), f"{path}: {answer.status} {text[:500]}")
+            return json.loads(text)
+        moto("/moto-api/config", {"batch": {"use_docker": False}})
+        script = """if True:
+            import boto3, sys
+            client = lambda name: boto3.client(name, endpoint_url=sys.argv[1], region_name="us-east-1", aws_access_key_id="test", aws_secret_access_key="test")
+            role = client("iam").create_role(RoleName="batch", AssumeRolePolicyDocument="{}")["Role"]["Arn"]
+            batch = client("batch")
+            batch.create_compute_environment(computeEnvironmentName="machines", type="UNMANAGED", state="ENABLED", serviceRole=role)
+            batch.create_job_queue(jobQueueName="spot", state="ENABLED", priority=1, computeEnvironmentOrder=[{"order": 1, "computeEnvironment": "machines"}])
+            resources = [{"type": "VCPU", "value": "1"}, {"type": "MEMORY", "value": "2048"}]
+            batch.register_job_definition(jobDefinitionName="worker", type="container", containerProperties={"image": "x", "resourceRequirements": resources})
+        """
+        subprocess.run([beside_moto(), "-c", script, f"http://127.0.0.1:{bucket.port}"], check=True)
+        file = Path(bucket.folder) / "batch.toml"
+        file.write_text('queues = ["spot"]\ndefinition = "worker"\npoll = 0.5\n')
+        with server("--aws", str(file), environment={"MERCURY_CLOUD_FAIL": "after-submit"}, bucket=bucket) as served:
+            run = served.submit()
+            wait_for(lambda: served.process.poll() is not None, 60, "the failpoint was not reached")
+            served.process.stdout.close()
+            del served.environment["MERCURY_CLOUD_FAIL"]
+            served.start()
+            # Its jobs end at once and have run nothing: each attempt is lost, and another one is made.
+            wait_for(lambda: len(served.attempts(run)) >= 2, 60, "the lost job was not seen")
+            jobs = moto("/v1/listjobs", {"jobQueue": "spot", "filters": [{"name": "JOB_NAME", "values": [f"mc-{run}-1"]}]})["jobSummaryList"]
+            must(len(jobs) == 1, f"jobs: {jobs}")
+            must(served.attempts(run)[0]["cause"] in ("lost", "engine"), f"{served.attempts(run)}")
+            served.json("POST", f"/runs/{run}/stop", {})
+
+
+def check_kubernetes():
+    """Kubernetes (experimental), by kubectl against a stand-in that runs Jobs: submitted and adopted, lost, deleted, stopped; the
+    objects hold against the schemas. No cluster ever ran it."""
+    has("--kubernetes")
+    need_s3()
+    if not shutil.which("kubectl"):
+        raise Skipped("kubectl is not installed")
+    with Bucket("moto") as bucket, KubernetesJobs(bucket.environment) as jobs, tempfile.TemporaryDirectory() as folder:
+        config = Path(folder) / "config"
+        config.write_text(json.dumps({"apiVersion": "v1", "kind": "Config", "current-context": "x", "clusters": [{"name": "x", "cluster": {"server": jobs.url}}],
+                                      "contexts": [{"name": "x", "context": {"cluster": "x", "user": "x"}}], "users": [{"name": "x", "user": {}}]}))
+        settings = 'namespace = "sim"\nimage = "mercury:1"\ngrace = 30\nenvironment = { AWS_REGION = "us-east-1" }\n'
+        through(jobs, bucket, "--kubernetes", settings, {"KUBECONFIG": str(config)})
+    python = beside_moto()
+    checked = subprocess.run([python, Path(__file__).with_name("kubernetes.py")], text=True, capture_output=True)
+    if "No module named" in checked.stderr:
+        print("    objects not held against the schemas: kubernetes-validate is not installed")
+    else:
+        must(checked.returncode == 0, checked.stderr)
+        print(checked.stdout.rstrip())
+
+
+def beside_moto():
+    """The python that has moto."""
+    return Path(shutil.which("moto_server")).parent / "python"
+
+
+def check_cloudformation():
+    """cfn-lint finds nothing in the template of deploy/aws; moto creates, updates and deletes a stack of it."""
+    if not shutil.which("moto_server") or not shutil.which("cfn-lint"):
+        raise Skipped("moto_server or cfn-lint is not on the path")
+    with Bucket("moto") as bucket:
+        checked = subprocess.run([beside_moto(), Path(__file__).with_name("cloudformation.py"), str(bucket.port)], text=True, capture_output=True)
+        must(checked.returncode == 0, checked.stdout + checked.stderr[-2000:])
+        print(checked.stdout.rstrip())
+
+
+def browser(script, *options, environment=None):
+    if not shutil.which("node") or not shutil.which(os.environ.get("CHROMIUM", "chromium")):
+        raise Skipped("node or chromium is not installed")
+    done = subprocess.run(["node", ROOT / "cloud/web/tests" / script, *options], text=True, capture_output=True, env=dict(os.environ) | (environment or {}))
+    must(done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:])
+    print("".join(f"    {line}\n" for line in done.stdout.splitlines()), end="")
+
+
+def check_newcomer():
+    """A newcomer in Chromium: template, mistake, Submit, particles, chart, log, stop, resume, download; no complaint."""
+    with server() as served:
+        browser("newcomer.mjs", served.link)
+
+
+def check_study_page():
+    """A study from the page in Chromium: a grid, a study file, table, plot, charts over each other, two runs side by side."""
+    with server() as served:
+        browser("study.mjs", served.link)
+
+
+def check_viewer():
+    """1e5 and 1e6 spheres in Chromium's software rendering."""
+    with server() as served:
+        browser("viewer.mjs", served.link)
+
+
+def check_page():
+    """The page by axe-core and by keyboard alone, its functions by node --test, its types by tsc where it is there (ACCEPT_NPM: a
+    folder with node_modules)."""
+    modules = Path(os.environ.get("ACCEPT_NPM", ROOT / "cloud/web")) / "node_modules"
+    if not shutil.which("node"):
+        raise Skipped("node is not installed")
+    tested = subprocess.run(["node", "--test", ROOT / "cloud/web/tests/"], text=True, capture_output=True)
+    must(tested.returncode == 0, tested.stdout)
+    if (modules / ".bin/tsc").exists():
+        typed = subprocess.run([modules / ".bin/tsc", "-p", ROOT / "cloud/web/tests/tsconfig.json"], text=True, capture_output=True)
+        must(typed.returncode == 0, typed.stdout)
+    else:
+        print("    types not checked: typescript is not installed")
+    if not (modules / "axe-core").exists():
+        print("    accessibility not checked: axe-core is not installed")
+        return
+    with server() as served:
+        study = {"base": {"scene": {"name": "drum.toml", "text": SCENE, "set": SHORT + ["time.end=0.01"]}, "result": ["height=max(particles.z)"]}, "sweep": ["seed=1,2"]}
+        study = served.json("POST", "/studies", study, 201)["id"]
+        wait_for(lambda: served.json("GET", f"/studies/{study}")["states"] == {"finished": 2}, 120, "not finished")
+        browser("axe.mjs", served.link, modules / "axe-core/axe.min.js")
+
+
+def check_contract():
+    """schemathesis against the OpenAPI, with a run to look at: no 5xx, and answers fit their schemas."""
+    if not (program := shutil.which("schemathesis")):
+        raise Skipped("schemathesis is not on the path")
+    seconds = os.environ.get("ACCEPT_SECONDS", "300")
+    with server() as served:
+        run = served.submit(sets=SHORT + ["time.end=0.001"])
+        served.wait(run)
+        token = served.json("POST", "/tokens", {"name": "contract"}, 201)["secret"]
+        command = [program, "run", f"http://127.0.0.1:{served.port}/api/v1/openapi.json", "--header", f"Authorization: Bearer {token}",
+                   "--checks", "not_a_server_error,response_schema_conformance,content_type_conformance", "--phases", "examples,coverage,fuzzing",
+                   # Streams of events never end, and a token that is taken back lets nothing in.
+                   "--exclude-path", "/api/v1/events", "--exclude-path", "/api/v1/tokens/{id}", "--exclude-path", "/api/v1/session",
+                   "--max-examples", "40", "--request-timeout", "30", "--generation-deterministic", "--continue-on-failure"]
+        try:
+            done = subprocess.run(command, text=True, capture_output=True, timeout=float(seconds))
+            must(done.returncode == 0, done.stdout[-4000:] + done.stderr[-1000:])
+            print(f"    {[line for line in done.stdout.splitlines() if line.strip()][-1]}")
+        except subprocess.TimeoutExpired as over:
+            text = (over.stdout or b"").decode()
+            must("FAILURES" not in text and "Server error" not in text, text[-4000:])
+            print(f"    nothing found in {seconds} s")
 
 
 CHECKS = {name.removeprefix("check_").replace("_", "-"): check for name, check in list(globals().items()) if name.startswith("check_")}

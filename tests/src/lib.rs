@@ -16,3 +16,4 @@ pub mod stress;
 pub mod three_beads;
 pub mod twins;
 pub mod validation;
+pub mod wet;

@@ -17,8 +17,10 @@ pub struct RunRow {
     pub id: String,
     /// Title.
     pub title: String,
-    /// A word that groups runs, of a study its name.
+    /// A word that groups runs.
     pub label: String,
+    /// The study that it belongs to.
+    pub study: Option<String>,
     /// State.
     pub state: RunState,
     /// Unix time of its submission, in s.
@@ -118,8 +120,100 @@ pub struct Checked {
     /// What is wrong; empty: the scene can run.
     pub problems: Vec<SceneProblem>,
     /// The plan, as `mercury-solve --check --json` gives it.
-    #[schema(value_type = Object)]
+    #[schema(value_type = Option<Object>)]
     pub plan: Option<serde_json::Value>,
+}
+
+/// Answer of `POST /studies/check`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyChecked {
+    /// What is wrong; empty: all runs can run.
+    pub problems: Vec<SceneProblem>,
+    /// Keys that differ between the runs.
+    pub keys: Vec<String>,
+    /// Names of the runs.
+    pub runs: Vec<String>,
+    /// Names of the results.
+    pub results: Vec<String>,
+}
+
+/// A study in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyRow {
+    /// Its name in paths.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// Unix time of its submission, in s.
+    pub created: f64,
+    /// How many of its runs are in each state.
+    pub states: BTreeMap<String, u64>,
+}
+
+/// A page of studies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyList {
+    /// At most 200 studies, newest first.
+    pub studies: Vec<StudyRow>,
+    /// What to pass as `after` for the next page.
+    pub after: Option<String>,
+}
+
+/// Answer of `POST /studies`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudySubmitted {
+    /// Its name in paths.
+    pub id: String,
+    /// Its runs, in the order of the table.
+    pub runs: Vec<String>,
+}
+
+/// The table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyTable {
+    /// As in lists.
+    #[serde(flatten)]
+    pub row: StudyRow,
+    /// Keys that differ between the runs.
+    pub keys: Vec<String>,
+    /// Results, in the order of their columns.
+    pub results: Vec<ResultColumn>,
+    /// Results to be drawn; empty: all.
+    pub plots: Vec<String>,
+    /// The runs that are still there.
+    pub rows: Vec<StudyRun>,
+}
+
+/// A column of the table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct ResultColumn {
+    /// Name.
+    pub name: String,
+    /// What it is, as `--result NAME=WHAT`.
+    pub what: String,
+    /// Unit, once a run has finished.
+    pub unit: String,
+}
+
+/// A run in the table of a study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct StudyRun {
+    /// The run.
+    pub id: String,
+    /// Its name within the study.
+    pub name: String,
+    /// State.
+    pub state: RunState,
+    /// Why it failed.
+    pub problem: String,
+    /// Steps made.
+    pub step: u64,
+    /// Core seconds spent.
+    pub core_seconds: f64,
+    /// A value for each key, as TOML; none: what the scene says.
+    pub values: Vec<Option<String>>,
+    /// A value for each result.
+    pub results: Vec<Option<f64>>,
 }
 
 /// A scene to start from.
@@ -196,6 +290,34 @@ pub struct Session {
     pub cores: [u32; 2],
     /// Version of the solver.
     pub solver: String,
+    /// What this user takes.
+    pub usage: Usage,
+}
+
+/// What a user takes, and may take.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Usage {
+    /// Cores of runs that are on their way.
+    pub cores: u64,
+    /// The most cores at once; none: no limit.
+    pub most_cores: Option<u64>,
+    /// Length of all runs and inputs, in bytes.
+    pub disk: u64,
+    /// The most of them; none: no limit.
+    pub most_disk: Option<u64>,
+    /// Core seconds that all runs have spent.
+    pub core_seconds: f64,
+}
+
+/// A user, for administrators.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct UserRow {
+    /// Name.
+    pub name: String,
+    /// Whether the user manages others.
+    pub admin: bool,
+    /// What the user takes.
+    pub usage: Usage,
 }
 
 /// A token as lists show it: without the secret.

@@ -24,7 +24,7 @@ pub enum RunState {
     Queued,
     /// An attempt is on its way.
     Running,
-    /// The attempt was told to stop and has not ended yet.
+    /// The attempt got the order to stop and has not ended yet.
     Stopping,
     /// Stopped by its user; can be resumed.
     Stopped,

@@ -61,14 +61,18 @@ fn one() -> u32 {
     1
 }
 
-/// Body of `POST /studies`: a scene and the values of its keys, of which every combination is a run.
+/// Body of `POST /studies` and `POST /studies/check`: a scene, and either a grid of values or a study file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
     /// What all runs have in common; its title names the study.
     pub base: Submit,
-    /// Key to values, as `--sweep key=a,b,c`.
-    pub sweep: BTreeMap<String, Vec<String>>,
+    /// A grid: arguments of `--sweep`, `key=a,b,c` or `key=a..b/n`, the first key slowest.
+    #[serde(default)]
+    pub sweep: Vec<String>,
+    /// Text of a study file, as `mercury-solve study.toml` takes it; its scene is that of `base`.
+    #[serde(default)]
+    pub file: Option<String>,
 }
 
 /// Body of `POST /runs/R/extend`.
@@ -114,9 +118,15 @@ pub struct NewUser {
     pub name: String,
     /// Password, at least 10 characters.
     pub password: String,
-    /// `user` or `admin`.
+    /// Whether the user manages others.
     #[serde(default)]
     pub admin: bool,
+    /// The most cores that the user's runs may have at once; without it there is no limit.
+    #[serde(default)]
+    pub cores: Option<u32>,
+    /// The most bytes that the user's runs and inputs may take; without it there is no limit.
+    #[serde(default)]
+    pub disk: Option<u64>,
 }
 
 /// Body of `POST /tokens`.

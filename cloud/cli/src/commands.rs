@@ -62,7 +62,7 @@ impl Server {
 pub(crate) struct Submit {
     #[command(flatten)]
     server: Server,
-    /// The scene
+    /// The scene, or a study file that names it
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Replace a value of the scene; may be repeated
@@ -80,7 +80,7 @@ pub(crate) struct Submit {
     /// Threads that compute
     #[arg(long, default_value_t = 1)]
     threads: u32,
-    /// A study: every combination of the values of all such keys is a run; may be repeated
+    /// A study, as `mercury-solve --sweep` makes it; may be repeated
     #[arg(long, value_name = "KEY=A,B,C")]
     sweep: Vec<String>,
     /// A result of the finished run, as `mercury-solve --result` takes it; may be repeated
@@ -119,26 +119,88 @@ fn named_files(scene: &Path, text: &str) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+fn text_of(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+/// If a text is that of a study: its scene, and the text with the scene's name without folders, as the server has it.
+fn study_of(path: &Path, text: &str) -> Result<Option<(PathBuf, String)>> {
+    let Ok(mut document) = text.parse::<toml::Table>() else {
+        // What is wrong with it is said by the solver, with its place.
+        return Ok(None);
+    };
+    let Some(study) = document
+        .get_mut("study")
+        .and_then(toml::Value::as_table_mut)
+    else {
+        return Ok(None);
+    };
+    let wrong = |what: &str| anyhow!(Usage(format!("{}: study.scene {what}", path.display())));
+    let named = study.get("scene").ok_or_else(|| wrong("is missing"))?;
+    let named = named.as_str().ok_or_else(|| wrong("must be a string"))?;
+    let scene = path.parent().unwrap_or(Path::new("")).join(named);
+    let flat = scene.file_name().and_then(|name| name.to_str());
+    let flat = flat.ok_or_else(|| wrong("names no file"))?.to_owned();
+    if flat == named {
+        return Ok(Some((scene, text.to_owned())));
+    }
+    study.insert("scene".to_owned(), toml::Value::String(flat));
+    Ok(Some((scene, document.to_string())))
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Table {
+    #[command(flatten)]
+    server: Server,
+    /// The study, by its id
+    study: String,
+}
+
+impl Table {
+    pub(crate) fn run(self) -> Result<ExitCode> {
+        let client = self.server.connect()?;
+        let path = format!("/studies/{}/table.csv", encoded(&self.study));
+        let text = client
+            .get(&path)?
+            .body_mut()
+            .with_config()
+            .limit(256 << 20)
+            .read_to_string()?;
+        say(text.trim_end())?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
 impl Submit {
     pub(crate) fn run(self) -> Result<ExitCode> {
         let text = std::fs::read_to_string(&self.scene)
             .map_err(|error| anyhow!(Usage(format!("{}: {error}", self.scene.display()))))?;
-        let mut sweep: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        for one in &self.sweep {
-            let Some((key, values)) = one.split_once('=') else {
-                bail!(Usage(format!("--sweep {one}: expected KEY=A,B,C")));
-            };
-            sweep.insert(
-                key.to_owned(),
-                values.split(',').map(str::to_owned).collect(),
-            );
+        let study = study_of(&self.scene, &text)?;
+        if study.is_some() && !self.sweep.is_empty() {
+            let help = "its values stand in its table [study.sweep]";
+            bail!(Usage(format!(
+                "--sweep is for scenes, and this is a study: {help}"
+            )));
         }
+        if study.is_some() && (self.key.is_some() || self.watch) {
+            bail!(Usage(
+                "--key and --watch are for one run, and this is a study".into()
+            ));
+        }
+        let (scene, text, study) = match study {
+            Some((scene, study)) => {
+                let text = std::fs::read_to_string(&scene)
+                    .map_err(|error| anyhow!(Usage(format!("{}: {error}", scene.display()))))?;
+                (scene, text, Some(study))
+            }
+            None => (self.scene.clone(), text, None),
+        };
         let client = self.server.connect()?;
         // Files that a scene names, and files that those name in turn (clump files name surfaces).
         let mut files = self.file.clone();
         let mut texts = vec![text.clone()];
         while let Some(text) = texts.pop() {
-            for path in named_files(&self.scene, &text)? {
+            for path in named_files(&scene, &text)? {
                 if !files.contains(&path) {
                     if path
                         .extension()
@@ -165,7 +227,7 @@ impl Submit {
             contents.insert(name(path), sha256);
         }
         let mut body = json!({
-            "scene": {"name": name(&self.scene), "text": text, "files": contents, "set": self.set},
+            "scene": {"name": name(&scene), "text": text, "files": contents, "set": self.set},
             "threads": self.threads, "result": self.result,
         });
         for (member, value) in [("title", &self.title), ("label", &self.label)] {
@@ -173,10 +235,21 @@ impl Submit {
                 body[member] = json!(value);
             }
         }
-        if !sweep.is_empty() {
-            let ids = client.post("/studies", &json!({"base": body, "sweep": sweep}))?;
-            for id in ids.as_array().into_iter().flatten() {
-                say(id.as_str().unwrap_or_default())?;
+        if study.is_some() || !self.sweep.is_empty() {
+            let mut of_study = json!({"base": body, "sweep": self.sweep});
+            if let Some(study) = study {
+                of_study["file"] = json!(study);
+            }
+            let made = client.post("/studies", &of_study)?;
+            let runs = made["runs"].as_array().cloned().unwrap_or_default();
+            eprintln!(
+                "study {} of {} runs; its table: mercury-cloud table {}",
+                text_of(&made["id"]),
+                runs.len(),
+                &text_of(&made["id"])
+            );
+            for id in runs {
+                say(text_of(&id))?;
             }
             return Ok(ExitCode::SUCCESS);
         }
@@ -452,6 +525,12 @@ pub(crate) struct User {
     /// The user may manage others
     #[arg(long)]
     admin: bool,
+    /// The most cores that the user's runs may have at once
+    #[arg(long, value_name = "N")]
+    cores: Option<u32>,
+    /// The most that the user's runs and inputs may take, in MB
+    #[arg(long, value_name = "MB")]
+    disk: Option<u64>,
 }
 
 impl User {
@@ -463,7 +542,10 @@ impl User {
         let password = password.trim_end_matches(['\n', '\r']);
         client.post(
             "/users",
-            &json!({"name": self.name, "password": password, "admin": self.admin}),
+            &json!({
+                "name": self.name, "password": password, "admin": self.admin, "cores": self.cores,
+                "disk": self.disk.map(|megabytes| megabytes.saturating_mul(1_000_000)),
+            }),
         )?;
         Ok(ExitCode::SUCCESS)
     }

@@ -20,6 +20,7 @@ const EXAMPLES: &str = "\
 Examples:
   mercury-cloud serve                              a page on this machine; prints its link
   mercury-cloud submit drum.toml                   submits a scene with the files that it names; prints the run's id
+  mercury-cloud submit study.toml                  a study; so does --sweep KEY=A,B,C with a scene
   mercury-cloud watch RUN                          progress until it ends
   mercury-cloud stop RUN; mercury-cloud resume RUN
   mercury-cloud extend RUN --end 4                 a finished run to a later end
@@ -57,6 +58,8 @@ enum Command {
     Resume(commands::One),
     /// Go on with a run to a later end
     Extend(commands::Extend),
+    /// Print the table of a study as comma-separated values
+    Table(commands::Table),
     /// Fetch the files of a run
     Get(commands::Get),
     /// Compare the files of two folders of runs
@@ -227,6 +230,7 @@ fn run(command: Command) -> Result<ExitCode> {
         Command::Kill(one) => one.change("kill"),
         Command::Resume(one) => one.change("resume"),
         Command::Extend(extend) => extend.run(),
+        Command::Table(table) => table.run(),
         Command::Get(get) => get.run(),
         Command::Diff(diff) => diff.run(),
         Command::Rm(remove) => remove.run(),

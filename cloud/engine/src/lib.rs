@@ -46,6 +46,8 @@ pub struct Place {
     pub solver: PathBuf,
     /// A folder in which workers make theirs.
     pub scratch: PathBuf,
+    /// Whether the solver is confined there, too. A container holds one run and nothing else.
+    pub sandbox: bool,
 }
 
 impl Default for Place {
@@ -54,6 +56,7 @@ impl Default for Place {
             program: "/usr/local/bin/mercury-cloud".into(),
             solver: "/usr/local/bin/mercury-solve".into(),
             scratch: "/scratch".into(),
+            sandbox: true,
         }
     }
 }

@@ -206,13 +206,14 @@ pub(crate) struct Said {
 }
 
 impl Said {
-    fn checked(&self) -> Checked {
-        let one = |message: &str| Checked {
-            problems: vec![SceneProblem {
+    /// The answer, and what is wrong.
+    pub(crate) fn parts(&self) -> (Option<Value>, Vec<SceneProblem>) {
+        let one = |message: &str| {
+            let problem = SceneProblem {
                 message: message.to_owned(),
                 ..SceneProblem::default()
-            }],
-            plan: None,
+            };
+            (None, vec![problem])
         };
         if self.code.is_none() {
             return one(
@@ -236,8 +237,13 @@ impl Said {
         if problems.is_empty() && self.code != Some(0) {
             return one(self.messages.trim());
         }
+        (Some(answer), problems)
+    }
+
+    fn checked(&self) -> Checked {
+        let (answer, problems) = self.parts();
         // A plan that does not fit has problems besides.
-        let plan = answer.get("time").is_some().then_some(answer);
+        let plan = answer.filter(|answer| answer.get("time").is_some());
         Checked { problems, plan }
     }
 }

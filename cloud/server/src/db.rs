@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use cloud_api::answers::{Attempt, EventRow, RunRow};
+use cloud_api::answers::{Attempt, EventRow, RunRow, Usage};
 use cloud_api::head::Cause;
 use cloud_api::lifecycle::{self, Event, Illegal, Policy, Run};
 use cloud_api::{Head, RunState, Wish};
@@ -24,8 +24,13 @@ CREATE TABLE IF NOT EXISTS runs(id TEXT PRIMARY KEY, number INTEGER NOT NULL UNI
   step INTEGER NOT NULL, barren INTEGER NOT NULL, not_before REAL NOT NULL, created REAL NOT NULL, changed REAL NOT NULL,
   of_steps INTEGER, time REAL NOT NULL, core_seconds REAL NOT NULL, cause TEXT, message TEXT NOT NULL, UNIQUE(owner, key));
 CREATE INDEX IF NOT EXISTS runs_state ON runs(state);
-CREATE INDEX IF NOT EXISTS runs_owner ON runs(owner, number);
-CREATE INDEX IF NOT EXISTS runs_label ON runs(owner, label);
+DROP INDEX IF EXISTS runs_owner;
+DROP INDEX IF EXISTS runs_label;
+CREATE INDEX IF NOT EXISTS runs_list ON runs(owner, number, state, label, title);
+CREATE INDEX IF NOT EXISTS runs_count ON runs(owner, state);
+CREATE TABLE IF NOT EXISTS studies(id TEXT PRIMARY KEY, number INTEGER NOT NULL UNIQUE, owner INTEGER NOT NULL, key TEXT, body TEXT,
+  title TEXT NOT NULL, created REAL NOT NULL, plan TEXT NOT NULL, UNIQUE(owner, key));
+CREATE INDEX IF NOT EXISTS studies_owner ON studies(owner, number);
 CREATE TABLE IF NOT EXISTS attempts(run TEXT NOT NULL, epoch INTEGER NOT NULL, engine TEXT NOT NULL, started REAL NOT NULL, ended REAL,
   cause TEXT, code INTEGER, message TEXT NOT NULL, machine TEXT NOT NULL, step INTEGER, core_seconds REAL NOT NULL,
   PRIMARY KEY(run, epoch));
@@ -34,6 +39,15 @@ CREATE TABLE IF NOT EXISTS events(id INTEGER PRIMARY KEY AUTOINCREMENT, run TEXT
 CREATE INDEX IF NOT EXISTS events_run ON events(run, id);
 CREATE TABLE IF NOT EXISTS inputs(sha256 TEXT NOT NULL, owner INTEGER NOT NULL, bytes INTEGER NOT NULL, PRIMARY KEY(sha256, owner));
 ";
+
+/// Columns that databases of earlier versions do not have.
+const LATER: [(&str, &str, &str); 5] = [
+    ("runs", "study", "TEXT"),
+    ("runs", "results", "TEXT"),
+    ("runs", "bytes", "INTEGER NOT NULL DEFAULT 0"),
+    ("users", "cores", "INTEGER"),
+    ("users", "disk", "INTEGER"),
+];
 
 /// Owner of what belongs to all: the files of templates.
 pub(crate) const ALL: i64 = 0;
@@ -72,6 +86,18 @@ pub(crate) struct NewRun<'a> {
     pub(crate) threads: u32,
     pub(crate) memory: u64,
     pub(crate) of_steps: Option<u64>,
+    pub(crate) study: Option<&'a str>,
+}
+
+/// A study that is new.
+pub(crate) struct NewStudy<'a> {
+    pub(crate) id: &'a str,
+    pub(crate) owner: i64,
+    /// Idempotency key with what was asked for.
+    pub(crate) key: Option<(&'a str, &'a str)>,
+    pub(crate) title: &'a str,
+    /// Keys, results and runs, as JSON.
+    pub(crate) plan: &'a str,
 }
 
 /// What `apply` came to.
@@ -94,6 +120,15 @@ impl Db {
         connection.pragma_update(None, "journal_mode", "WAL")?;
         connection.pragma_update(None, "synchronous", "FULL")?;
         connection.execute_batch(SCHEMA)?;
+        for (table, column, kind) in LATER {
+            let known = "SELECT count(*) FROM pragma_table_info(?1) WHERE name = ?2";
+            let count = connection.query_row(known, [table, column], |row| row.get::<_, i64>(0))?;
+            if count == 0 {
+                connection
+                    .execute_batch(&format!("ALTER TABLE {table} ADD COLUMN {column} {kind}"))?;
+            }
+        }
+        connection.execute_batch("CREATE INDEX IF NOT EXISTS runs_study ON runs(study, number)")?;
         Ok(Self {
             connection: Mutex::new(connection),
             policy,
@@ -128,10 +163,21 @@ impl Db {
         rows.collect()
     }
 
-    /// Adds runs, all or none.
-    pub(crate) fn insert(&self, runs: &[NewRun]) -> Result<Vec<EventRow>> {
+    /// Adds runs, and the study that they are of, all or none.
+    pub(crate) fn insert(
+        &self,
+        runs: &[NewRun],
+        study: Option<&NewStudy>,
+    ) -> Result<Vec<EventRow>> {
         let mut connection = self.lock();
         let transaction = connection.transaction()?;
+        if let Some(study) = study {
+            let (key, body) = study.key.unzip();
+            transaction.execute(
+                "INSERT INTO studies VALUES (?1, (SELECT coalesce(max(number), 0) + 1 FROM studies), ?2, ?3, ?4, ?5, ?6, ?7)",
+                params![study.id, study.owner, key, body, study.title, now(), study.plan],
+            )?;
+        }
         let mut events = Vec::new();
         for run in runs {
             let number: i64 = transaction.query_row(
@@ -141,7 +187,7 @@ impl Db {
             )?;
             let first = Run::new();
             transaction.execute(
-                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'')",
+                "INSERT INTO runs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?19,?20,0,0,NULL,'',?21,NULL,0)",
                 params![
                     run.id,
                     number,
@@ -163,6 +209,7 @@ impl Db {
                     first.not_before,
                     now(),
                     run.of_steps.map(|steps| steps as i64),
+                    run.study,
                 ],
             )?;
             events.push(add_event(
@@ -258,14 +305,22 @@ impl Db {
                 events.push(add_event(&transaction, id, "attempt", data)?);
             }
             Event::Resume | Event::Extend => {
-                transaction.execute("UPDATE runs SET cause=NULL, message='' WHERE id=?1", [id])?;
+                transaction.execute(
+                    "UPDATE runs SET cause=NULL, message='', results=NULL WHERE id=?1",
+                    [id],
+                )?;
             }
             _ => {}
         }
         if let Some(head) = head {
             transaction.execute(
-                "UPDATE runs SET of_steps=coalesce(?2, of_steps), time=?3 WHERE id=?1",
-                params![id, head.of_steps.map(|steps| steps as i64), head.time],
+                "UPDATE runs SET of_steps=coalesce(?2, of_steps), time=?3, bytes=?4 WHERE id=?1",
+                params![
+                    id,
+                    head.of_steps.map(|steps| steps as i64),
+                    head.time,
+                    head.bytes() as i64
+                ],
             )?;
         }
         if after.state != before.state {
@@ -278,6 +333,36 @@ impl Db {
         }
         transaction.commit()?;
         Ok(Applied::Done(after, events))
+    }
+
+    /// What a user takes, and may take.
+    pub(crate) fn usage(&self, user: i64) -> Result<Usage> {
+        let connection = self.lock();
+        let mut query = connection.prepare_cached(
+            "SELECT (SELECT coalesce(sum(threads), 0) FROM runs WHERE owner = ?1 AND state IN ('running', 'stopping')),
+               (SELECT coalesce(sum(bytes), 0) FROM runs WHERE owner = ?1) + (SELECT coalesce(sum(bytes), 0) FROM inputs WHERE owner = ?1),
+               (SELECT coalesce(sum(core_seconds), 0) FROM runs WHERE owner = ?1), cores, disk FROM users WHERE id = ?1",
+        )?;
+        let whole = |number: Option<i64>| number.map(|number| number as u64);
+        let usage = query.query_row([user], |row| {
+            Ok(Usage {
+                cores: row.get::<_, i64>(0)? as u64,
+                disk: row.get::<_, i64>(1)? as u64,
+                core_seconds: row.get(2)?,
+                most_cores: whole(row.get(3)?),
+                most_disk: whole(row.get(4)?),
+            })
+        });
+        Ok(usage.optional()?.unwrap_or_default())
+    }
+
+    /// The most cores that users may have at once, of those that have a limit.
+    pub(crate) fn most_cores(&self) -> Result<BTreeMap<i64, u64>> {
+        let connection = self.lock();
+        let mut query =
+            connection.prepare_cached("SELECT id, cores FROM users WHERE cores IS NOT NULL")?;
+        let rows = query.query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)? as u64)))?;
+        rows.collect()
     }
 
     /// Adds an event that is no change of state.
@@ -323,9 +408,11 @@ impl Db {
     ) -> Result<Vec<RunRow>> {
         let connection = self.lock();
         let mut query = connection.prepare_cached(
-            "SELECT * FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2) AND (?3 IS NULL OR label = ?3)
-             AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
-             AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6",
+            // The rows are chosen by an index alone: with their specs they are large.
+            "SELECT * FROM runs WHERE number IN (SELECT number FROM runs WHERE owner = ?1 AND (?2 IS NULL OR state = ?2)
+               AND (?3 IS NULL OR label = ?3) AND (?4 IS NULL OR instr(lower(title), lower(?4)) > 0 OR instr(lower(label), lower(?4)) > 0)
+               AND (?5 IS NULL OR number < (SELECT number FROM runs WHERE id = ?5)) ORDER BY number DESC LIMIT ?6)
+             ORDER BY number DESC",
         )?;
         let rows = query.query_map(
             params![owner, state, label, text, after, MOST_ROWS as i64 + 1],
@@ -509,6 +596,7 @@ fn row_of(row: &Row) -> Result<RunRow> {
         id: row.get("id")?,
         title: row.get("title")?,
         label: row.get("label")?,
+        study: row.get("study")?,
         state: state_of(row)?,
         created: row.get("created")?,
         changed: row.get("changed")?,
@@ -548,6 +636,7 @@ mod tests {
             threads: 1,
             memory: 1,
             of_steps: None,
+            study: None,
         }
     }
 
@@ -556,7 +645,7 @@ mod tests {
         let (_folder, db) = db();
         let ids: Vec<String> = (0..450).map(|k| format!("{k:032x}")).collect();
         let runs: Vec<NewRun> = ids.iter().map(|id| new(id, None)).collect();
-        db.insert(&runs).unwrap();
+        db.insert(&runs, None).unwrap();
         let mut seen = Vec::new();
         let mut after: Option<String> = None;
         loop {
@@ -577,8 +666,8 @@ mod tests {
     #[test]
     fn a_key_belongs_to_one_run_of_a_user() {
         let (_folder, db) = db();
-        db.insert(&[new("a", Some(("k", "body")))]).unwrap();
-        assert!(db.insert(&[new("b", Some(("k", "other")))]).is_err());
+        db.insert(&[new("a", Some(("k", "body")))], None).unwrap();
+        assert!(db.insert(&[new("b", Some(("k", "other")))], None).is_err());
         assert_eq!(
             db.by_key(1, "k").unwrap(),
             Some(("a".to_owned(), "body".to_owned()))
@@ -589,7 +678,7 @@ mod tests {
     #[test]
     fn what_is_illegal_leaves_neither_a_change_nor_an_event() {
         let (_folder, db) = db();
-        db.insert(&[new("a", None)]).unwrap();
+        db.insert(&[new("a", None)], None).unwrap();
         let before = db.newest_event().unwrap();
         assert!(matches!(
             db.apply("a", &Event::Resume, None, "local").unwrap(),

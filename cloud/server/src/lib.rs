@@ -13,6 +13,7 @@ mod routes;
 mod runs;
 mod secrets;
 mod state;
+mod studies;
 mod templates;
 mod web;
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use axum::http::StatusCode;
 use cloud_api::answers::{Checked, RunRow};
 use cloud_api::lifecycle::Event;
-use cloud_api::requests::{Scene, Study, Submit};
+use cloud_api::requests::{Scene, Submit};
 use cloud_api::{Head, InputFile, RunId, Spec};
 use cloud_store::sha256;
 use serde_json::Value;
@@ -16,9 +16,6 @@ use crate::check::{check, inspect};
 use crate::db::{Applied, NewRun};
 use crate::secrets::{self, User};
 use crate::state::App;
-
-/// The most runs of a study.
-const MOST_RUNS: usize = 10_000;
 
 /// The longest title and label, in bytes.
 const LONGEST_TITLE: usize = 200;
@@ -72,8 +69,45 @@ fn forecast(app: &App, plan: &Value, threads: u32) -> Result<Forecast, Fail> {
     })
 }
 
+/// Refuses what a user may not have: so many cores at once, so many bytes on top of what there is.
+pub(crate) fn within_quota(app: &App, user: &User, threads: u32, bytes: f64) -> Result<(), Fail> {
+    let usage = app.db.usage(user.id)?;
+    if let Some(most) = usage.most_cores
+        && u64::from(threads) > most
+    {
+        return Err(Fail::new(
+            StatusCode::FORBIDDEN,
+            "too many threads",
+            format!("Your runs may have {most} cores at once."),
+        ));
+    }
+    if let Some(most) = usage.most_disk
+        && usage.disk as f64 + bytes > most as f64
+    {
+        let megabytes = |bytes: f64| format!("{:.0} MB", bytes / 1e6);
+        let (needs, has, may) = (
+            megabytes(bytes),
+            megabytes(usage.disk as f64),
+            megabytes(most as f64),
+        );
+        return Err(Fail::new(
+            StatusCode::FORBIDDEN,
+            "too little disk is left",
+            format!(
+                "This needs {needs}; yours take {has} already, and may take {may}. Delete runs."
+            ),
+        ));
+    }
+    Ok(())
+}
+
+/// Bytes that a plan expects of its run.
+pub(crate) fn expected_bytes(plan: &Value) -> f64 {
+    plan["disk"]["bytes"].as_f64().unwrap_or(0.0)
+}
+
 /// A word for a title: what the user says, what the scene says, what the file is called.
-fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fail> {
+pub(crate) fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fail> {
     let own = plan["title"].as_str().filter(|title| !title.is_empty());
     let title = asked
         .filter(|title| !title.trim().is_empty())
@@ -88,7 +122,7 @@ fn title(asked: Option<&str>, plan: &Value, scene: &Scene) -> Result<String, Fai
     Ok(title.to_owned())
 }
 
-fn label(asked: Option<&str>) -> Result<&str, Fail> {
+pub(crate) fn label(asked: Option<&str>) -> Result<&str, Fail> {
     let label = asked.unwrap_or_default();
     if label.len() > LONGEST_TITLE {
         return Err(Fail::bad(
@@ -109,15 +143,15 @@ async fn plan(app: &Arc<App>, user: &User, scene: &Scene) -> Result<Value, Fail>
 }
 
 /// A run that is ready to be written.
-struct Ready {
-    id: RunId,
-    title: String,
-    spec: Spec,
-    spec_text: String,
-    steps: Option<u64>,
+pub(crate) struct Ready {
+    pub(crate) id: RunId,
+    pub(crate) title: String,
+    pub(crate) spec: Spec,
+    pub(crate) spec_text: String,
+    pub(crate) steps: Option<u64>,
 }
 
-fn ready(
+pub(crate) fn ready(
     app: &App,
     user: &User,
     submit: &Submit,
@@ -137,7 +171,10 @@ fn ready(
         .collect();
     let text = submit.scene.text.as_bytes();
     let digits = sha256(text);
-    app.store.put(&format!("inputs/{digits}"), text)?;
+    // Runs of a study have one scene.
+    if app.db.input(&digits, user.id)?.is_none() {
+        app.store.put(&format!("inputs/{digits}"), text)?;
+    }
     app.db.add_input(&digits, user.id, text.len() as u64)?;
     files.insert(
         submit.scene.name.clone(),
@@ -169,7 +206,7 @@ fn ready(
 }
 
 /// Writes what the store has to have, before the database knows of the run: a run without its files is never seen.
-fn write(app: &App, run: &Ready) -> Result<(), Fail> {
+pub(crate) fn write(app: &App, run: &Ready) -> Result<(), Fail> {
     let id = &run.id;
     app.store.put(
         &format!("runs/{id}/spec.{}.json", run.spec.revision),
@@ -197,6 +234,7 @@ pub(crate) async fn submit(
     let title = title(submit.title.as_deref(), &plan, &submit.scene)?;
     let (user, key, app) = (user.clone(), key.map(str::to_owned), Arc::clone(app));
     blocking(move || {
+        within_quota(&app, &user, submit.threads, expected_bytes(&plan))?;
         let run = ready(&app, &user, &submit, &plan, title)?;
         write(&app, &run)?;
         let id = run.id.to_string();
@@ -210,8 +248,9 @@ pub(crate) async fn submit(
             threads: run.spec.threads,
             memory: run.spec.memory,
             of_steps: run.steps,
+            study: None,
         };
-        let inserted = app.db.insert(&[new]);
+        let inserted = app.db.insert(&[new], None);
         match inserted {
             Ok(events) => app.tell(user.id, events),
             // Two requests with one key at once: the other one was faster.
@@ -229,12 +268,6 @@ pub(crate) async fn submit(
 
 fn known(app: &App, user: &User, key: Option<&str>, body: &str) -> Result<Option<String>, Fail> {
     let Some(key) = key else { return Ok(None) };
-    if key.is_empty() || key.len() > 200 {
-        return Err(Fail::bad(
-            "Idempotency-Key is not taken",
-            "It has 1 to 200 characters.",
-        ));
-    }
     match app.db.by_key(user.id, key)? {
         Some((id, before)) if before == body => Ok(Some(id)),
         Some(_) => {
@@ -248,85 +281,6 @@ fn known(app: &App, user: &User, key: Option<&str>, body: &str) -> Result<Option
         }
         None => Ok(None),
     }
-}
-
-/// All combinations of the values of a study, the last key fastest.
-pub(crate) fn grid(sweep: &BTreeMap<String, Vec<String>>) -> Vec<Vec<String>> {
-    let mut combinations = vec![Vec::new()];
-    for (key, values) in sweep {
-        combinations = combinations
-            .into_iter()
-            .flat_map(|before| {
-                values.iter().map(move |value| {
-                    let mut set: Vec<String> = before.clone();
-                    set.push(format!("{key}={value}"));
-                    set
-                })
-            })
-            .collect();
-    }
-    combinations
-}
-
-/// Submits the runs of a study, all or none. Returns their names.
-pub(crate) async fn study(app: &Arc<App>, user: &User, study: Study) -> Result<Vec<String>, Fail> {
-    let runs: usize = study
-        .sweep
-        .values()
-        .map(Vec::len)
-        .fold(1, usize::saturating_mul);
-    if study.sweep.is_empty() || runs == 0 || runs > MOST_RUNS {
-        return Err(Fail::bad(
-            "a study has 1 to 10000 runs",
-            "Each key of `sweep` needs at least one value.",
-        ));
-    }
-    let name = study
-        .base
-        .label
-        .clone()
-        .or_else(|| study.base.title.clone());
-    let label = label(name.as_deref().or(Some("study")))?.to_owned();
-    let mut ready_runs = Vec::new();
-    for set in grid(&study.sweep) {
-        let mut one = study.base.clone();
-        one.scene.set.extend(set.clone());
-        let plan = plan(app, user, &one.scene).await?;
-        let title = title(study.base.title.as_deref(), &plan, &one.scene)?;
-        let (user, app) = (user.clone(), Arc::clone(app));
-        let run = blocking(move || {
-            let run = ready(
-                &app,
-                &user,
-                &one,
-                &plan,
-                format!("{title}: {}", set.join(", ")),
-            )?;
-            write(&app, &run)?;
-            Ok(run)
-        });
-        ready_runs.push(run.await?);
-    }
-    let ids: Vec<String> = ready_runs.iter().map(|run| run.id.to_string()).collect();
-    let new: Vec<NewRun> = ready_runs
-        .iter()
-        .zip(&ids)
-        .map(|(run, id)| NewRun {
-            id,
-            owner: user.id,
-            key: None,
-            title: &run.title,
-            label: &label,
-            spec: &run.spec_text,
-            threads: run.spec.threads,
-            memory: run.spec.memory,
-            of_steps: run.steps,
-        })
-        .collect();
-    let events = app.db.insert(&new)?;
-    app.tell(user.id, events);
-    app.look();
-    Ok(ids)
 }
 
 /// A run that the user may see, and whether it may be changed.
@@ -413,6 +367,7 @@ pub(crate) async fn extend(app: &Arc<App>, user: &User, id: &str, end: f64) -> R
     };
     let plan = plan(app, &owner_user, &scene).await?;
     let forecast = forecast(app, &plan, spec.threads)?;
+    within_quota(app, &owner_user, spec.threads, 0.0)?;
     spec.revision = run.revision + 1;
     spec.set = scene.set;
     let text = serde_json::to_string(&spec).map_err(Fail::inner)?;
@@ -469,24 +424,4 @@ pub(crate) fn with_life(app: &App, mut row: RunRow) -> RunRow {
         row.particles = beat.particles;
     }
     row
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_grid_has_every_combination_once() {
-        let sweep = BTreeMap::from([
-            ("a".to_owned(), vec!["1".to_owned(), "2".to_owned()]),
-            (
-                "b".to_owned(),
-                vec!["x".to_owned(), "y".to_owned(), "z".to_owned()],
-            ),
-        ]);
-        let grid = grid(&sweep);
-        assert_eq!(grid.len(), 6);
-        assert_eq!(grid[0], ["a=1", "b=x"]);
-        assert_eq!(grid[5], ["a=2", "b=z"]);
-    }
 }

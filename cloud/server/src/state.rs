@@ -23,7 +23,7 @@ use crate::live::Lives;
 use crate::secrets::Tries;
 use crate::{EngineChoice, Options, secrets, templates};
 
-/// How many messages a slow listener may be behind before it is told that it missed some.
+/// How many messages a slow listener may be behind before it gets a notice that it missed some.
 const BACKLOG: usize = 1024;
 
 /// Seconds between two signs of life with object storage, where each request costs money.

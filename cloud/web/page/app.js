@@ -1,10 +1,11 @@
 // The page: which part is shown at which path.
 import { get, post, Problem } from "./api.js";
-import { el, put, toast } from "./dom.js";
+import { el, put, size, toast } from "./dom.js";
 import { showList } from "./list.js";
 import { showNew } from "./new.js";
 import { showRun } from "./run.js";
 import { showCompare } from "./compare.js";
+import { showStudies, showStudy } from "./studies.js";
 
 const main = /** @type {HTMLElement} */ (document.getElementById("main"));
 /** Ends what the part that is shown has begun. @type {() => void} */
@@ -28,7 +29,10 @@ async function show() {
   }
   try {
     const run = pathname.match(/^\/runs\/([0-9a-f]{32})$/);
+    const study = pathname.match(/^\/studies\/([0-9a-f]{32})$/);
     if (run) leave = await showRun(main, run[1]);
+    else if (pathname === "/studies") leave = await showStudies(main, searchParams);
+    else if (study) leave = await showStudy(main, study[1]);
     else if (pathname === "/new") leave = await showNew(main, searchParams.get("from"));
     else if (pathname === "/compare") leave = await showCompare(main, (searchParams.get("runs") ?? "").split(",").filter(Boolean));
     else leave = await showList(main, searchParams);
@@ -66,7 +70,8 @@ async function begin(body) {
 
 function known() {
   const place = /** @type {HTMLElement} */ (document.getElementById("who"));
-  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · solver ${session.solver}`);
+  const { disk, most_disk: most } = session.usage;
+  put(place, `${session.user} · ${session.cores[0]} of ${session.cores[1]} cores free · ${size(disk)}${most == null ? "" : ` of ${size(most)}`} · solver ${session.solver}`);
 }
 
 document.addEventListener("click", (event) => {

@@ -4,6 +4,9 @@ import uPlot from "./vendor/uPlot.esm.js";
 
 const COLOURS = ["#2f7fb8", "#d98a2b", "#3c9a67", "#c0504d", "#8064a2", "#6b8e23", "#008b8b", "#b8860b"];
 
+/** Few digits where few tell values apart. @param {any} _ @param {number[]} values */
+const ticks = (_, values) => values.map((value) => (value === 0 ? "0" : Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3 ? value.toExponential(1).replace("e+", "e") : String(Number(value.toPrecision(4)))));
+
 /** @typedef {{label: string, chart: {time: number[], min: (number | null)[], max: (number | null)[]}}} Curve */
 
 /**
@@ -41,8 +44,6 @@ export function draw(box, title, curves) {
   });
   const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line } };
   const width = () => Math.max(240, box.clientWidth);
-  /** Few digits where few tell values apart. @param {any} _ @param {number[]} values */
-  const ticks = (_, values) => values.map((value) => (value === 0 ? "0" : Math.abs(value) >= 1e5 || Math.abs(value) < 1e-3 ? value.toExponential(1).replace("e+", "e") : String(Number(value.toPrecision(4)))));
   const plot = new uPlot(/** @type {any} */ ({
     title, width: width(), height: 230, series, bands, legend: { show: curves.length > 1 && curves.length < 9 },
     axes: [{ ...axis, values: ticks, label: "time / s", labelSize: 20, stroke: text }, { ...axis, size: 62, values: ticks }], scales: { x: { time: false } },
@@ -51,6 +52,56 @@ export function draw(box, title, curves) {
   box.setAttribute("role", "img");
   box.setAttribute("aria-label", `${title} over time`);
   const watch = new ResizeObserver(() => plot.setSize({ width: width(), height: 230 }));
+  watch.observe(box);
+  return () => { watch.disconnect(); plot.destroy(); };
+}
+
+/**
+ * Draws points over numbers, with bars of errors, into a box. Returns what removes them.
+ * @param {HTMLElement} box
+ * @param {string} across
+ * @param {string} up
+ * @param {{label: string, points: {x: number, y: number, error: number}[]}[]} series
+ * @returns {() => void}
+ */
+export function scatter(box, across, up, series) {
+  const style = getComputedStyle(document.documentElement);
+  const [text, line] = ["--quiet", "--line"].map((name) => style.getPropertyValue(name).trim());
+  const places = [...new Set(series.flatMap((one) => one.points.map((point) => point.x)))].sort((a, b) => a - b);
+  const data = [places, ...series.map((one) => places.map((x) => one.points.find((point) => point.x === x)?.y ?? null))];
+  const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line } };
+  const width = () => Math.max(240, box.clientWidth);
+  const lines = series.map((one, k) => ({ label: one.label, stroke: COLOURS[k % COLOURS.length], width: 1.4, spanGaps: true, points: { show: true, size: 8, fill: COLOURS[k % COLOURS.length] } }));
+  /** Standard errors, in the colours of their points. @param {any} plot */
+  const bars = (plot) => {
+    series.forEach((one, k) => {
+      plot.ctx.save();
+      plot.ctx.strokeStyle = COLOURS[k % COLOURS.length];
+      plot.ctx.lineWidth = devicePixelRatio;
+      for (const { x, y, error } of one.points) {
+        if (!(error > 0)) continue;
+        const at = plot.valToPos(x, "x", true);
+        plot.ctx.beginPath();
+        plot.ctx.moveTo(at, plot.valToPos(y - error, "y", true));
+        plot.ctx.lineTo(at, plot.valToPos(y + error, "y", true));
+        plot.ctx.stroke();
+      }
+      plot.ctx.restore();
+    });
+  };
+  // Points at the edge are shown whole, and so are bars of errors.
+  /** @param {any} _ @param {number} least @param {number} most @returns {[number, number]} */
+  const room = (_, least, most) => { const more = 0.06 * (most - least) || Math.abs(most) * 0.1 || 1; return [least - more, most + more]; };
+  /** @param {any} _ @param {number} least @param {number} most @returns {[number, number]} */
+  const high = (_, least, most) => room(_, Math.min(least, ...series.flatMap((one) => one.points.map(({ y, error }) => y - error))), Math.max(most, ...series.flatMap((one) => one.points.map(({ y, error }) => y + error))));
+  const plot = new uPlot(/** @type {any} */ ({
+    width: width(), height: 300, series: [{ label: across }, ...lines], legend: { show: series.length > 1 && series.length < 12 },
+    axes: [{ ...axis, values: ticks, label: across, labelSize: 22, stroke: text }, { ...axis, values: ticks, label: up, labelSize: 22, size: 66, stroke: text }],
+    scales: { x: { time: false, range: room }, y: { range: high } }, hooks: { draw: [bars] },
+  }), /** @type {any} */ (data), box);
+  box.setAttribute("role", "img");
+  box.setAttribute("aria-label", `${up} over ${across}`);
+  const watch = new ResizeObserver(() => plot.setSize({ width: width(), height: 300 }));
   watch.observe(box);
   return () => { watch.disconnect(); plot.destroy(); };
 }

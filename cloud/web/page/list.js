@@ -29,7 +29,7 @@ export async function showList(main, wanted) {
     el("div", { class: "row spread" }, el("h1", {}, label ? `Runs of ${label}` : "Runs"), el("a", { class: "button main", href: "/new" }, "New run")),
     el("div", { class: "card" }, el("div", { class: "row" }, text, only, actions), counts,
       el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {},
-        el("th", {}, ""), el("th", {}, "Run"), el("th", {}, "State"), el("th", { class: "wide" }, "Progress"), el("th", { class: "number wide" }, "Attempts"), el("th", { class: "number wide" }, "Submitted"))), rows)), more));
+        el("td"), el("th", {}, "Run"), el("th", {}, "State"), el("th", { class: "wide" }, "Progress"), el("th", { class: "number wide" }, "Attempts"), el("th", { class: "number wide" }, "Submitted"))), rows)), more));
 
   const acts = () => {
     const ids = [...chosen].filter((id) => shown.has(id));

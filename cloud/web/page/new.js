@@ -26,8 +26,15 @@ export async function showNew(main, from) {
   const title = el("input", { class: "grow", placeholder: "as in the scene", maxlength: "200" });
   const label = el("input", { class: "grow", placeholder: "none", maxlength: "100" });
   const threads = el("input", { type: "number", min: "1", max: "1024", value: "1" });
-  const sweep = el("input", { class: "grow code", placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5", "aria-label": "Vary a key" });
-  const results = el("input", { class: "grow code", placeholder: "height = max(particles.z)", "aria-label": "Result" });
+  const sweep = el("textarea", { class: "code", rows: 3, spellcheck: false, placeholder: "materials.bead.tangential.friction = 0.1, 0.3, 0.5\nseed = 1..4/4", "aria-label": "Keys and their values" });
+  const results = el("textarea", { class: "code", rows: 2, spellcheck: false, placeholder: "height = max(particles.z)", "aria-label": "Results" });
+  const document_ = el("textarea", { class: "code", rows: 12, spellcheck: false, "aria-label": "Study file" });
+  const grid = el("div", {}, el("p", { class: "small quiet" }, "A key and its values in each line; several keys make a grid. ", el("code", {}, "0..0.5/6"), " are six values."), sweep,
+    el("p", { class: "small quiet" }, "Results are columns of the table: a name, and what it is, in each line."), results);
+  const filed = el("div", { hidden: true }, el("p", { class: "small quiet" }, "As ", el("code", {}, "mercury-solve study.toml"), " takes it. Its scene is the one beside."), document_);
+  const told = el("p", { class: "small", "aria-live": "polite" });
+  const toFile = el("button", { onclick: () => { filed.hidden = !filed.hidden; grid.hidden = !filed.hidden; toFile.textContent = filed.hidden ? "From a file instead" : "From a grid instead"; if (!filed.hidden && !document_.value) document_.value = draft(); studied(0); } }, "From a file instead");
+  const study = el("details", {}, el("summary", {}, "A study: many runs of this scene"), grid, filed, el("div", { class: "row" }, toFile), told);
   const submit = el("button", { class: "main", onclick: send }, "Submit");
   const chips = el("div", { class: "chips" });
   const picker = el("input", { type: "file", multiple: true, hidden: true, onchange: () => add([...(picker.files ?? [])]) });
@@ -51,7 +58,7 @@ export async function showNew(main, from) {
       el("div", {}, el("div", { class: "editor" }, gutter, text), problems, el("p", {}), drop),
       el("div", {}, el("div", { class: "card" },
         el("h2", {}, "Submit"), el("div", { class: "form" }, el("label", {}, "Title", title), el("label", {}, "Label", label), el("label", {}, "Threads", threads)),
-        el("details", {}, el("summary", {}, "A study: a run for each value"), el("p", { class: "small quiet" }, "Key = values with commas between. Results are columns of its table."), el("p", { class: "row" }, sweep), el("p", { class: "row" }, results)),
+        study,
         el("div", { class: "row" }, submit, el("button", { onclick: trial }, "How long?"))), facts,
       el("div", { class: "card" }, el("h2", {}, "Preview"), preview))));
 
@@ -73,10 +80,76 @@ export async function showNew(main, from) {
     put(chips, ...Object.keys(files).map((file) => el("span", { class: "chip" }, file, el("button", { "aria-label": `Remove ${file}`, onclick: () => { delete files[file]; named(); changed(0); } }, "×"))));
   }
 
+  /** Lines that are not empty. @param {string} text */
+  const linesOf = (text) => text.split("\n").map((line) => line.trim()).filter((line) => line && !line.startsWith("#"));
+  /** `a = b` as `a=b`. @param {string} line */
+  const tight = (line) => line.replace(/\s*=\s*/, "=");
+
+  /** A study file that says what the grid says. */
+  function draft() {
+    const quoted = (/** @type {string} */ value) => JSON.stringify(value);
+    const pairs = (/** @type {string} */ text) => linesOf(text).map((line) => tight(line).split(/=(.*)/s).slice(0, 2));
+    const keys = pairs(sweep.value).map(([key, values]) => `${quoted(key)} = ${quoted(values ?? "")}`);
+    const what = pairs(results.value).map(([name, value]) => `${name} = ${quoted(value ?? "")}`);
+    return `[study]\nscene = ${quoted(name)}\n\n[study.sweep]\n${keys.join("\n") || "seed = [1, 2, 3]"}\n\n[study.results]\n${what.join("\n")}\n`;
+  }
+
+  /** The study that is asked for, or null. */
+  function asked() {
+    if (!study.open) return null;
+    const base = { scene: scene(), threads: Number(threads.value) || 1, result: filed.hidden ? linesOf(results.value).map(tight) : [] };
+    if (!filed.hidden) return document_.value.trim() ? { base, file: document_.value } : null;
+    const sweeps = linesOf(sweep.value).map(tight);
+    return sweeps.length ? { base, sweep: sweeps } : null;
+  }
+
+  /** @type {any} */
+  let later;
+  /** @type {AbortController | null} */
+  let counting = null;
+  /** @param {number} wait */
+  function studied(wait) {
+    clearTimeout(later);
+    later = setTimeout(count, wait);
+  }
+  /** Says how many runs the study has, or what is wrong with it. */
+  async function count() {
+    counting?.abort();
+    counting = new AbortController();
+    const body = asked();
+    submit.textContent = "Submit";
+    if (!body) return put(told);
+    try {
+      const found = await post("/studies/check", body, { signal: counting.signal });
+      told.className = found.problems.length ? "small bad-text" : "small good";
+      const many = found.runs.length === 1 ? "1 run" : `${whole(found.runs.length)} runs`;
+      put(told, found.problems.length ? found.problems.slice(0, 5).map((/** @type {any} */ problem) => el("div", {}, problem.key && [el("code", {}, problem.key), " "], problem.message, problem.help && el("div", { class: "quiet" }, problem.help)))
+        : `${many}: ${found.runs.slice(0, 4).join(", ")}${found.runs.length > 4 ? " …" : ""}`);
+      if (!found.problems.length) submit.textContent = `Submit ${many}`;
+    } catch (error) {
+      if (error instanceof DOMException) return;
+      told.className = "small bad-text";
+      put(told, error instanceof Error ? error.message : String(error));
+    }
+  }
+  for (const field of [sweep, results, document_]) field.addEventListener("input", () => studied(300));
+  study.addEventListener("toggle", () => studied(0));
+
   /** @param {File[]} added */
   async function add(added) {
     for (const file of added) {
       try {
+        // A study file is no file of the scene.
+        if (/\.(toml|json)$/.test(file.name) && file.size < 1e6) {
+          const content = await file.text();
+          if (/^\s*\[study|"study"\s*:/m.test(content)) {
+            document_.value = content;
+            study.open = true;
+            if (filed.hidden) toFile.click();
+            studied(0);
+            continue;
+          }
+        }
         // Names are flat and plain; others would be refused.
         const plain = file.name.replace(/[^A-Za-z0-9._-]/g, "_").replace(/^[.-]+/, "");
         files[plain] = await upload(file);
@@ -195,13 +268,11 @@ export async function showNew(main, from) {
     const body = { scene: scene(), threads: Number(threads.value) || 1 };
     if (title.value.trim()) body.title = title.value.trim();
     if (label.value.trim()) body.label = label.value.trim();
-    const wanted = results.value.trim();
-    if (wanted) body.result = wanted.split(";").map((/** @type {string} */ one) => one.trim().replace(/\s*=\s*/, "="));
+    const many = asked();
     try {
-      const [key, values] = sweep.value.split("=").map((/** @type {string} */ part) => part.trim());
-      if (key && values) {
-        await post("/studies", { base: { ...body, label: body.label ?? body.title ?? name.replace(/\.toml$/, "") }, sweep: { [key]: values.split(",").map((/** @type {string} */ v) => v.trim()) } });
-        go(`/?label=${encodeURIComponent(body.label ?? body.title ?? name.replace(/\.toml$/, ""))}`);
+      if (many) {
+        const made = await post("/studies", { ...many, base: { ...body, result: many.base.result } }, { headers: { "idempotency-key": crypto.randomUUID() } });
+        go(`/studies/${made.id}`);
       } else {
         const key = crypto.randomUUID();
         const run = await post("/runs", body, { headers: { "idempotency-key": key } });
@@ -214,7 +285,7 @@ export async function showNew(main, from) {
     }
   }
 
-  text.addEventListener("input", () => changed(300));
+  text.addEventListener("input", () => { changed(300); studied(600); });
   if (from) {
     const submitted = await post(`/runs/${from}/clone`, {});
     name = submitted.scene.name;
@@ -228,5 +299,5 @@ export async function showNew(main, from) {
     named();
     changed(0);
   } else use(templates[0]);
-  return () => { ended = true; clearTimeout(timer); asking?.abort(); viewer.end(); };
+  return () => { ended = true; clearTimeout(timer); clearTimeout(later); asking?.abort(); counting?.abort(); viewer.end(); };
 }

@@ -48,7 +48,7 @@ export async function showRun(main, id) {
   put(panes.Overview, el("div", { class: "columns" }, stage, el("div", {}, facts, el("div", { class: "card" }, chartBox))), pictures);
   put(panes.Charts, el("div", { class: "card" }, el("div", { class: "row" }, el("label", {}, "Column", chooser)), extra));
   put(panes.Log, el("div", { class: "card" }, log));
-  put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["", "Began", "Lasted", "Machine", "Why it ended", "Step"].map((text) => el("th", {}, text)))), attempts)));
+  put(panes.Attempts, el("div", { class: "card scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["Number", "Began", "Lasted", "Machine", "Why it ended", "Step"].map((text) => el("th", {}, text)))), attempts)));
   put(panes.Files, el("div", { class: "card" }, el("div", { class: "row spread" }, el("h2", {}, "Files"), el("a", { class: "button", href: `/api/v1/runs/${id}/archive`, download: "" }, "Download all (.zip)")),
     el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, el("th", {}, "Name"), el("th", { class: "number" }, "Size"))), files))));
   put(panes.Scene, el("div", { class: "card" }, run.spec.set.length > 0 && el("p", {}, "Set beside it: ", run.spec.set.map((/** @type {string} */ one) => el("code", { class: "chip" }, one))), el("pre", { tabindex: "0" }, run.scene)));
@@ -97,7 +97,7 @@ export async function showRun(main, id) {
     ] : [el("span", { class: "quiet" }, "to look at only")];
     const doing = run.state === "queued" ? "waits for a free place" : run.beat?.doing || "";
     put(head, el("div", { class: "row spread" }, el("div", {}, el("h1", {}, run.title), el("div", { class: "row small quiet" }, state(run),
-      run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8)))), el("div", { class: "row" }, buttons)),
+      run.label && el("a", { href: `/?label=${encodeURIComponent(run.label)}` }, run.label), run.study && el("a", { href: `/studies/${run.study}` }, "its study"), `submitted ${ago(run.created)}`, el("span", { class: "code" }, id.slice(0, 8)))), el("div", { class: "row" }, buttons)),
     run.unseen && live && el("p", { class: "warn-text" }, `Not seen for ${duration(run.unseen)}.`),
     !live && run.cause && run.cause !== "finished" && el("p", { class: run.state === "failed" ? "bad-text" : "quiet" }, CAUSES[run.cause] ?? run.cause, run.message && el("pre", {}, run.message)),
     live && el("div", {}, el("p", { class: "row spread small" }, el("span", {}, share !== null ? `${(100 * share).toFixed(1)} % · ${number(run.time)} s of simulated time` : `${number(run.time)} s of simulated time`, doing && ` · ${doing}`),

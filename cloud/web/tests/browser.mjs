@@ -1,10 +1,16 @@
 // A headless Chromium, driven by its DevTools protocol. Node's own WebSocket and fetch; nothing from npm.
-import { spawn } from "node:child_process";
+import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// Before version 22 Node has it behind a flag, and before 20.10 not at all.
+if (typeof WebSocket === "undefined") {
+  if (process.execArgv.includes("--experimental-websocket")) throw new Error("Node 20.10 or later is needed");
+  process.exit(spawnSync(process.execPath, ["--experimental-websocket", ...process.argv.slice(1)], { stdio: "inherit" }).status ?? 1);
+}
 
 export class Browser {
   static async start() {

@@ -16,6 +16,7 @@ function must(condition, text) {
 try {
   await browser.look(1280, 900, false);
   await browser.open(link);
+  await browser.until(`document.getElementById("who")?.innerText`, "not logged in");
   await browser.click("New run");
   await browser.until(`document.querySelector("textarea")?.value.includes("drum")`, "no template");
   await browser.until(`document.body.innerText.includes("can run")`, "not checked");

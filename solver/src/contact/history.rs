@@ -35,7 +35,12 @@ pub trait History<L: Real = f64>:
     /// That of the contact in lane `k`.
     #[must_use]
     fn lane(&self, k: usize) -> Self::One;
-    /// The liquid bridge in it; the default for histories without a bridge.
+    /// Puts what an evaluation may have changed of the contact in lane `k` into the memory that it was [gathered](History::gather) from.
+    #[inline(always)]
+    fn put(&self, k: usize, one: &mut Self::One) {
+        *one = self.lane(k);
+    }
+    /// The liquid bridge in it; the default where histories have no bridge.
     #[must_use]
     #[inline(always)]
     fn bridge(&self) -> Bridge<L> {
@@ -111,6 +116,14 @@ impl<L: Real, A: History<L>, B: History<L>, C: History<L>, D: History<L>> Histor
             self.2.lane(k),
             self.3.lane(k),
         )
+    }
+
+    #[inline(always)]
+    fn put(&self, k: usize, one: &mut Self::One) {
+        self.0.put(k, &mut one.0);
+        self.1.put(k, &mut one.1);
+        self.2.put(k, &mut one.2);
+        self.3.put(k, &mut one.3);
     }
 
     #[inline(always)]

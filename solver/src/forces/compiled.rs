@@ -16,12 +16,13 @@ type Make = fn(&LawTable) -> Option<Box<dyn ContactForces>>;
 /// The combinations of laws that have a loop compiled for them, because many scenes use them. Each adds seconds to the compile
 /// time of every build; all others run through the loop that chooses the law at each contact, to the same bytes.
 #[cfg(not(test))]
-const COMPILED: [Make; 5] = [
+const COMPILED: [Make; 6] = [
     loop_of::<Linear, NoFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, NoRolling>,
     loop_of::<Linear, LinearFriction, Luding>,
     loop_of::<Hertz, Mindlin, NoRolling>,
     loop_of::<Hertz, Mindlin, Luding>,
+    wet_loop_of::<Hertz, Mindlin, NoRolling>,
 ];
 
 /// The unit tests compile the crate a second time: one combination is enough for them. `solver/tests/sources/compiled_laws.rs` compares
@@ -67,6 +68,18 @@ pub fn dispatching_loop(table: &LawTable) -> Box<dyn ContactForces> {
             }
         },
     }
+}
+
+/// The same with liquid bridges by formulas.
+#[cfg(not(test))]
+fn wet_loop_of<N, T, R>(table: &LawTable) -> Option<Box<dyn ContactForces>>
+where
+    N: NormalLaw + OneOf<AnyNormal>,
+    T: TangentialLaw + OneOf<AnyTangential>,
+    R: RollingLaw + OneOf<AnyRolling>,
+{
+    let laws = table.narrow::<N, T, R, LiquidLaw<SHORT>>()?;
+    Some(Box::new(ContactLoop::new(laws, table.materials)))
 }
 
 /// The loop compiled for these three laws without adhesion, if the table has no others.

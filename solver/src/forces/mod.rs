@@ -51,8 +51,8 @@ pub struct StepContext<'a> {
     pub walls: &'a [WallNow],
     /// Sheets as they are now.
     pub surfaces: &'a [Surface],
-    /// Thickness of the liquid film on each row, m, where bridges form as films meet.
-    pub films: Option<&'a [f64]>,
+    /// The liquid film on each row, where bridges form as films meet: thickness, m, and volume, m^3.
+    pub films: Option<&'a [[f64; 2]]>,
     /// Films of walls, likewise.
     pub wall_films: Option<&'a WallFilms>,
     /// Whether R* includes the curvature of walls.

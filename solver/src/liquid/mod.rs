@@ -49,8 +49,8 @@ pub struct Liquids {
     /// Volume lost per area and second, m/s.
     evaporation: f64,
     weight: Option<Weight>,
-    /// Thickness of each row's film, m, where bridges form as films meet.
-    thickness: Vec<f64>,
+    /// Thickness (m) and volume (m^3) of each row's film, where bridges form as films meet.
+    thickness: Vec<[f64; 2]>,
     /// What walls hold.
     pub walls: WallFilms,
     /// What came and went since the start.
@@ -133,12 +133,13 @@ impl Liquids {
         let films = particles.columns.get(FILM_VOLUME).unwrap_or_default();
         self.thickness.clear();
         let rows = particles.records.iter().zip(films);
-        (self.thickness).extend(rows.map(|(record, film)| film_thickness(*film, record.radius)));
+        let film = |(record, &film): (&Particle, &f64)| [film_thickness(film, record.radius), film];
+        self.thickness.extend(rows.map(film));
     }
 
-    /// Thickness of each row's film when it was last measured, m; `None` where bridges form at the touch.
+    /// Thickness (m) and volume (m^3) of each row's film when they were last measured; `None` where bridges form at the touch.
     #[must_use]
-    pub fn film_thicknesses(&self) -> Option<&[f64]> {
+    pub fn measured_films(&self) -> Option<&[[f64; 2]]> {
         (self.bridges_form == BridgesForm::Films).then_some(&*self.thickness)
     }
 

@@ -23,7 +23,7 @@ pub struct Workspace {
     sums: Vec<Powers>,
 }
 
-/// What an evaluation tells beside the forces: what dashpots lose, and how far edges are stretched.
+/// Results of an evaluation beside the forces: the loss of the dashpots, and the stretch of the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Powers {
     /// Of dashpots along edges, W.

@@ -219,7 +219,7 @@ pub(super) fn tables(
             Ok(made) => Arc::new(made),
             Err(error) => {
                 let pair = &pairs[table.pairs[0]];
-                let message = format!("of {}: {error}", names(pair));
+                let message = format!("{}: {error}", names(pair));
                 let help = "give a larger `accuracy`, a contact angle of at most 60 degrees, or the law `bagheri`";
                 errors.push(
                     place_of(scene, pair, "accuracy")

@@ -127,7 +127,7 @@ impl Engine {
             images: &self.images,
             walls: &self.walls,
             surfaces: &self.surfaces,
-            films: self.liquid.as_ref().and_then(Liquids::film_thicknesses),
+            films: self.liquid.as_ref().and_then(Liquids::measured_films),
             wall_films: self.liquid.as_ref().and_then(Liquids::films_that_meet),
             wall_curvature: self.plan.physics().wall_curvature(),
             contact_point_mass: self.plan.physics().contact_point_mass(),

@@ -21,6 +21,8 @@ const MINDLIN: &str = r#"tangential = { law = "mindlin", friction = 0.5 }"#;
 const LUDING: &str = r#"rolling = { law = "luding", friction = 0.1, dissipation = 1e-4 }
     torsion = { law = "luding", friction = 0.1, dissipation = 1e-4 }"#;
 
+const WET: &str = r#"liquid = { law = "bagheri", surface_tension = 0.05, contact_angle_degrees = 20.0, viscosity = 1e-3, max_bridge_volume = 4e-12 }"#;
+
 /// Spheres that fall on a floor that swings, and against each other, in two or three dimensions. `output`: its keys; `more`: tables
 /// behind all others.
 fn falling(laws: &[&str], dimensions: u32, output: &str, more: &str) -> Arc<Plan> {
@@ -31,6 +33,11 @@ fn falling(laws: &[&str], dimensions: u32, output: &str, more: &str) -> Arc<Plan
             "\"z\"",
             "min = [0.0021, 0.0031, -0.019], max = [0.0081, 0.0091, 0.019]",
         ),
+    };
+    let film = if laws.contains(&WET) {
+        "film_volume = 2e-11"
+    } else {
+        ""
     };
     let text = format!(
         r#"
@@ -62,6 +69,7 @@ fn falling(laws: &[&str], dimensions: u32, output: &str, more: &str) -> Arc<Plan
         lattice = {{ {sites}, spacing = 0.002 }}
         velocity = [-0.5, -0.5, 0]
         angular_velocity = [0, 0, 40]
+        {film}
         {more}
     "#,
         laws.join("\n")
@@ -84,14 +92,19 @@ fn plain(engine: &Engine) -> impl PartialEq + std::fmt::Debug {
 
 #[test]
 fn the_dispatching_loop_gives_the_bytes_of_every_compiled_one() {
-    let combinations: [&[&str]; 5] = [
+    let combinations: [&[&str]; 6] = [
         &[LINEAR],
         &[LINEAR, LINEAR_FRICTION],
         &[LINEAR, LINEAR_FRICTION, LUDING],
         &[HERTZ, MINDLIN],
         &[HERTZ, MINDLIN, LUDING],
+        &[HERTZ, MINDLIN, WET],
     ];
     for (laws, dimensions) in combinations.iter().flat_map(|laws| [(laws, 3), (laws, 2)]) {
+        // Discs have no surface that liquid could wet.
+        if dimensions == 2 && laws.contains(&WET) {
+            continue;
+        }
         let plan = falling(
             laws,
             dimensions,

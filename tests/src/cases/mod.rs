@@ -22,6 +22,7 @@ mod slope;
 mod squeezed;
 mod three_beads;
 mod wear;
+mod wet;
 
 pub(crate) use collision::lag;
 
@@ -142,5 +143,6 @@ pub fn all() -> Vec<Case> {
     cases.extend(three_beads::cases());
     cases.extend(wear::cases());
     cases.extend(membranes::cases());
+    cases.extend(wet::cases());
     cases
 }

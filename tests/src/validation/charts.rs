@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use glam::DVec3;
-use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Series};
+use mercury_pictures::charts::{Axis, Chart, ChartPage, Dash, Hue, Marker, Series};
 use mercury_solver::contact::normal::{effective_modulus, effective_shear_modulus};
 use mercury_solver::contact::{
     AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Hertz, Linear, Mindlin, PairLaw,
@@ -15,6 +15,7 @@ use super::Results;
 use crate::published::Published;
 use crate::scene_checks::{hertz_wall_rebound, two_spheres_collide};
 use crate::scenes::{advance, frictionless, particle, plan, plane, sphere, start};
+use crate::wet::WetCollision;
 
 /// Draws all charts into a folder.
 ///
@@ -24,6 +25,7 @@ pub fn draw(results: &Results, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     hertz_phase(&folder.join("hertz-phase.svg"))?;
     convergence(&folder.join("convergence.svg"))?;
+    wet_restitution(&folder.join("wet-restitution.svg"))?;
     if let Some(published) = Published::find() {
         published.draw(folder)?;
     }
@@ -45,6 +47,53 @@ fn hertz_phase(path: &Path) -> Result<()> {
     .with(line("dt = 0.5 µs", 5e-7))
     .with(line("dt = 0.25 µs", 2.5e-7))
     .with(line("dt = 0.125 µs", 1.25e-7));
+    Ok(ChartPage::of(chart).write_svg(path)?)
+}
+
+/// Restitution of two wet grains over the Stokes number, with and without tension, for bridges that form at the touch and where films meet.
+fn wet_restitution(path: &Path) -> Result<()> {
+    let mut chart = Chart::new(
+        "Two wet grains, e = 0.8 when dry: restitution over the Stokes number",
+        Axis::log("Stokes number, v m*/(6π η R*²)", ""),
+        Axis::linear("restitution", ""),
+    );
+    let collision = |films, tension, speed| WetCollision {
+        at_wall: false,
+        films,
+        tension,
+        speed,
+    };
+    let unit = collision(false, 0.0, 1.0).speed_of_film();
+    for (films, form, hue) in [
+        (false, "at the touch", Hue::Blue),
+        (true, "as films meet", Hue::Vermillion),
+    ] {
+        let theory = (0..=80).map(|k| {
+            let stokes = 4.0 * f64::powf(100.0, f64::from(k) / 80.0);
+            (stokes, collision(films, 0.0, stokes * unit).theory())
+        });
+        chart = chart.with(
+            Series::line(&format!("theory without tension, {form}"), theory.collect()).hue(hue),
+        );
+        for (tension, what) in [(0.0, "no tension"), (0.07, "0.07 N/m")] {
+            let points = (0..=10).map(|k| {
+                let stokes = 5.0 * f64::powf(60.0, f64::from(k) / 10.0);
+                let found = collision(films, tension, stokes * unit).restitution();
+                (stokes, found)
+            });
+            let name = format!("Mercury, {what}, {form}");
+            let marker = if tension == 0.0 {
+                Marker::Ring
+            } else {
+                Marker::Cross
+            };
+            chart = chart.with(
+                Series::points(&name, points.collect())
+                    .hue(hue)
+                    .marker(marker),
+            );
+        }
+    }
     Ok(ChartPage::of(chart).write_svg(path)?)
 }
 

@@ -40,6 +40,8 @@ const THREE_BEADS: &str = "A grain in the groove of two fixed beads, 1 degree of
 
 const WEAR: &str = "The scene [wear-plate](../scenes/wear/wear-plate.toml): a ball of 5 mm is drawn over a plate and presses with its weight. In the other set-ups the plate moves, is turned or lies elsewhere, or the ball swings in one place until it has ground a groove ([theory](theory/wear.md)).";
 
+const WET: &str = "Forces of the laws, exact bridges between unequal spheres and at planes, restitution of wet grains, and the volumes after bridges have formed and broken ([theory](theory/liquid.md)). The Stokes number is v m*/(6 pi eta R*^2); without tension theory has the restitution of rigid grains with films, which is 0 below a critical number.";
+
 const MFIX_FALLS: &str = "Linear spring and dashpot; set-ups of MFiX 21.3.2 (DEM01 to DEM05), gravity 9.80665 m/s². What is compared is the theory that MFiX prints beside its own results, at the times that it prints; its Euler steps are off by up to 2 mm in DEM01. *Not run*: DEM06, a sphere in a gas that flows upwards, needs the drag of a gas.";
 
 const CHUNG_OOI: &str = "Set-ups, time steps, digitised curves and limits as in Kratos, whose measure is the sum of all differences over the sum of all values. Walls are rigid, which leaves the ratio of the stiffnesses and so the rebound as it is. Tests 4 as a whole and 5, 6 and 8 where they slide; \
@@ -168,6 +170,15 @@ pub(super) const SUBJECTS: &[Subject] = &[
         sections: &[Section {
             about: "Sheets of rubber of 0.3 mm with E = 1.25 MPa in the whole engine ([theory](theory/membranes.md)). Uniform strains, bent sheets, balloons, laws of gas and fluid and the largest stable step are tested beside the code of the sheet.",
             ..section("T24 ", "Sheets under loads")
+        }],
+    },
+    Subject {
+        title: "Liquid bridges",
+        about: "",
+        sections: &[Section {
+            about: WET,
+            pictures: "![Restitution of wet collisions over the Stokes number](pictures/wet-restitution.svg)",
+            ..section("T25 ", "Forces, wet collisions and how liquid moves")
         }],
     },
     Subject {

@@ -102,6 +102,11 @@ pub trait AdhesionLaw: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// How the plan and the log call it.
     fn name(&self) -> &'static str;
 
+    /// Least volume of the films of both sides from which it begins, m^3.
+    fn least_films(&self) -> f64 {
+        0.0
+    }
+
     /// Unit and meaning of the numbers of its history.
     fn columns(&self) -> Vec<HistoryNumber> {
         <Self::History<f64> as History>::columns()

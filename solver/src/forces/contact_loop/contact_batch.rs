@@ -12,8 +12,8 @@ pub(super) const ROOM: usize = 256;
 
 const _: () = assert!(CHUNK + MOST_LANES <= ROOM);
 
-/// The number of pairs of materials that are distinguished when contacts of one law are put side by side: those of eight
-/// materials. Where there are more, groups with several laws are evaluated one by one.
+/// Kinds that are told apart when contacts of one law are put side by side: the pairs of eight materials, or of five where those that touch and those
+/// that do not are two kinds. Where there are more, groups with several laws are evaluated one by one.
 const PAIRS: usize = 64;
 
 /// Each number at its own place.
@@ -139,9 +139,16 @@ impl<'a> Found<'a> {
     /// Fixes the order in which the first `count` contacts found are evaluated, in groups of `lanes`; returns the end of the last
     /// group.
     #[inline(always)]
-    pub(super) fn put_in_turn(&mut self, count: usize, materials: usize, lanes: usize) -> usize {
-        if materials > 1
-            && let Some(end) = self.put_laws_side_by_side(count, materials, lanes)
+    /// `by_touch`: those that touch are put apart from those that do not.
+    pub(super) fn put_in_turn(
+        &mut self,
+        count: usize,
+        materials: usize,
+        lanes: usize,
+        by_touch: bool,
+    ) -> usize {
+        if (materials > 1 || by_touch)
+            && let Some(end) = self.put_laws_side_by_side(count, materials, lanes, by_touch)
         {
             return end;
         }
@@ -166,9 +173,9 @@ impl<'a> Found<'a> {
         count: usize,
         materials: usize,
         lanes: usize,
+        by_touch: bool,
     ) -> Option<usize> {
         let found: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.slot[k]);
-        let (mut least, mut most) = (u32::MAX, 0);
         for (pair, &at) in self
             .numbers
             .pair
@@ -179,8 +186,18 @@ impl<'a> Found<'a> {
             let (a, b) = (self.a[at].material.index(), self.b[at].material.index());
             // The law of two materials is the same in either order.
             *pair = (a.min(b) * materials + a.max(b)) as u32;
-            (least, most) = (least.min(*pair), most.max(*pair));
         }
+        // What stands side by side: those of one law, of which those that touch and those that do not are two kinds.
+        let mut kinds: [u32; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k]);
+        if by_touch {
+            let gaps = self.numbers.squared.0.iter().zip(&self.numbers.reach.0);
+            for (kind, (squared, reach)) in kinds.iter_mut().zip(gaps) {
+                *kind = 2 * *kind + u32::from(reach - squared.sqrt() <= 0.0);
+            }
+        }
+        let kinds = &kinds[..count];
+        let least = kinds.iter().copied().min().unwrap_or(0);
+        let most = kinds.iter().copied().max().unwrap_or(0);
         (
             self.numbers.places,
             self.numbers.turn,
@@ -189,12 +206,10 @@ impl<'a> Found<'a> {
         if lanes == 1 || least >= most || most as usize >= PAIRS {
             return None;
         }
-        // A counting sort without branches: the next law can hardly be predicted.
-        let pairs: [u8; CHUNK] = std::array::from_fn(|k| self.numbers.pair[k] as u8);
-        let pairs = &pairs[..count];
+        // A counting sort without branches: which law comes next can hardly be predicted.
         let mut counts = [0; PAIRS];
-        for &pair in pairs {
-            counts[usize::from(pair) % PAIRS] += 1;
+        for &kind in kinds {
+            counts[kind as usize % PAIRS] += 1;
         }
         let mut next = [0; PAIRS];
         let mut end = 0;
@@ -205,11 +220,11 @@ impl<'a> Found<'a> {
         if end > ROOM {
             return None;
         }
-        for (k, &pair) in pairs.iter().enumerate() {
-            let place = &mut next[usize::from(pair) % PAIRS];
+        for (k, &kind) in kinds.iter().enumerate() {
+            let place = &mut next[kind as usize % PAIRS];
             self.numbers.places[k] = *place as u8;
             self.numbers.turn[*place % ROOM] = k as u8;
-            self.numbers.pair[*place % ROOM] = u32::from(pair);
+            self.numbers.pair[*place % ROOM] = if by_touch { kind >> 1 } else { kind };
             *place += 1;
         }
         // Each run is filled up with copies of its last contact, in the same group, which reads one history and writes one.

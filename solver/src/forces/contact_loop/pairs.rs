@@ -77,7 +77,8 @@ where
                 next_slot += slots.len();
                 rest = later;
                 let count = pass.search::<L, PERIODIC>(slots, first_row, rows, &mut found);
-                let end = found.put_in_turn(count, pass.materials, L::LANES);
+                let by_touch = A::ACTIVE && L::LANES > 1;
+                let end = found.put_in_turn(count, pass.materials, L::LANES, by_touch);
                 if found.prepare::<L>(end, pass.context.overlap_limit, lag) {
                     let contacts = found.numbers.places[..count].iter().map(|&at| {
                         let at = usize::from(at);
@@ -272,18 +273,25 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                     before[k] = slots[at[k]].history;
                 }
             }
-            let touches = !A::ACTIVE || contact.overlap.lane(0) > 0.0;
-            let action = if one_law {
+            let touching = L::ZERO.below(contact.overlap);
+            let all_touch = !A::ACTIVE || touching.all();
+            let one_kind = all_touch || !touching.any();
+            let touches = |k: usize| !A::ACTIVE || touching.bits() >> k & 1 == 1;
+            // Which of them have an event, where they are of one kind.
+            let mut happens = 0;
+            let action = if one_law && one_kind {
                 let mut history = History::gather(|k| slots[at[k]].history);
                 let law = &self.laws[pair(0)];
-                let action = if touches {
+                let action = if all_touch {
                     law.act(&contact, dt, &mut history)
                 } else {
-                    debug_assert_eq!(L::LANES, 1, "adhesion is evaluated one by one");
                     law.act_apart(&contact, dt, &mut history)
                 };
+                if A::HAS_EVENTS {
+                    happens = law.adhesion.event(&contact, &history.3).bits();
+                }
                 for (k, &at) in at[..L::LANES].iter().enumerate() {
-                    slots[at].history = history.lane(k);
+                    history.put(k, &mut slots[at].history);
                 }
                 action
             } else {
@@ -294,23 +302,31 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 }
                 let mut actions = [Action::NONE; MOST_LANES];
                 for k in 0..L::LANES {
-                    let law = &self.laws[pair(k)];
-                    actions[k] = law.act(&contact.lane(k), dt, &mut own[k]);
+                    let (law, contact) = (&self.laws[pair(k)], contact.lane(k));
+                    actions[k] = if touches(k) {
+                        law.act(&contact, dt, &mut own[k])
+                    } else {
+                        law.act_apart(&contact, dt, &mut own[k])
+                    };
                     slots[at[k]].history = own[k];
+                    if A::HAS_EVENTS {
+                        let happened = law.adhesion.event(&contact, &own[k].3);
+                        happens |= u32::from(happened) << k;
+                    }
                 }
                 Action::gather(|k| actions[k])
             };
             if A::ACTIVE {
-                for &at in &at[..L::LANES] {
+                for (k, &at) in at[..L::LANES].iter().enumerate() {
                     let slot = &mut slots[at];
                     slot.state =
-                        slot.state & !WITH_HISTORY | with_history(touches, &slot.history.3);
+                        slot.state & !WITH_HISTORY | with_history(touches(k), &slot.history.3);
                 }
             }
-            if A::HAS_EVENTS {
-                for k in 0..L::LANES {
-                    let (contact, law) = (contact.lane(k), &self.laws[pair(k)].adhesion);
-                    if law.event(&contact, &slots[at[k]].history.3) {
+            if A::HAS_EVENTS && happens != 0 {
+                for k in (0..L::LANES).filter(|k| happens >> k & 1 == 1) {
+                    // One that fills up a group is there twice.
+                    if !at[..k].contains(&at[k]) {
                         events.push(SlotEvent::Pair {
                             slot: (first_slot + at[k]) as u32,
                             event: Event::of(&slots[at[k]].history.bridge()),
@@ -334,7 +350,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         image: slot.state & IMAGE,
                     };
                     let contact = contact.lane(k);
-                    observation.particle_contacts += u64::from(touches);
+                    observation.particle_contacts += u64::from(touches(k));
                     let site = ContactSite {
                         pair: pair(k),
                         row: first_row + slot.owner(),
@@ -344,7 +360,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         feature: FREE,
                         lever: levers[0].lane(k),
                         depth: contact.overlap / a.radius.min(b.radius),
-                        touches,
+                        touches: touches(k),
                     };
                     let histories = [before[k], slot.history];
                     self.see(observation, a, site, &contact, &action.lane(k), histories);
@@ -394,8 +410,13 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 return false;
             };
             let [own, other] = [first_row + slot.owner(), slot.partner as usize];
-            let range = reach + films[own] + films[other];
-            return squared <= range * range;
+            let (one, two) = (films[own], films[other]);
+            let range = reach + one[0] + two[0];
+            if squared > range * range {
+                return false;
+            }
+            let pair = a.material.index() * self.materials + b.material.index();
+            return one[1] + two[1] >= self.laws[pair].adhesion.least_films();
         }
         if A::HAS_EVENTS && A::FORMS_ON_CONTACT {
             // At any distance, so that the end of the bond is seen.

@@ -112,12 +112,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if self.context.watch.is_some() {
             block.observation = Observation::empty(self.context.walls.len());
         }
-        // Adhesion is evaluated pair by pair, as it may act between some of a group and not between others.
-        let width = if A::ACTIVE {
-            Width::ONE
-        } else {
-            self.context.width
-        };
+        let width = self.context.width;
         match (self.context.watch, self.context.images.any()) {
             (None, false) => width.run(self.pairs::<false, false>(block, rows, loads, numbers)),
             (None, true) => width.run(self.pairs::<true, false>(block, rows, loads, numbers)),

@@ -235,7 +235,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         }
     }
 
-    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; what is to be `told` of it is added there.
+    /// The contact of a particle with one feature of a wall, which may be the shape of a sheet; its load and sliding are added to the report.
     #[inline(always)]
     fn touch_wall(
         &self,
@@ -256,11 +256,17 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             let on_wall = || {
                 let films = context.wall_films?;
                 let place = films.place(side.near.wall.index(), touch.feature, context.walls)?;
-                Some(films.thickness(place))
+                Some([films.thickness(place), films.within_reach(place, a.radius)])
             };
-            let meet = |films: &[f64]| {
-                let film = films[side.near.row as usize];
-                film >= -overlap || film + on_wall().unwrap_or(0.0) >= -overlap
+            let pair = a.material.index() * self.materials + side.wall.material.index();
+            let least = self.laws[pair].adhesion.least_films();
+            let meet = |films: &[[f64; 2]]| {
+                let [thickness, volume] = films[side.near.row as usize];
+                if thickness >= -overlap && volume >= least {
+                    return true;
+                }
+                let [on_wall, reach] = on_wall().unwrap_or_default();
+                thickness + on_wall >= -overlap && volume + reach >= least
             };
             if !films.is_some_and(meet) {
                 return;

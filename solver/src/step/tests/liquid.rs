@@ -11,6 +11,7 @@ use crate::contact::adhesion::young_laplace::Table;
 use crate::contact::registry::AnyPairLaw;
 use crate::contact::{AnyAdhesion, AnyNormal, AnyRolling, AnyTangential, Linear, Liquid};
 use crate::forces::Partner;
+use crate::lanes::Width;
 use crate::liquid::{BridgesForm, LiquidPlan};
 use crate::plan::{Draft, NewParticle, Plan};
 use crate::state::{FILM_VOLUME, MaterialIndex};
@@ -322,7 +323,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(6))]
 
     /// The sum of all volumes stays, no volume is negative or above its cap, and a run that is interrupted anywhere goes on with the
-    /// same numbers on another number of threads.
+    /// same numbers on another number of threads and of lanes.
     #[test]
     fn volumes_are_kept_and_runs_go_on_as_they_were(
         seed in 0..1000_u64,
@@ -334,11 +335,12 @@ proptest! {
     ) {
         let form = if films { BridgesForm::Films } else { BridgesForm::Contact };
         let plan = Arc::new(cloud(seed, share, (periodic, dries), form));
-        let begin = |threads: usize| {
-            Engine::start(Arc::clone(&plan), StartOptions::threads(threads)).unwrap()
+        let begin = |threads: usize, width: Width| {
+            let options = StartOptions::threads(threads).width(Some(width));
+            Engine::start(Arc::clone(&plan), options).unwrap()
         };
-        let mut whole = begin(1);
-        let mut other = begin(2);
+        let mut whole = begin(1, Width::ONE);
+        let mut other = begin(2, Width::fastest());
         for step in 0..1500_u64 {
             whole.step(None).unwrap();
             other.step(None).unwrap();

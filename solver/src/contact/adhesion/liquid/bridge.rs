@@ -25,7 +25,7 @@ pub struct Bridge<L = f64, const N: usize = CURVE> {
     pub gap: L,
     /// Capillary force at the last force evaluation, N; negative pulls.
     pub force: L,
-    /// The force over the gap.
+    /// The force over the gap; the first number is the pull at the touch, N.
     pub curve: [L; N],
 }
 
@@ -140,6 +140,12 @@ impl<L: Real, const N: usize> History<L> for Bridge<L, N> {
             force: self.force.lane(k),
             curve: std::array::from_fn(|n| self.curve[n].lane(k)),
         }
+    }
+
+    /// What depends on the volume changes by the rules of migration alone.
+    #[inline(always)]
+    fn put(&self, k: usize, one: &mut Bridge<f64, N>) {
+        (one.gap, one.force) = (self.gap.lane(k), self.force.lane(k));
     }
 
     #[inline(always)]

@@ -199,13 +199,12 @@ impl Liquid {
                 let bound = table.map_or(Bound::NONE, |table| {
                     table.bind(relative, ratio_of(radii)).bound
                 });
-                let numbers = bound.scaled(diameter, strength).to_array();
-                let (end, curve) = (numbers[0], &numbers[1..]);
+                let bound = bound.scaled(diameter, strength);
                 return Bridge {
                     volume,
                     wet: 1.0,
-                    end,
-                    curve: std::array::from_fn(|k| curve[k]),
+                    end: bound.end,
+                    curve: table::curve_of(&bound),
                     ..*bridge
                 };
             }
@@ -288,24 +287,28 @@ impl Liquid {
         let form = self.fit.form();
         let to_end = energy::work(form, bridge, bridge.gap.max(0.0));
         let overlap = (-bridge.gap).max(0.0);
-        -(to_end + energy::pull(form, bridge, 0.0) * overlap)
+        -(to_end + bridge.curve[0] * overlap)
     }
 
     /// The capillary pull, N, of bridges that are there.
     #[inline(always)]
     fn pull<L: Real, const N: usize>(&self, bridge: &Bridge<L, N>, gap: L) -> L {
         let [f, a, p, q, j] = bridge.resized::<SHORT>().curve;
-        match self.fit.form() {
+        let apart = L::ZERO.below(gap);
+        if !apart.any() {
+            return f;
+        }
+        let over_gap = match self.fit.form() {
             Form::Exact => table::bound_of(bridge).force(gap),
             Form::Rational => f * (a * gap + L::ONE) / ((q * gap + p) * gap + L::ONE),
             Form::Exponential => {
                 let x = L::from_lanes(|k| log((j.lane(k) * gap.lane(k)).max(f64::MIN_POSITIVE)));
                 let inner = (q * x + p) * x;
                 let exponential = |x: L| L::from_lanes(|k| exp(x.lane(k)));
-                let apart = f * exponential(-(a * exponential(inner)));
-                L::select(L::ZERO.below(gap), apart, f)
+                f * exponential(-(a * exponential(inner)))
             }
-        }
+        };
+        L::select(apart, over_gap, f)
     }
 
     /// Viscous force on A (Adams & Perchard 1985 along the normal; Goldman, Cox & Brenner 1967 across it): 6π η R*² u_n/h and
@@ -314,6 +317,9 @@ impl Liquid {
     fn drag<L: Real>(&self, contact: &Contact<L>, end: L, gap: L) -> AdhesionForce<L> {
         let radius = contact.effective_radius;
         let apart = L::ZERO.below(gap);
+        if !apart.any() && !self.lubrication_in_contact {
+            return AdhesionForce::NONE;
+        }
         let least = match self.roughness {
             Some(roughness) => L::splat(roughness),
             None => radius * 0.01,
@@ -333,7 +339,11 @@ impl Liquid {
         let scale = radius * (6.0 * PI * self.viscosity);
         let ratio = radius / film;
         let viscous = scale * ratio * -contact.normal_velocity;
-        let log_ratio = L::from_lanes(|k| log(ratio.lane(k)));
+        let log_ratio = if across.any() {
+            L::from_lanes(|k| log(ratio.lane(k)))
+        } else {
+            L::ZERO
+        };
         let shear = scale * (log_ratio * (8.0 / 15.0) + 0.9588).max(L::ZERO);
         across = across & L::ZERO.below(shear);
         AdhesionForce {
@@ -451,6 +461,14 @@ impl<const N: usize> AdhesionLaw for LiquidLaw<N> {
 
     fn range(&self) -> f64 {
         self.0.range
+    }
+
+    fn least_films(&self) -> f64 {
+        if self.0.max_volume > 0.0 {
+            self.0.min_volume.max(f64::MIN_POSITIVE)
+        } else {
+            f64::INFINITY
+        }
     }
 
     #[inline(always)]

@@ -37,10 +37,20 @@ impl Tables {
     }
 }
 
-/// The numbers of the exact force of a bridge, which stand in its curve.
+/// The exact force of a bridge, from its end and its curve.
 #[inline(always)]
 pub(super) fn bound_of<L: Real, const N: usize>(bridge: &Bridge<L, N>) -> Bound<L> {
     let mut numbers = [bridge.end; NUMBERS];
     numbers[1..].copy_from_slice(&bridge.resized::<CURVE>().curve);
+    numbers[1] = L::ONE / bridge.end;
     Bound::from_array(numbers)
+}
+
+/// The curve of a bridge: the pull at the touch in place of 1/end, then the numbers of the exact force.
+pub(super) fn curve_of(bound: &Bound) -> [f64; CURVE] {
+    let numbers = bound.to_array();
+    let mut curve = [0.0; CURVE];
+    curve.copy_from_slice(&numbers[1..]);
+    curve[0] = bound.force(0.0);
+    curve
 }

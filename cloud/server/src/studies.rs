@@ -1,0 +1,682 @@
+//! Studies: one scene at many values of its keys.
+//!
+//! Which runs a study has, what they are called and whether they can run is said by the solver (`--check --json` of
+//! `--sweep`, or of a study file), so a grid means the same here as at the command line.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::http::StatusCode;
+use cloud_api::answers::{
+    ResultColumn, StudyChecked, StudyList, StudyRow, StudyRun, StudySubmitted, StudyTable,
+};
+use cloud_api::problem::SceneProblem;
+use cloud_api::requests::Study;
+use cloud_api::{RunId, RunState};
+use rusqlite::{OptionalExtension, params};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use crate::access::Fail;
+use crate::check::{LARGEST_SCENE, inspect, lay_out, solve};
+use crate::content::Content;
+use crate::db::{MOST_ROWS, NewRun, NewStudy};
+use crate::runs::{Ready, blocking, expected_bytes, label, ready, title, within_quota, write};
+use crate::secrets::{self, User};
+use crate::state::App;
+
+/// The most runs of a study.
+const MOST_RUNS: usize = 10_000;
+
+/// The most keys of a grid.
+const MOST_SWEEPS: usize = 20;
+
+/// How long the check of all runs of a study may take.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Threads that write the runs of a study.
+const WRITERS: usize = 8;
+
+/// Name of a study file beside its scene.
+const FILE: &str = "study.toml";
+
+/// What a study is, in the database.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Plan {
+    keys: Vec<String>,
+    /// Name and what it is.
+    results: Vec<(String, String)>,
+    plots: Vec<String>,
+    runs: Vec<PlannedRun>,
+    /// What the solver says of the scene: its title.
+    #[serde(skip)]
+    scene: Value,
+}
+
+/// A run of a plan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct PlannedRun {
+    id: String,
+    name: String,
+    values: Vec<Option<String>>,
+    /// All `--set` of the run.
+    #[serde(skip)]
+    set: Vec<String>,
+    /// What it takes, in the words of a plan.
+    #[serde(skip)]
+    needs: Value,
+}
+
+impl Plan {
+    /// The plan as the solver gives it.
+    fn read(answer: &Value) -> Option<Self> {
+        let study = answer.get("study")?;
+        let texts = |value: &Value| -> Vec<String> {
+            let list = value.as_array().into_iter().flatten();
+            list.filter_map(|text| text.as_str().map(str::to_owned))
+                .collect()
+        };
+        let keys = texts(&study["keys"]);
+        let run = |run: &Value| {
+            let set = texts(&run["set"]);
+            let value = |key: &String| {
+                let of_key = |set: &String| {
+                    let (name, value) = set.split_once('=')?;
+                    (name == key).then(|| value.to_owned())
+                };
+                // A key may hold an equals sign within quotes.
+                let quoted =
+                    |set: &String| Some(set.strip_prefix(key)?.strip_prefix('=')?.to_owned());
+                set.iter()
+                    .rev()
+                    .find_map(|set| of_key(set).or_else(|| quoted(set)))
+            };
+            Some(PlannedRun {
+                id: String::new(),
+                name: run["name"].as_str()?.to_owned(),
+                values: keys.iter().map(value).collect(),
+                set,
+                needs: json!({
+                    "time": {"steps": run["steps"]},
+                    "memory": {"at_most": run["memory"]},
+                    "disk": {"bytes": run["disk"]},
+                }),
+            })
+        };
+        let results = study["results"].as_object().into_iter().flatten();
+        Some(Self {
+            results: results
+                .filter_map(|(name, what)| Some((name.clone(), what.as_str()?.to_owned())))
+                .collect(),
+            plots: texts(&study["plots"]),
+            scene: json!({"title": study["title"]}),
+            runs: study["runs"]
+                .as_array()?
+                .iter()
+                .map(run)
+                .collect::<Option<_>>()?,
+            keys,
+        })
+    }
+}
+
+/// What is wrong, in words of our own.
+fn wrong(message: String, help: &str) -> SceneProblem {
+    SceneProblem {
+        message,
+        help: Some(help.to_owned()),
+        ..SceneProblem::default()
+    }
+}
+
+/// Whether a text has the table `study`. What else is wrong with it is said by the solver.
+fn is_study(text: &str) -> bool {
+    match text.parse::<toml::Table>() {
+        Ok(document) => document.contains_key("study"),
+        Err(_) => text.contains("study"),
+    }
+}
+
+/// The plan of a study, or what is wrong with it.
+fn expand(app: &App, owner: i64, study: &Study) -> Result<(Plan, Vec<SceneProblem>), Fail> {
+    let scene = &study.base.scene;
+    let files = inspect(app, owner, scene)?;
+    let nothing = |problem| Ok((Plan::default(), vec![problem]));
+    if study.file.is_some() != study.sweep.is_empty() {
+        return Err(Fail::bad(
+            "the study is not taken",
+            "It has `sweep`, or else `file`.",
+        ));
+    }
+    if study.sweep.len() > MOST_SWEEPS || study.base.result.len() > MOST_ROWS {
+        return Err(Fail::bad(
+            "the study is not taken",
+            format!("At most {MOST_SWEEPS} keys and {MOST_ROWS} results."),
+        ));
+    }
+    let options = study.sweep.iter().chain(&study.base.result);
+    if options
+        .clone()
+        .any(|text| text.contains('\0') || text.len() > 100_000)
+    {
+        return Err(Fail::bad(
+            "the study is not taken",
+            "A text in it is too long, or no text.",
+        ));
+    }
+    let folder = lay_out(app, scene, &files)?;
+    let mut arguments = Vec::new();
+    match &study.file {
+        Some(text) => {
+            if text.len() > LARGEST_SCENE {
+                let detail = "A study has at most 1 MB.";
+                return Err(Fail::new(
+                    StatusCode::PAYLOAD_TOO_LARGE,
+                    "the study is too long",
+                    detail,
+                ));
+            }
+            if !is_study(text) {
+                return nothing(wrong(
+                    format!("{FILE} is no study"),
+                    "a study has the table [study] with `scene` and [study.sweep]",
+                ));
+            }
+            if scene.name == FILE || scene.files.contains_key(FILE) {
+                return nothing(wrong(
+                    format!("another file is called {FILE}"),
+                    "call the other file something else",
+                ));
+            }
+            fs::write(folder.0.join(FILE), text)?;
+            arguments.push(FILE.to_owned());
+        }
+        None => {
+            arguments.push(scene.name.clone());
+            arguments.extend(study.sweep.iter().map(|sweep| format!("--sweep={sweep}")));
+        }
+    }
+    arguments.extend(["--check", "--json", "--within", "."].map(str::to_owned));
+    arguments.extend(
+        study
+            .base
+            .result
+            .iter()
+            .map(|result| format!("--result={result}")),
+    );
+    arguments.extend(scene.set.iter().map(|set| format!("--set={set}")));
+    let said = solve(app, &folder, &arguments, PATIENCE)?;
+    let (answer, problems) = said.parts();
+    let Some(answer) = answer.filter(|_| problems.is_empty()) else {
+        return Ok((Plan::default(), problems));
+    };
+    let Some(plan) = Plan::read(&answer) else {
+        return nothing(wrong(
+            "the solver takes it for one run".to_owned(),
+            "give a key several values",
+        ));
+    };
+    let named = answer["study"]["scene"].as_str().unwrap_or_default();
+    if study.file.is_some() && named != scene.name {
+        return nothing(wrong(
+            format!(
+                "study.scene: the scene beside this study is called {}, not {named}",
+                scene.name
+            ),
+            "use the name of the scene, without folders",
+        ));
+    }
+    if plan.runs.is_empty() || plan.runs.len() > MOST_RUNS {
+        let count = plan.runs.len();
+        return nothing(wrong(
+            format!("the study has {count} runs"),
+            "a study has 1 to 10000 runs",
+        ));
+    }
+    Ok((plan, Vec::new()))
+}
+
+/// What a study is made of, and what is wrong with it.
+pub(crate) async fn check(app: &Arc<App>, user: &User, study: Study) -> Result<StudyChecked, Fail> {
+    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let (app, owner) = (Arc::clone(app), user.id);
+    blocking(move || {
+        let (plan, problems) = expand(&app, owner, &study)?;
+        Ok(StudyChecked {
+            problems,
+            keys: plan.keys,
+            runs: plan.runs.into_iter().map(|run| run.name).collect(),
+            results: plan.results.into_iter().map(|(name, _)| name).collect(),
+        })
+    })
+    .await
+}
+
+/// Submits the runs of a study, all or none. The same key with the same body is the same study.
+pub(crate) async fn submit(
+    app: &Arc<App>,
+    user: &User,
+    study: Study,
+    key: Option<String>,
+) -> Result<StudySubmitted, Fail> {
+    let body = serde_json::to_string(&study).map_err(Fail::inner)?;
+    if let Some(before) = known(app, user, key.as_deref(), &body)? {
+        return Ok(before);
+    }
+    let _turn = app.checks.acquire().await.map_err(Fail::inner)?;
+    let (app, user) = (Arc::clone(app), user.clone());
+    blocking(move || {
+        let (mut plan, problems) = expand(&app, user.id, &study)?;
+        if !problems.is_empty() {
+            return Err(Fail::scene(problems));
+        }
+        let base = &study.base;
+        let bytes: f64 = plan.runs.iter().map(|run| expected_bytes(&run.needs)).sum();
+        within_quota(&app, &user, base.threads, bytes)?;
+        let id = secrets::run_id()?.to_string();
+        let mut called = None;
+        let mut runs: Vec<Ready> = Vec::new();
+        for run in &mut plan.runs {
+            let mut one = base.clone();
+            one.scene.set.clone_from(&run.set);
+            one.result = plan
+                .results
+                .iter()
+                .map(|(name, what)| format!("{name}={what}"))
+                .collect();
+            let called =
+                called.get_or_insert(title(base.title.as_deref(), &plan.scene, &base.scene)?);
+            let named = shortened(called, &run.name);
+            let made = ready(&app, &user, &one, &run.needs, named)?;
+            run.id = made.id.to_string();
+            runs.push(made);
+        }
+        let called = called.unwrap_or_default();
+        let label = label(base.label.as_deref().or(Some(&called)))?.to_owned();
+        write_all(&app, &runs)?;
+        let ids: Vec<String> = runs.iter().map(|run| run.id.to_string()).collect();
+        let new: Vec<NewRun> = (runs.iter().zip(&ids))
+            .map(|(run, name)| NewRun {
+                id: name,
+                owner: user.id,
+                key: None,
+                title: &run.title,
+                label: &label,
+                spec: &run.spec_text,
+                threads: run.spec.threads,
+                memory: run.spec.memory,
+                of_steps: run.steps,
+                study: Some(&id),
+            })
+            .collect();
+        let plan = serde_json::to_string(&plan).map_err(Fail::inner)?;
+        let row = NewStudy {
+            id: &id,
+            owner: user.id,
+            key: key.as_deref().map(|key| (key, body.as_str())),
+            title: &called,
+            plan: &plan,
+        };
+        match app.db.insert(&new, Some(&row)) {
+            Ok(events) => app.tell(user.id, events),
+            // Two requests with one key at once: the other one was faster.
+            Err(error) => {
+                for name in &ids {
+                    app.store.delete_all(&format!("runs/{name}/"))?;
+                }
+                return known(&app, &user, key.as_deref(), &body)?
+                    .ok_or_else(|| Fail::inner(error));
+            }
+        }
+        app.look();
+        Ok(StudySubmitted { id, runs: ids })
+    })
+    .await
+}
+
+/// Writes what the store has to have, several runs at a time: each waits for a disk or a network.
+fn write_all(app: &App, runs: &[Ready]) -> Result<(), Fail> {
+    let share = runs.len().div_ceil(WRITERS).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = (runs.chunks(share))
+            .map(|part| scope.spawn(move || part.iter().try_for_each(|run| write(app, run))))
+            .collect();
+        parts.into_iter().try_for_each(|part| {
+            part.join()
+                .map_err(|_| Fail::inner("a thread that writes has failed"))?
+        })
+    })
+}
+
+/// The title of a run of a study.
+fn shortened(study: &str, run: &str) -> String {
+    let title = format!("{study}: {run}");
+    if title.len() <= 200 {
+        return title;
+    }
+    let end = (0..=196)
+        .rev()
+        .find(|&end| title.is_char_boundary(end))
+        .unwrap_or(0);
+    format!("{} …", &title[..end])
+}
+
+fn known(
+    app: &App,
+    user: &User,
+    key: Option<&str>,
+    body: &str,
+) -> Result<Option<StudySubmitted>, Fail> {
+    let Some(key) = key else { return Ok(None) };
+    let found = app
+        .db
+        .lock()
+        .query_row(
+            "SELECT id, body, plan FROM studies WHERE owner = ?1 AND key = ?2",
+            params![user.id, key],
+            |row| {
+                Ok((
+                    row.get::<_, String>(0)?,
+                    row.get::<_, String>(1)?,
+                    row.get::<_, String>(2)?,
+                ))
+            },
+        )
+        .optional()?;
+    match found {
+        Some((id, before, plan)) if before == body => {
+            let plan: Plan = serde_json::from_str(&plan).map_err(Fail::inner)?;
+            let runs = plan.runs.into_iter().map(|run| run.id).collect();
+            Ok(Some(StudySubmitted { id, runs }))
+        }
+        Some(_) => Err(Fail::new(
+            StatusCode::CONFLICT,
+            "another study has this key",
+            "This Idempotency-Key belongs to a study that was submitted with another body.",
+        )),
+        None => Ok(None),
+    }
+}
+
+/// A page of studies, newest first.
+pub(crate) fn list(app: &App, user: &User, after: Option<&str>) -> Result<StudyList, Fail> {
+    let connection = app.db.lock();
+    let mut query = connection.prepare_cached(
+        "SELECT id, title, created FROM studies WHERE owner = ?1
+         AND (?2 IS NULL OR number < (SELECT number FROM studies WHERE id = ?2)) ORDER BY number DESC LIMIT ?3",
+    )?;
+    let rows = query.query_map(params![user.id, after, MOST_ROWS as i64 + 1], |row| {
+        Ok(StudyRow {
+            id: row.get(0)?,
+            title: row.get(1)?,
+            created: row.get(2)?,
+            states: BTreeMap::new(),
+        })
+    })?;
+    let mut studies = rows.collect::<Result<Vec<_>, _>>()?;
+    let after = (studies.len() > MOST_ROWS).then(|| studies[MOST_ROWS - 1].id.clone());
+    studies.truncate(MOST_ROWS);
+    let mut count = connection
+        .prepare_cached("SELECT state, count(*) FROM runs WHERE study = ?1 GROUP BY state")?;
+    for study in &mut studies {
+        let states = count.query_map([&study.id], |row| {
+            Ok((row.get(0)?, row.get::<_, i64>(1)? as u64))
+        })?;
+        study.states = states.collect::<Result<_, _>>()?;
+    }
+    Ok(StudyList { studies, after })
+}
+
+/// A run of the table as the database has it.
+struct Row {
+    id: String,
+    state: RunState,
+    message: String,
+    step: u64,
+    core_seconds: f64,
+    results: Option<String>,
+}
+
+/// The table of a study: what differs between its runs, and what came out.
+pub(crate) fn table(app: &App, user: &User, id: &str) -> Result<StudyTable, Fail> {
+    if user.share.is_some() {
+        return Err(Fail::missing());
+    }
+    let found = app
+        .db
+        .lock()
+        .query_row(
+            "SELECT title, created, plan FROM studies WHERE id = ?1 AND owner = ?2",
+            params![id, user.id],
+            |row| {
+                Ok((
+                    row.get::<_, String>(0)?,
+                    row.get::<_, f64>(1)?,
+                    row.get::<_, String>(2)?,
+                ))
+            },
+        )
+        .optional()?;
+    let (title, created, plan) = found.ok_or_else(Fail::missing)?;
+    let plan: Plan = serde_json::from_str(&plan).map_err(Fail::inner)?;
+    let rows = rows(app, id)?;
+    let mut states: BTreeMap<String, u64> = BTreeMap::new();
+    let mut columns: Vec<ResultColumn> = (plan.results.iter())
+        .map(|(name, what)| ResultColumn {
+            name: name.clone(),
+            what: what.clone(),
+            unit: String::new(),
+        })
+        .collect();
+    let mut table = Vec::new();
+    for run in &plan.runs {
+        // Runs that were deleted are gone from the table.
+        let Some(row) = rows.get(&run.id) else {
+            continue;
+        };
+        *states.entry(row.state.word().to_owned()).or_default() += 1;
+        let found = match &row.results {
+            Some(text) => serde_json::from_str(text).unwrap_or(Value::Null),
+            None if row.state == RunState::Finished => results(app, &row.id)?,
+            None => Value::Null,
+        };
+        for column in &mut columns {
+            if let Some(unit) = found[&column.name]["unit"].as_str() {
+                unit.clone_into(&mut column.unit);
+            }
+        }
+        table.push(StudyRun {
+            id: run.id.clone(),
+            name: run.name.clone(),
+            state: row.state,
+            problem: if row.state == RunState::Failed {
+                row.message.clone()
+            } else {
+                String::new()
+            },
+            step: row.step,
+            core_seconds: row.core_seconds,
+            values: run.values.clone(),
+            results: columns
+                .iter()
+                .map(|column| found[&column.name]["value"].as_f64())
+                .collect(),
+        });
+    }
+    Ok(StudyTable {
+        row: StudyRow {
+            id: id.to_owned(),
+            title,
+            created,
+            states,
+        },
+        keys: plan.keys,
+        results: columns,
+        plots: plan.plots,
+        rows: table,
+    })
+}
+
+fn rows(app: &App, study: &str) -> Result<BTreeMap<String, Row>, Fail> {
+    let connection = app.db.lock();
+    let mut query = connection.prepare_cached(
+        "SELECT id, state, message, step, core_seconds, results FROM runs WHERE study = ?1",
+    )?;
+    let rows = query.query_map([study], |row| {
+        let id: String = row.get(0)?;
+        let state: String = row.get(1)?;
+        let row = Row {
+            id: id.clone(),
+            state: RunState::of(&state).unwrap_or(RunState::Failed),
+            message: row.get(2)?,
+            step: row.get::<_, i64>(3)? as u64,
+            core_seconds: row.get(4)?,
+            results: row.get(5)?,
+        };
+        Ok((id, row))
+    })?;
+    Ok(rows.collect::<Result<_, _>>()?)
+}
+
+/// What `--result` found, from the summary of a finished run; kept in the database from then on.
+fn results(app: &App, id: &str) -> Result<Value, Fail> {
+    let run: RunId = id.parse().map_err(|_| Fail::missing())?;
+    let Some(head) = app.head(&run)? else {
+        return Ok(Value::Null);
+    };
+    let Some(content) = Content::of(&run, &head, "summary.json") else {
+        return Ok(Value::Null);
+    };
+    let text = content.read(app.store.as_ref(), 0..content.bytes())?;
+    let found = serde_json::from_slice::<Value>(&text)
+        .map_or(Value::Null, |summary| summary["results"].clone());
+    app.db.lock().execute(
+        "UPDATE runs SET results = ?2 WHERE id = ?1 AND state = 'finished'",
+        params![id, found.to_string()],
+    )?;
+    Ok(found)
+}
+
+/// The table as comma-separated values, with units in the head, as in the solver's `study.csv`.
+pub(crate) fn csv(table: &StudyTable) -> String {
+    let mut text = String::new();
+    let mut line = |cells: Vec<String>| {
+        let quoted: Vec<String> = cells
+            .into_iter()
+            .map(|cell| {
+                if cell.contains(['"', ',', '\n', '\r']) {
+                    format!("\"{}\"", cell.replace('"', "\"\""))
+                } else {
+                    cell
+                }
+            })
+            .collect();
+        text += &quoted.join(",");
+        text.push('\n');
+    };
+    let mut head: Vec<String> = [
+        "run",
+        "id",
+        "status",
+        "problem",
+        "steps",
+        "core_seconds [s]",
+    ]
+    .map(str::to_owned)
+    .into();
+    head.extend(table.keys.clone());
+    head.extend(
+        table
+            .results
+            .iter()
+            .map(|column| match column.unit.as_str() {
+                "" | "1" => column.name.clone(),
+                unit => format!("{} [{unit}]", column.name),
+            }),
+    );
+    line(head);
+    for row in &table.rows {
+        let mut cells = vec![
+            row.name.clone(),
+            row.id.clone(),
+            row.state.word().to_owned(),
+            row.problem.clone(),
+            row.step.to_string(),
+            row.core_seconds.to_string(),
+        ];
+        cells.extend(
+            row.values
+                .iter()
+                .map(|value| value.clone().unwrap_or_default()),
+        );
+        let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        cells.extend(row.results.iter().map(number));
+        line(cells);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plans_are_read() {
+        let answer = json!({"study": {"scene": "a.toml", "keys": ["time.end", "walls.\"a=b\".x"], "plots": ["v"],
+            "results": {"v": "max(particles.vx)"},
+            "runs": [{"name": "one", "set": ["time.end=9", "time.end=2", "walls.\"a=b\".x=3"]}, {"name": "two", "set": []}]}});
+        let plan = Plan::read(&answer).unwrap();
+        assert_eq!(
+            plan.runs[0].values,
+            [Some("2".to_owned()), Some("3".to_owned())]
+        );
+        assert_eq!(plan.runs[1].values, [None, None]);
+        assert_eq!(
+            plan.results,
+            [("v".to_owned(), "max(particles.vx)".to_owned())]
+        );
+        assert!(Plan::read(&json!({"time": {}})).is_none());
+    }
+
+    #[test]
+    fn tables_survive_commas_and_quotes() {
+        let table = StudyTable {
+            row: StudyRow {
+                id: "s".into(),
+                title: "t".into(),
+                created: 0.0,
+                states: BTreeMap::new(),
+            },
+            keys: vec!["gravity".into()],
+            results: vec![ResultColumn {
+                name: "v".into(),
+                what: "x".into(),
+                unit: "m/s".into(),
+            }],
+            plots: Vec::new(),
+            rows: vec![StudyRun {
+                id: "r".into(),
+                name: "one".into(),
+                state: RunState::Failed,
+                problem: "a \"b\",\nc".into(),
+                step: 3,
+                core_seconds: 0.5,
+                values: vec![Some("[0, 1]".into())],
+                results: vec![Some(0.25)],
+            }],
+        };
+        assert_eq!(
+            csv(&table),
+            "run,id,status,problem,steps,core_seconds [s],gravity,v [m/s]\n\
+             one,r,failed,\"a \"\"b\"\",\nc\",3,0.5,\"[0, 1]\",0.25\n"
+        );
+    }
+
+    #[test]
+    fn titles_have_room() {
+        assert_eq!(shortened("heap", "friction=1"), "heap: friction=1");
+        assert!(shortened(&"ü".repeat(150), "x").len() <= 200);
+    }
+}
