@@ -432,6 +432,7 @@ fn assemble(
                             arm_to(other, sphere_arm - contacts.branch[k]),
                         )
                     }
+                    // Membranes count as walls, of which no number is used.
                     (None, wall) => (Partner::Wall(wall.unwrap_or(0)), DVec3::ZERO),
                 };
                 out.particle.push(row);

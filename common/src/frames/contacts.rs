@@ -6,6 +6,7 @@ use super::{ColumnKind, ColumnSpec, ColumnVisitor, FrameSchema, Table, TableRead
 
 const TORQUE: [&str; 3] = ["tx", "ty", "tz"];
 const BRIDGE_VOLUME: [&str; 1] = ["bridge_volume"];
+const MEMBRANE: [&str; 1] = ["membrane"];
 
 /// Unit and meaning of one number that a contact law remembers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,13 +24,15 @@ pub struct ContactColumns {
     pub torque: bool,
     /// Liquid bridges.
     pub bridge: bool,
+    /// Contacts with membranes.
+    pub membrane: bool,
     /// The numbers that the contact laws remember, columns `h0`, `h1`, ...
     pub history: Vec<HistoryColumn>,
 }
 
 /// The contacts at one instant; all lists have one entry per contact.
 ///
-/// A contact is of particle `i` with *either* particle `j` *or* wall `wall`: of the two, exactly one is there.
+/// A contact is of particle `i` with *either* particle `j` *or* wall `wall` *or* membrane `membrane`: of these, exactly one is there.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactFrame {
     /// Time, in s.
@@ -42,6 +45,8 @@ pub struct ContactFrame {
     pub j: Vec<Option<u32>>,
     /// Index of the wall, see [`FramesHeader::walls`](super::FramesHeader::walls).
     pub wall: Vec<Option<u32>>,
+    /// Number of the membrane, in the order of the scene.
+    pub membrane: Option<Vec<Option<u32>>>,
     /// Contact point, in m, beside particle i where the domain is periodic.
     pub point: Vec<DVec3>,
     /// Branch vector, in m: from the centre of j (its image nearest to i), for a wall from the contact point, to the
@@ -65,13 +70,23 @@ pub struct ContactFrame {
     pub history: Vec<Vec<f64>>,
 }
 
-/// The row, if any, that has both or neither of particle j and wall.
-fn neither_or_both(j: &[Option<u32>], wall: &[Option<u32>]) -> Option<String> {
-    let mut rows = j.iter().zip(wall);
-    let row = rows.position(|(j, wall)| j.is_some() == wall.is_some())?;
-    Some(format!(
-        "contact {row} must have either a particle j or a wall"
-    ))
+impl ContactFrame {
+    /// The row, if any, that has not exactly one partner.
+    fn without_partner(&self) -> Option<String> {
+        let membranes = self.membrane.as_deref();
+        let count = |row: usize| {
+            let membrane = membranes.and_then(|of_rows| of_rows.get(row).copied().flatten());
+            let partners = [self.j[row], self.wall[row], membrane];
+            partners.iter().flatten().count()
+        };
+        let rows = self.j.len().min(self.wall.len());
+        let row = (0..rows).find(|&row| count(row) != 1)?;
+        let partners = match membranes {
+            None => "either a particle j or a wall",
+            Some(_) => "one of a particle j, a wall and a membrane",
+        };
+        Some(format!("contact {row} must have {partners}"))
+    }
 }
 
 impl ContactFrame {
@@ -96,8 +111,17 @@ impl Table for ContactFrame {
 
     fn columns(&mut self, has: &ContactColumns, visitor: &mut impl ColumnVisitor) {
         let i = "id of the particle that the force acts on";
-        let j = "id of the other particle, null at a wall";
-        let wall = "index of the wall, null between particles";
+        let j = if has.membrane {
+            "id of the other particle, null at others"
+        } else {
+            "id of the other particle, null at a wall"
+        };
+        let wall = if has.membrane {
+            "index of the wall, null at others"
+        } else {
+            "index of the wall, null between particles"
+        };
+        let membrane = "number of the membrane, null at others";
         let branch =
             "from the centre of j (nearest image) or the point on the wall to the centre of i";
         let normal = "unit normal, from j or the wall towards i";
@@ -105,6 +129,7 @@ impl Table for ContactFrame {
         visitor.column(&mut self.i, &["i"], "1", i);
         visitor.column(&mut self.j, &["j"], "1", j);
         visitor.column(&mut self.wall, &["wall"], "1", wall);
+        visitor.optional(has.membrane, &mut self.membrane, &MEMBRANE, "1", membrane);
         visitor.column(&mut self.point, &["px", "py", "pz"], "m", "contact point");
         visitor.column(&mut self.branch, &["bx", "by", "bz"], "m", branch);
         visitor.column(&mut self.normal, &["nx", "ny", "nz"], "1", normal);
@@ -156,12 +181,13 @@ impl Table for ContactFrame {
         Ok(ContactColumns {
             torque: schema.index_of(TORQUE[0]).is_some(),
             bridge: schema.index_of(BRIDGE_VOLUME[0]).is_some(),
+            membrane: schema.index_of(MEMBRANE[0]).is_some(),
             history: (0..).map_while(history).collect(),
         })
     }
 
     fn check(&self, _: &ContactColumns) -> Result<(), String> {
-        neither_or_both(&self.j, &self.wall).map_or(Ok(()), Err)
+        self.without_partner().map_or(Ok(()), Err)
     }
 }
 

@@ -122,11 +122,13 @@ fn contacts_come_back_and_have_one_partner_each() {
         description: format!("tangential spring, {axis}"),
     };
     let columns = ContactColumns {
+        membrane: false,
         torque: true,
         bridge: true,
         history: vec![spring("x"), spring("y"), spring("z")],
     };
     let frame = ContactFrame {
+        membrane: None,
         time: 2.5,
         step: 3,
         i: vec![4, 5, 6],
@@ -166,4 +168,41 @@ fn contacts_come_back_and_have_one_partner_each() {
         error.contains("frames of contacts, expected frames of particles"),
         "{error}"
     );
+}
+
+#[test]
+fn contacts_with_membranes_have_a_column_and_one_partner() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.contacts.arrow");
+    let columns = ContactColumns {
+        membrane: true,
+        ..ContactColumns::default()
+    };
+    let frame = ContactFrame {
+        i: vec![1, 2, 3],
+        j: vec![Some(7), None, None],
+        wall: vec![None, Some(0), None],
+        membrane: Some(vec![None, None, Some(1)]),
+        point: vectors(3, 1.0),
+        branch: vectors(3, 2.0),
+        normal: vectors(3, 3.0),
+        force: vectors(3, 4.0),
+        overlap: vec![1e-6; 3],
+        ..ContactFrame::default()
+    };
+    let mut writer = ContactWriter::create(&path, &header(), &columns).unwrap();
+    writer.append(frame.clone()).unwrap();
+    for membrane in [None, Some(0)] {
+        let mut wrong = frame.clone();
+        let row = if membrane.is_some() { 1 } else { 2 };
+        wrong.membrane.as_mut().unwrap()[row] = membrane;
+        let error = writer.append(wrong).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("contact {row} must have one of")),
+            "{error}"
+        );
+    }
+    let reader = ContactReader::open(&path).unwrap();
+    assert_eq!(reader.layout(), &columns);
+    assert_eq!(reader.frame(0).unwrap(), frame);
 }

@@ -16,6 +16,7 @@ mod sheets;
 mod sides;
 mod sleepers;
 mod slots;
+mod vertices;
 mod walls;
 mod watching;
 
@@ -32,14 +33,14 @@ use crate::contact::{
     RollingLaw, TangentialLaw,
 };
 use crate::neighbours::CandidateList;
-use crate::state::{Load, Particles, Pieces, Row, WallIndex};
+use crate::state::{Load, Particle, Particles, Pieces, Row, WallIndex};
 use crate::surface::SurfaceLoad;
 use block::Block;
 use contact_batch::Numbers;
 use memory::Memory;
 use pass::Pass;
 pub(super) use slots::FREE;
-use slots::{IMAGE, Slot, WITH_HISTORY, WallSlot};
+use slots::{IMAGE, Slot, WITH_HISTORY};
 
 /// The contact loop for one combination of laws.
 #[derive(Debug)]
@@ -52,6 +53,8 @@ pub struct ContactLoop<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: Adhesio
     blocks: Vec<Block<Histories<N, T, R, A>>>,
     /// For each block the earlier blocks that reach into it, ascending.
     sources: Vec<Vec<usize>>,
+    /// Contacts of the vertices of each sheet with walls.
+    of_sheets: Vec<Block<Histories<N, T, R, A>>>,
     /// Loads on features of mesh walls from blocks that have been replaced since.
     feature_loads: FeatureLoads,
     /// Working memory of a pass on one thread. It is kept from step to step, because clearing it costs as much as some contacts.
@@ -69,6 +72,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
             block_size: block_size(0),
             blocks: Vec::new(),
             sources: Vec::new(),
+            of_sheets: Vec::new(),
             feature_loads: FeatureLoads::default(),
             numbers: Box::new(Numbers::new()),
         }
@@ -133,21 +137,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactLoop<
     fn saved_near_walls(
         &self,
     ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&Histories<N, T, R, A>>)> {
-        self.blocks.iter().flat_map(|block| {
-            let near = block.near_walls.iter();
-            let near = near.flat_map(|near| std::iter::repeat_n(near, near.features as usize));
-            near.zip(&block.wall_slots).map(|(near, slot)| {
-                let saved = SavedSlot {
-                    row: near.row,
-                    partner: u32::from(near.wall.number()),
-                    image: near.image,
-                    state: SlotState::of(slot.state),
-                    feature: slot.feature,
-                    history: &[],
-                };
-                (saved, Some(&slot.history))
-            })
-        })
+        self.blocks.iter().flat_map(Block::saved_near_walls)
     }
 
     /// Cuts `rows` rows into empty blocks.
@@ -348,7 +338,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn observation(&self, walls: usize) -> Observation {
         let mut sum = Observation::empty(walls);
-        for block in &self.blocks {
+        for block in self.blocks.iter().chain(&self.of_sheets) {
             sum.merge(&block.observation);
         }
         sum
@@ -356,7 +346,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn sums(&self, walls: usize) -> Observation {
         let mut sum = Observation::empty(walls);
-        for block in &self.blocks {
+        for block in self.blocks.iter().chain(&self.of_sheets) {
             sum.merge_sums(&block.observation);
         }
         sum
@@ -364,10 +354,11 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
 
     fn take_observation(&mut self, walls: usize) -> Observation {
         let blocks = &mut self.blocks;
+        let of_sheets = &mut self.of_sheets;
         let records = blocks.iter().map(|block| block.observation.records.len());
         let mut sum = Observation::empty(walls);
         sum.records.reserve_exact(records.sum());
-        for block in blocks {
+        for block in blocks.iter_mut().chain(of_sheets) {
             sum.merge(&block.observation);
             block.observation.records = Vec::new();
         }
@@ -415,6 +406,43 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
     fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad)) {
         let loads = self.blocks.iter().flat_map(|block| &block.surface_loads);
         loads.for_each(visit);
+    }
+
+    fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]) {
+        self.take_near_vertices(near_walls);
+    }
+
+    fn compute_vertices(
+        &mut self,
+        sheet: usize,
+        first: usize,
+        vertices: &[Particle],
+        context: &StepContext<'_>,
+        loads: &mut [Load],
+    ) {
+        self.touch_vertices((sheet, first), vertices, context, loads);
+    }
+
+    fn save_vertices(&self) -> Vec<SavedSlots> {
+        let saved = |block: &Block<_>| {
+            let mut saved = SavedSlots::new(Self::nothing());
+            for (slot, history) in block.saved_near_walls() {
+                saved.push(slot, history, Histories::<N, T, R, A>::write);
+            }
+            saved
+        };
+        self.of_sheets.iter().map(saved).collect()
+    }
+
+    fn restore_vertices(&mut self, saved: &[SavedSlots]) {
+        let restored = |slots: &SavedSlots| {
+            let mut block = Block::empty(0..0);
+            for saved in slots.iter() {
+                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
+            }
+            block
+        };
+        self.of_sheets = saved.iter().map(restored).collect();
     }
 
     fn listed(&self) -> usize {
@@ -497,24 +525,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> ContactForce
                 }
             }
             while let Some(saved) = walls.next_if(|saved| (saved.row as usize) < block.rows.end) {
-                let same = |last: &NearWall| {
-                    (last.row, u32::from(last.wall.number()), last.image)
-                        == (saved.row, saved.partner, saved.image)
-                };
-                match block.near_walls.last_mut() {
-                    Some(last) if same(last) => last.features += 1,
-                    _ => block.near_walls.push(NearWall {
-                        row: saved.row,
-                        wall: WallIndex::new(saved.partner as u16),
-                        image: saved.image,
-                        features: 1,
-                    }),
-                }
-                block.wall_slots.push(WallSlot {
-                    feature: saved.feature,
-                    state: saved.state.bits(),
-                    history: <Histories<N, T, R, A>>::read(saved.history),
-                });
+                block.push_saved_at_wall(&saved, <Histories<N, T, R, A>>::read(saved.history));
             }
             block.note_targets(self.block_size);
         }

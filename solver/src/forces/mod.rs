@@ -23,7 +23,7 @@ pub use compiled::{contact_loop, dispatching_loop};
 pub use contact_loop::ContactLoop;
 pub use events::{Bond, BondPlace, ContactEvent};
 pub use feature_loads::{FeatureKey, FeatureLoad, FeatureLoads, LoadSums};
-pub use near_walls::{NearWall, find_near_walls};
+pub use near_walls::{NearWall, find_near_walls, near_walls_of_vertices};
 pub use observation::{ContactRecord, Exchange, Observation, Partner, SpringEnergy, Watch};
 pub use passes::{ForcePass, Forces, Needs, NewList};
 pub use rubs::{Impact, Rub};
@@ -84,6 +84,9 @@ impl StepContext<'_> {
     }
 }
 
+/// Rows of exchanges from here on are of vertices of sheets, all sheets one behind the other.
+pub const FIRST_VERTEX: u32 = 1 << 31;
+
 /// Loads summed up by one block of rows: index of the block, those of earlier lists first as `None`.
 pub type SavedLoads = (Option<u32>, Vec<(FeatureKey, FeatureLoad)>);
 
@@ -137,6 +140,8 @@ pub enum SlotState {
     Behind,
     /// It is touched from the front, by a particle whose centre has gone through.
     Through,
+    /// They overlap where a sheet bends, beside a nearer contact that this one joins.
+    Joined,
 }
 
 /// A contact loop with its slots, whatever its laws.
@@ -230,6 +235,26 @@ pub trait ContactForces: Send {
 
     /// Shows what the contacts of the last evaluation did to sheets, block by block, in the order of the rows.
     fn visit_surface_loads(&self, visit: &mut dyn FnMut(&SurfaceLoad));
+
+    /// Takes note of which vertices of each sheet are near which walls; contacts that last keep what they remember.
+    fn adopt_vertices(&mut self, near_walls: &[Vec<NearWall>]);
+
+    /// Computes the loads of walls on the vertices of a sheet, which count as spheres without spin. Loads on walls and energies are part of the
+    /// observation; rows of exchanges begin at [`FIRST_VERTEX`] with the `first` vertex of this sheet.
+    fn compute_vertices(
+        &mut self,
+        sheet: usize,
+        first: usize,
+        vertices: &[Particle],
+        context: &StepContext<'_>,
+        loads: &mut [Load],
+    );
+
+    /// What contacts of vertices with walls remember, sheet by sheet.
+    fn save_vertices(&self) -> Vec<SavedSlots>;
+
+    /// Takes back what [`ContactForces::save_vertices`] gave.
+    fn restore_vertices(&mut self, saved: &[SavedSlots]);
 
     /// Listed pairs.
     fn listed(&self) -> usize;

@@ -91,6 +91,40 @@ pub fn find_near_walls(
     by_rows(&found, records.len())
 }
 
+/// The same for the vertices of a sheet as spheres, in any order: each with each wall.
+#[must_use]
+pub fn near_walls_of_vertices(
+    vertices: &[Particle],
+    walls: &[WallNow],
+    images: &Images,
+    margin: f64,
+) -> Vec<NearWall> {
+    let mut tests = Tests {
+        records: vertices,
+        extra_skin: &[],
+        images,
+        margin,
+        touches: Touches::default(),
+        scratch: Scratch::default(),
+    };
+    let mut found = Vec::new();
+    for row in 0..vertices.len() {
+        for (index, wall) in walls.iter().enumerate() {
+            for &code in wall.met_by() {
+                if let Some((image, features)) = tests.test(wall, row, code) {
+                    found.push(NearWall {
+                        row: row as u32,
+                        wall: WallIndex::new(index as u16),
+                        image,
+                        features,
+                    });
+                }
+            }
+        }
+    }
+    found
+}
+
 /// Blocks that are searched together.
 const CHUNK: usize = 64;
 
@@ -109,8 +143,8 @@ impl Tests<'_> {
     #[inline]
     fn test(&mut self, wall: &WallNow, row: usize, met_by: u32) -> Option<(u32, u32)> {
         let record = &self.records[row];
-        // Walls have no effect on particles that contacts cannot move.
-        if record.inverse_mass == 0.0 {
+        // Particles that contacts cannot move do not feel walls, but sheets feel them.
+        if record.inverse_mass == 0.0 && wall.surface().is_none() {
             return None;
         }
         let image = wall.image_of(record.position, met_by);

@@ -350,6 +350,7 @@ impl SlotState {
             2 => Ok(Self::Bonded),
             3 => Ok(Self::Behind),
             4 => Ok(Self::Through),
+            5 => Ok(Self::Joined),
             other => Err(format!("{other} is no state of a pair")),
         }
     }
@@ -369,7 +370,8 @@ mod tests {
             Just(SlotState::Touching),
             Just(SlotState::Bonded),
             Just(SlotState::Behind),
-            Just(SlotState::Through)
+            Just(SlotState::Through),
+            Just(SlotState::Joined)
         ];
         (
             prop_oneof![2 => Just(0), 1 => 1u32..3],

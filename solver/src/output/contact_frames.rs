@@ -38,6 +38,7 @@ pub(super) fn contact_columns(plan: &Plan, history: &[HistoryNumber]) -> Contact
     ContactColumns {
         torque: laws.any(|law| law.rolling != AnyRolling::None),
         bridge: plan.physics().laws().has_liquid(),
+        membrane: !plan.physics().surfaces().is_empty(),
         history: history
             .iter()
             .map(|&(unit, description)| HistoryColumn {
@@ -62,7 +63,7 @@ impl Stream for ContactFrames {
     }
 }
 
-/// The contacts sorted by the lower id, then pairs by the higher one, then walls.
+/// The contacts sorted by the lower id, then pairs by the higher one, then walls, then membranes.
 pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactFrame {
     let mut records: Vec<_> = state.observation.records.iter().collect();
     records.sort_by_cached_key(|record| {
@@ -76,6 +77,7 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
         time: state.time,
         step: state.step,
         torque: columns.torque.then(Vec::new),
+        membrane: columns.membrane.then(Vec::new),
         bridge_volume: columns.bridge.then(Vec::new),
         bridge_normal: columns.bridge.then(Vec::new),
         bridge_shear: columns.bridge.then(Vec::new),
@@ -85,18 +87,28 @@ pub(super) fn contact_frame(state: &State, columns: &ContactColumns) -> ContactF
     for record in records {
         let i = state.rank(record.row);
         let particle = &state.particles[i];
-        let lever = particle.radius - 0.5 * record.overlap;
+        let mut lever = particle.radius - 0.5 * record.overlap;
+        let mut membrane = None;
         let (j, wall, length) = match record.partner {
             Partner::Particle { row, .. } => {
                 let j = state.rank(row);
                 let distance = particle.radius + state.particles[j].radius - record.overlap;
                 (Some(state.ids[j]), None, distance)
             }
+            // Behind the walls come the shapes of membranes, which are touched where they are.
+            Partner::Wall { wall, .. } if columns.membrane && wall.index() >= state.walls.len() => {
+                membrane = Some((wall.index() - state.walls.len()) as u32);
+                lever = particle.radius - record.overlap;
+                (None, None, lever)
+            }
             Partner::Wall { wall, .. } => (None, Some(u32::from(wall.number())), lever),
         };
         frame.i.push(state.ids[i]);
         frame.j.push(j);
         frame.wall.push(wall);
+        if let Some(membranes) = &mut frame.membrane {
+            membranes.push(membrane);
+        }
         frame.point.push(particle.position - record.normal * lever);
         frame.branch.push(record.normal * length);
         frame.normal.push(record.normal);

@@ -182,6 +182,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
         image: NO_SHIFT,
     };
     let columns = ContactColumns {
+        membrane: false,
         bridge: false,
         torque: true,
         history: vec![mercury_common::frames::HistoryColumn {
@@ -205,6 +206,7 @@ fn native_contacts_carry_ids_and_branch_vectors() {
 #[test]
 fn branches_of_unequal_spheres_join_their_centres() {
     let columns = ContactColumns {
+        membrane: false,
         bridge: false,
         torque: false,
         history: Vec::new(),

@@ -307,6 +307,7 @@ impl Draft {
                 return Err(number(&what, "a mesh, each once and in order", wear.wall));
             }
         }
+        self.check_surfaces()?;
         for (index, clump) in self.clumps.iter().enumerate() {
             present("clump", index, "material", clump.material.number(), count)?;
         }
@@ -339,6 +340,52 @@ impl Draft {
                     present("insertion", index, "clump", clump, self.clumps.len())?;
                 }
             }
+        }
+        Ok(())
+    }
+}
+
+impl Draft {
+    fn check_surfaces(&self) -> Result<(), DraftError> {
+        let count = self.materials.len();
+        for (index, surface) in self.surfaces.iter().enumerate() {
+            let name = &surface.name;
+            let material = surface.material.number();
+            present("surface", index, "material", material, count)?;
+            positive(&format!("the thickness of {name}"), surface.thickness)?;
+            for &vertex in surface.triangles.iter().flatten() {
+                let vertices = surface.vertices.len();
+                present(
+                    &format!("{name}, surface"),
+                    index,
+                    "vertex",
+                    vertex,
+                    vertices,
+                )?;
+            }
+            if surface.masses.len() != surface.vertices.len() {
+                let (what, found) = (format!("the masses of {name}"), surface.masses.len());
+                return Err(number(&what, "one for each vertex", found));
+            }
+            // Those that are held have an infinite one.
+            if let Some(mass) = surface.masses.iter().find(|&&mass| !(mass > 0.0)) {
+                let what = format!("a mass of {name}");
+                return Err(number(&what, "a number above 0", mass));
+            }
+        }
+        let mut touching = self.surfaces.iter().filter(|surface| surface.touches_walls);
+        if self.laws.has_liquid()
+            && let Some(surface) = touching.next()
+        {
+            let what = format!("walls of {}", surface.name);
+            return Err(number(&what, "off in scenes with liquid", "on"));
+        }
+        let what = "sleeping";
+        if self.sleeping.is_some() && !self.surfaces.is_empty() {
+            return Err(number(what, "off in scenes with surfaces", "on"));
+        }
+        if self.sprays.is_some() && !self.surfaces.is_empty() {
+            return Err(number("sprays", "none in scenes with surfaces", "some"));
         }
         Ok(())
     }

@@ -362,8 +362,7 @@ fn is_consistent(state: &State) -> bool {
             (body.clump as usize) < head.clumps.len() && body.material.index() < materials
         })
         && (state.pairs.iter()).all(|slot| is_row(slot.row) && is_row(slot.partner))
-        && (state.near_walls.iter())
-            .all(|slot| is_row(slot.row) && (slot.partner as usize) < head.walls.len())
+        && state.near_walls.iter().all(|slot| is_row(slot.row))
 }
 
 /// Whether the values that a scene takes over for grains are valid, by the same rules as typed ones.
@@ -506,7 +505,9 @@ pub(super) fn carried(
             .collect();
         for slot in (run.near_walls.iter()).filter(|slot| slot.state != SlotState::Near) {
             let [material, here_material] = run.rows[slot.row as usize].material;
-            let wall = walls[slot.partner as usize].filter(|&wall| {
+            // Behind the walls come membranes, which are others here.
+            let wall = walls.get(slot.partner as usize).copied().flatten();
+            let wall = wall.filter(|&wall| {
                 let of_wall = here.walls[wall].material.index();
                 let there = run.head.wall_materials[slot.partner as usize] as usize;
                 run.near_walls.numbers() == numbers

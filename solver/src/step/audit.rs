@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::Engine;
 use crate::bodies::{angular_velocity, constrained_spin};
-use crate::forces::{Exchange, Observation, Partner, SpringEnergy};
+use crate::forces::{Exchange, FIRST_VERTEX, Observation, Partner, SpringEnergy};
 use crate::state::{ASLEEP, Body, FIXED, Load, PrescribedBody, Row};
 use crate::walls::{RigidVelocity, ServoState, WallNow};
 
@@ -65,6 +65,12 @@ impl AuditedContact {
 
     /// Whether it can be one of so many particles and walls.
     pub(super) fn leads_somewhere(&self, rows: usize, walls: usize) -> bool {
+        // A contact of a vertex never leaves, and is only asked whether its wall is there.
+        let rows = if self.row >= FIRST_VERTEX {
+            usize::MAX
+        } else {
+            rows
+        };
         let partners = if self.is_wall { walls } else { rows };
         (self.row as usize) < rows && (self.partner as usize) < partners
     }
@@ -207,7 +213,7 @@ impl Engine {
             ..
         } = self;
         audited.retain(|contact| {
-            let is_gone = boundaries.is_removed(contact.row)
+            let is_gone = contact.row < FIRST_VERTEX && boundaries.is_removed(contact.row)
                 || !contact.is_wall && boundaries.is_removed(contact.partner);
             if is_gone {
                 audit.let_go(&contact.stored, false);
@@ -250,6 +256,9 @@ impl Engine {
 
     /// How a particle moves at the time of the present forces, `half` (s) after the velocities that are kept.
     fn moving(&self, row: Row, half: f64) -> Moving {
+        if row.index() >= FIRST_VERTEX as usize {
+            return self.moving_vertex(row.index() - FIRST_VERTEX as usize, half);
+        }
         let particles = &self.particles;
         let record = &particles.records[row.index()];
         let mut moving = Moving {
@@ -286,6 +295,24 @@ impl Engine {
             }
         }
         moving
+    }
+
+    /// The same of a vertex, by its number among those of all sheets.
+    fn moving_vertex(&self, mut number: usize, half: f64) -> Moving {
+        for surface in &self.surfaces {
+            if let Some(velocity) = surface.velocities.get(number) {
+                let kick = surface.kick(number, half, self.plan.physics().gravity());
+                return Moving {
+                    velocity: *velocity + kick,
+                    spin: DVec3::ZERO,
+                };
+            }
+            number -= surface.positions.len();
+        }
+        Moving {
+            velocity: DVec3::ZERO,
+            spin: DVec3::ZERO,
+        }
     }
 
     /// The same of a point of a sheet, whose own energy counts: it does no work as walls do.

@@ -12,6 +12,7 @@ use crate::forces::{Alarm, AlarmKind, Alarms, Other};
 use crate::neighbours::Images;
 use crate::plan::GuardPolicy;
 use crate::state::{Id, Particle, WallIndex};
+use crate::surface::Surface;
 use crate::walls::{Pose, RigidVelocity, Touch, Touches, WallNow};
 
 /// By this part of its radius a centre may move against a wall in a step so that the contact loop sees it go through: before and after it, it
@@ -31,6 +32,8 @@ struct Passing<'a> {
     way: f64,
     dt: f64,
     images: &'a Images,
+    /// The sheet whose shape it is, if it is one.
+    surface: Option<&'a Surface>,
 }
 
 /// A place on the way of a centre, in the wall's frame.
@@ -41,7 +44,10 @@ struct Sample {
 }
 
 impl<'a> Passing<'a> {
-    fn new(index: usize, wall: &'a WallNow, dt: f64, images: &'a Images) -> Self {
+    fn new(index: usize, engine: &'a Engine) -> Self {
+        let (wall, images) = (&engine.walls[index], &engine.images);
+        let dt = engine.plan.physics().time_step();
+        let surface = wall.surface().map(|k| &engine.surfaces[usize::from(k)]);
         let mut passing = Self {
             index: WallIndex::new(index as u16),
             wall,
@@ -49,7 +55,11 @@ impl<'a> Passing<'a> {
             way: 0.0,
             dt,
             images,
+            surface,
         };
+        if surface.is_some() {
+            passing.way = engine.surface_motion.squared_speed.sqrt() * dt;
+        }
         let state = &wall.state;
         if state.moves {
             // The velocity is that of the middle of the step.
@@ -77,6 +87,24 @@ impl<'a> Passing<'a> {
         self.way + particle.velocity.length() * self.dt > SEEN * particle.radius
     }
 
+    /// The same with the motion of a sheet where it is nearest to `centre` (m), within reach of a particle on its way.
+    fn carried(&self, particle: &Particle, centre: DVec3, touches: &mut Touches) -> Option<Self> {
+        let Some(surface) = self.surface else {
+            return Some(Self { ..*self });
+        };
+        let reach = self.way + particle.velocity.length() * self.dt + particle.radius;
+        let nearest = self.sample(centre, reach, touches)?;
+        let mesh = self.wall.shape().mesh()?;
+        let place = surface.place(mesh, nearest.touch.feature, nearest.foot);
+        Some(Self {
+            motion: RigidVelocity {
+                velocity: surface.velocity_at(&place),
+                ..RigidVelocity::REST
+            },
+            ..*self
+        })
+    }
+
     /// Where a centre that is at `centre` now (m) was, with the part `left` of the step to go, as seen from the wall, in its frame.
     fn place(&self, particle: &Particle, centre: DVec3, left: f64) -> DVec3 {
         let (motion, time) = (&self.motion, left * self.dt);
@@ -101,8 +129,9 @@ impl<'a> Passing<'a> {
 
     /// What there is to say if the centre of a particle went through the wall in this step.
     fn crossing(&self, id: Id, particle: &Particle, touches: &mut Touches) -> Option<Alarm> {
-        // Particles that contacts cannot move do not feel walls.
-        if particle.inverse_mass == 0.0 || !self.wall.state.present {
+        // Particles that contacts cannot move do not feel walls, but sheets feel them.
+        let feels = particle.inverse_mass > 0.0 || self.surface.is_some();
+        if !feels || !self.wall.state.present {
             return None;
         }
         let codes = self.wall.met_by().iter();
@@ -110,7 +139,8 @@ impl<'a> Passing<'a> {
             .filter_map(|&code| {
                 let image = (self.wall).image_of(particle.position, code);
                 let centre = particle.position + self.images.any_shift(image);
-                self.crossing_of(id, particle, centre, touches)
+                (self.carried(particle, centre, touches)?)
+                    .crossing_of(id, particle, centre, touches)
             })
             .next()
     }
@@ -183,7 +213,7 @@ impl Engine {
     /// moved, none has come or gone yet.
     pub(super) fn guard_crossings(&mut self, fastest: f64) {
         let physics = self.plan.physics();
-        let (dt, own) = (physics.time_step(), fastest * physics.time_step());
+        let own = fastest * physics.time_step();
         let seen = SEEN * physics.smallest_radius();
         if physics.guard().policy == GuardPolicy::Off {
             return;
@@ -191,10 +221,10 @@ impl Engine {
         let mut touches = Touches::default();
         let mut alarms = Alarms::default();
         for (index, wall) in self.walls.iter().enumerate() {
-            if !wall.state.moves && own <= seen {
+            if !wall.state.moves && wall.surface().is_none() && own <= seen {
                 continue;
             }
-            let passing = Passing::new(index, wall, dt, &self.images);
+            let passing = Passing::new(index, self);
             if passing.way + own <= seen {
                 continue;
             }
@@ -215,17 +245,18 @@ impl Engine {
         if leavers.is_empty() || self.plan.physics().guard().policy == GuardPolicy::Off {
             return;
         }
-        let dt = self.plan.physics().time_step();
         let mut touches = Touches::default();
-        for (index, wall) in self.walls.iter().enumerate() {
-            let passing = Passing::new(index, wall, dt, &self.images);
+        let mut alarms = Alarms::default();
+        for index in 0..self.walls.len() {
+            let passing = Passing::new(index, self);
             for (id, record) in leavers {
                 if !passing.is_fast(record)
                     && let Some(alarm) = passing.crossing(*id, record, &mut touches)
                 {
-                    self.guard.crossed.note(AlarmKind::Through, alarm);
+                    alarms.note(AlarmKind::Through, alarm);
                 }
             }
         }
+        self.guard.crossed.take_from(&mut alarms);
     }
 }

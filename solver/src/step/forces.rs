@@ -120,6 +120,7 @@ impl Engine {
         if let Some(liquid) = &mut self.liquid {
             liquid.measure_films(&self.particles);
         }
+        let vertices = self.all_vertex_spheres();
         let context = StepContext {
             spring_time,
             velocity_lag: 0.5 * self.since_last(),
@@ -143,8 +144,19 @@ impl Engine {
             width: self.width,
         };
         let pool = self.pool.as_deref();
-        self.forces
-            .compute(&mut self.particles, &context, pool, finish)
+        let bound = self
+            .forces
+            .compute(&mut self.particles, &context, pool, finish);
+        self.vertex_loads.clear();
+        let mut first = 0;
+        for (number, (vertices, surface)) in vertices.iter().zip(&self.surfaces).enumerate() {
+            let mut loads = vec![Load::default(); vertices.len()];
+            let contacts = &mut self.forces.contacts;
+            contacts.compute_vertices(number, first, vertices, &context, &mut loads);
+            first += surface.positions.len();
+            self.vertex_loads.push(loads);
+        }
+        bound
     }
 
     /// Sums up the loads among sleepers; `roused`: the rows that were woken, if nothing else changed.

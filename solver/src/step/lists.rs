@@ -169,6 +169,7 @@ impl Engine {
         self.lists.extra_skin = extra.rows;
         self.walls.iter_mut().for_each(WallNow::note_listed);
         self.surfaces.iter_mut().for_each(Surface::note_listed);
+        self.list_vertices(skin_of_walls);
         self.lists.rows_changed = false;
         self.lists.rebuilds += 1;
         if self.particles.len() > MANY {

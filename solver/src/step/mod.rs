@@ -61,7 +61,7 @@ use crate::neighbours::Images;
 use crate::plan::Plan;
 use crate::spray::Sprays;
 use crate::stage::Stage;
-use crate::state::Particles;
+use crate::state::{Load, Particles};
 use crate::surface::{Surface, SurfaceMotion};
 use crate::walls::WallNow;
 use crate::wear::Wear;
@@ -84,6 +84,8 @@ pub struct Engine {
     stale: Vec<bool>,
     /// Their mechanics, one for each, or none at all.
     membranes: Vec<MembraneNow>,
+    /// What walls did to the vertices of each sheet in the last forces; empty if none touches walls.
+    vertex_loads: Vec<Vec<Load>>,
     /// How the sheets moved in this step.
     surface_motion: SurfaceMotion,
     lists: Lists,

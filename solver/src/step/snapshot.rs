@@ -60,12 +60,17 @@ pub struct Snapshot {
     pub surfaces: Vec<SavedSurface>,
     /// Their mechanics.
     pub membranes: Vec<SavedMembrane>,
+    /// Contacts of their vertices with walls, sheet by sheet.
+    pub vertices_at_walls: Vec<SavedSlots>,
 }
 
 /// Section of [`Snapshot::surfaces`].
 const SURFACES: &str = "surfaces";
 /// Section of [`Snapshot::membranes`].
 const MEMBRANES: &str = "membranes";
+
+/// Section of [`Snapshot::vertices_at_walls`].
+const VERTICES: &str = "vertices at walls";
 
 /// Section of [`Snapshot::sprays`].
 const SPRAYS: &str = "sprays";
@@ -123,6 +128,7 @@ impl Snapshot {
         }
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.surfaces);
+            encoder.section(VERTICES, &self.vertices_at_walls);
         }
         if !self.membranes.is_empty() {
             encoder.section(MEMBRANES, &self.membranes);
@@ -166,6 +172,7 @@ impl Snapshot {
             wear: decoder.optional_section(WEAR)?,
             surfaces: decoder.optional_section(SURFACES)?.unwrap_or_default(),
             membranes: decoder.optional_section(MEMBRANES)?.unwrap_or_default(),
+            vertices_at_walls: decoder.optional_section(VERTICES)?.unwrap_or_default(),
         };
         snapshot.check()?;
         Ok(snapshot)
@@ -262,6 +269,7 @@ impl Engine {
         }
         if !self.surfaces.is_empty() {
             encoder.section(SURFACES, &self.saved_surfaces());
+            encoder.section(VERTICES, &self.forces.contacts.save_vertices());
         }
         if !self.membranes.is_empty() {
             encoder.section(MEMBRANES, &self.saved_membranes());
@@ -309,6 +317,7 @@ impl Engine {
             wear: self.wear.as_ref().map(Wear::save),
             surfaces: self.saved_surfaces(),
             membranes: self.saved_membranes(),
+            vertices_at_walls: self.forces.contacts.save_vertices(),
         }
     }
 
@@ -403,6 +412,21 @@ impl Engine {
             let reason = "it has contacts with walls that are not there".to_owned();
             return Err(RunError::OtherPlan(reason));
         }
+        let planned = plan.physics().walls().len();
+        let at_walls = snapshot.vertices_at_walls.iter().zip(&self.surfaces);
+        let mut slots = at_walls.flat_map(|(slots, surface)| {
+            let vertices = surface.positions.len();
+            slots.iter().map(move |slot| {
+                (slot.row as usize) < vertices && (slot.partner as usize) < planned
+            })
+        });
+        let fitting = slots.all(|fits| fits)
+            && snapshot.vertices_at_walls.len() <= self.surfaces.len()
+            && (snapshot.vertices_at_walls.iter()).all(|slots| slots.numbers() == numbers);
+        if !fitting {
+            let reason = "it has contacts of vertices or walls that are not there".to_owned();
+            return Err(RunError::OtherPlan(reason));
+        }
         let (rows, walls) = (snapshot.particles.len(), self.walls.len());
         let leads_somewhere = |contact: &AuditedContact| contact.leads_somewhere(rows, walls);
         if !snapshot.audited.iter().all(leads_somewhere) {
@@ -458,6 +482,10 @@ impl Engine {
         }
         engine.restore_surfaces(&snapshot.surfaces)?;
         engine.restore_membranes(&snapshot.membranes)?;
+        engine
+            .forces
+            .contacts
+            .restore_vertices(&snapshot.vertices_at_walls);
         if let Some(sleep) = snapshot.sleep {
             engine.restore_sleep(sleep);
         }

@@ -228,6 +228,7 @@ impl Engine {
             images,
             walls,
             surfaces,
+            vertex_loads: Vec::new(),
             surface_motion: SurfaceMotion::default(),
             membranes,
             is_near,

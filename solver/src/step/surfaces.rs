@@ -1,12 +1,15 @@
 //! Sheets: what contacts do to their vertices, how these move, and the meshes that follow.
 
+use glam::DVec3;
+
 use super::crossings::SEEN;
 use super::{Engine, RunError};
 use crate::contact::parameter::short;
-use crate::forces::{NearWall, Observation};
+use crate::forces::{NearWall, Observation, near_walls_of_vertices};
 use crate::membrane::{Fault, MembraneNow, MembranePlan, Moment, STRETCHES, SavedMembrane};
 use crate::neighbours::Images;
 use crate::plan::GuardPolicy;
+use crate::state::Particle;
 use crate::surface::{SavedSurface, Surface, SurfaceMotion, SurfacePlan};
 use crate::walls::{Wall, WallNow};
 
@@ -152,10 +155,67 @@ impl Engine {
         let surfaces = &mut self.surfaces;
         (self.forces.contacts)
             .visit_surface_loads(&mut |load| surfaces[load.surface as usize].add_load(load));
+        for (surface, loads) in self.surfaces.iter_mut().zip(&self.vertex_loads) {
+            for (sum, load) in surface.loads.iter_mut().zip(loads) {
+                *sum += load.force;
+            }
+        }
         for surface in &mut self.surfaces {
             surface.forces.clone_from(&surface.loads);
         }
         self.add_inner_forces();
+    }
+
+    /// Whether vertices of some sheet touch walls.
+    fn vertices_touch_walls(&self) -> bool {
+        let mut plans = self.plan.physics().surfaces().iter();
+        plans.any(|plan| plan.touches_walls)
+    }
+
+    /// The vertices of all sheets as spheres, sheet by sheet; nothing if none touches walls.
+    pub(super) fn all_vertex_spheres(&self) -> Vec<Vec<Particle>> {
+        if !self.vertices_touch_walls() {
+            return Vec::new();
+        }
+        let numbers = 0..self.surfaces.len();
+        numbers.map(|number| self.vertex_spheres(number)).collect()
+    }
+
+    /// The vertices of a sheet as spheres of half its thickness; none if they do not touch walls.
+    fn vertex_spheres(&self, number: usize) -> Vec<Particle> {
+        let plan = &self.plan.physics().surfaces()[number];
+        let surface = &self.surfaces[number];
+        let count = if plan.touches_walls {
+            surface.positions.len()
+        } else {
+            0
+        };
+        let sphere = |k: usize| Particle {
+            position: surface.positions[k],
+            radius: 0.5 * plan.thickness,
+            velocity: surface.velocities[k],
+            inverse_mass: surface.inverse_masses[k],
+            angular_velocity: DVec3::ZERO,
+            material: plan.material,
+            flags: 0,
+        };
+        (0..count).map(sphere).collect()
+    }
+
+    /// Finds which vertices may touch walls before the next list; they and the walls each move by `skin` (m) until then.
+    pub(super) fn list_vertices(&mut self, skin: f64) {
+        if !self.vertices_touch_walls() {
+            return;
+        }
+        let walls = &self.walls[..self.plan.physics().walls().len()];
+        let range = self.forces.needs().range;
+        let near: Vec<Vec<NearWall>> = (0..self.surfaces.len())
+            .map(|number| {
+                let vertices = self.vertex_spheres(number);
+                near_walls_of_vertices(&vertices, walls, &self.images, 2.0 * skin + range)
+            })
+            .collect();
+        self.forces.contacts.adopt_vertices(&near);
     }
 
     /// Forces inside the sheets, pressure and drag go here: they are added to [`Surface::forces`], for the positions of the present step and

@@ -92,7 +92,7 @@ impl Surface {
             triangles: plan.triangles.clone(),
             welded: 0,
         };
-        let mesh = Mesh::new(&triangles, |x| x, plan.faces == Faces::Front)?;
+        let mesh = Mesh::new(&triangles, |x| x, plan.faces == Faces::Front)?.keeping_all();
         if mesh.dropped() > 0 {
             return Err(WallError::NoTriangle {
                 count: mesh.dropped(),
@@ -153,7 +153,8 @@ impl Surface {
 
     /// By how much the present forces and `gravity` (m/s^2) change the velocity of a vertex in `time` (s), m/s.
     #[inline]
-    fn kick(&self, vertex: usize, time: f64, gravity: DVec3) -> DVec3 {
+    #[must_use]
+    pub fn kick(&self, vertex: usize, time: f64, gravity: DVec3) -> DVec3 {
         let inverse_mass = self.inverse_masses[vertex];
         if inverse_mass == 0.0 {
             return DVec3::ZERO;

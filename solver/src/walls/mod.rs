@@ -71,7 +71,7 @@ pub use cylinder::Cylinder;
 pub use disc::Disc;
 pub use error::WallError;
 pub use films::{WallFilmPlan, WallFilms, WallPlace};
-pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Scratch};
+pub use mesh::{Base, Facing, Feature, Mesh, NearMeshes, Period, SMOOTH_ANGLE, Saddle, Scratch};
 pub use motion::{Component, Motion};
 pub use motion_table::{MotionTable, Row};
 pub use now::{SavedWall, WallNow};

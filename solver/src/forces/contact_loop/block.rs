@@ -6,8 +6,8 @@ use super::bonds::SlotEvent;
 use super::slots::{Slot, WITH_HISTORY, WallSlot};
 use crate::contact::History;
 use crate::forces::blocks::Outbox;
-use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub};
-use crate::state::Load;
+use crate::forces::{Alarms, FeatureLoads, NearWall, Observation, Rub, SavedSlot, SlotState};
+use crate::state::{Load, WallIndex};
 use crate::surface::SurfaceLoad;
 use crate::walls::NearMeshes;
 
@@ -73,6 +73,47 @@ impl<H> Block<H> {
 }
 
 impl<H: History> Block<H> {
+    /// Every slot at a wall and its history, in order.
+    pub(super) fn saved_near_walls(
+        &self,
+    ) -> impl Iterator<Item = (SavedSlot<'static>, Option<&H>)> {
+        let near = self.near_walls.iter();
+        let near = near.flat_map(|near| std::iter::repeat_n(near, near.features as usize));
+        near.zip(&self.wall_slots).map(|(near, slot)| {
+            let saved = SavedSlot {
+                row: near.row,
+                partner: u32::from(near.wall.number()),
+                image: near.image,
+                state: SlotState::of(slot.state),
+                feature: slot.feature,
+                history: &[],
+            };
+            (saved, Some(&slot.history))
+        })
+    }
+
+    /// Takes back the next of these.
+    pub(super) fn push_saved_at_wall(&mut self, saved: &SavedSlot<'_>, history: H) {
+        let same = |last: &NearWall| {
+            (last.row, u32::from(last.wall.number()), last.image)
+                == (saved.row, saved.partner, saved.image)
+        };
+        match self.near_walls.last_mut() {
+            Some(last) if same(last) => last.features += 1,
+            _ => self.near_walls.push(NearWall {
+                row: saved.row,
+                wall: WallIndex::new(saved.partner as u16),
+                image: saved.image,
+                features: 1,
+            }),
+        }
+        self.wall_slots.push(WallSlot {
+            feature: saved.feature,
+            state: saved.state.bits(),
+            history,
+        });
+    }
+
     /// Notes which later blocks its slots reach into, and the cost of the slots when no particle sleeps.
     pub(super) fn note_targets(&mut self, block_size: usize) {
         self.stretches = std::iter::once(0..self.slots.len()).collect();

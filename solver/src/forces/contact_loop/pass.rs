@@ -5,6 +5,7 @@ use super::contact_batch::Numbers;
 use super::memory::Memory;
 use super::pairs::Pairs;
 use super::prefetch::BEYOND_CACHE;
+use super::sheets::Joined;
 use crate::contact::{AdhesionLaw, Histories, NormalLaw, PairLaw, RollingLaw, TangentialLaw};
 use crate::forces::blocks::place;
 use crate::forces::{Finish, MotionBound, Observation, Partner, StepContext};
@@ -178,6 +179,8 @@ pub(super) struct ContactSite<'a> {
     pub(super) b: Option<&'a Particle>,
     /// The number of the sheet and the point of it, if it is one.
     pub(super) sheet: Option<(u16, Place)>,
+    /// Whether it joins a nearer contact of the particle with the sheet.
+    pub(super) joined: Option<Joined>,
     /// Feature of the wall.
     pub(super) feature: u32,
     /// R_A - overlap/2, at a sheet the distance from it, m.

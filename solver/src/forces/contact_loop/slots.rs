@@ -21,6 +21,8 @@ pub(super) const BONDED: u32 = 1 << 9;
 pub(super) const BEHIND: u32 = 1 << 10;
 /// Set in [`WallSlot::state`] while the centre of a particle that came from the front is behind the wall.
 pub(super) const THROUGH: u32 = 1 << 11;
+/// Set in [`WallSlot::state`] while a contact with a sheet joins a nearer one of the same particle.
+pub(super) const JOINED: u32 = 1 << 12;
 /// Either of the two: there is a history.
 pub(super) const WITH_HISTORY: u32 = TOUCHING | BONDED;
 /// The image code's bits in [`Slot::state`].
@@ -50,7 +52,7 @@ impl<H> Slot<H> {
 pub(super) struct WallSlot<H> {
     /// Feature of the wall; [`FREE`] while the slot holds none.
     pub(super) feature: u32,
-    /// [`TOUCHING`], [`BONDED`], or neither; with [`BEHIND`] or [`THROUGH`].
+    /// [`TOUCHING`], [`BONDED`], or neither; with [`BEHIND`], [`THROUGH`] or [`JOINED`].
     pub(super) state: u32,
     pub(super) history: H,
 }
@@ -96,6 +98,8 @@ impl SlotState {
             Self::Behind
         } else if state & THROUGH != 0 {
             Self::Through
+        } else if state & JOINED != 0 {
+            Self::Joined
         } else if state & TOUCHING != 0 {
             Self::Touching
         } else if state & BONDED != 0 {
@@ -113,6 +117,7 @@ impl SlotState {
             Self::Bonded => BONDED,
             Self::Behind => TOUCHING | BEHIND,
             Self::Through => TOUCHING | THROUGH,
+            Self::Joined => TOUCHING | JOINED,
         }
     }
 }

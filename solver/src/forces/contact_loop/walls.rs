@@ -10,7 +10,7 @@ use super::contact_point::mobility;
 use super::pass::{ContactSite, Pass, Rows};
 use super::sheets::AtSheet;
 use super::sides::{self, from_behind};
-use super::slots::{BEHIND, FREE, TOUCHING, WITH_HISTORY, WallSlot, with_history};
+use super::slots::{BEHIND, FREE, JOINED, TOUCHING, WITH_HISTORY, WallSlot, with_history};
 use crate::contact::{
     AdhesionLaw, Contact, Event, Histories, History, NormalLaw, RollingLaw, TangentialLaw,
 };
@@ -162,9 +162,14 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             events.extend(SlotEvent::forgotten(near, slot));
             slot.clear();
         };
+        let saddles = scratch.saddles();
+        let joins = !A::ACTIVE && !saddles.is_empty() && side.wall.surface().is_some();
         match side.wall.shape() {
             Shape::Mesh(mesh) => assign_on_mesh(slots, touches, mesh, || place, &mut forget),
             shape => assign(slots, touches, shape, &mut forget),
+        }
+        if joins {
+            Self::change_roles(slots, saddles);
         }
         let is_mesh = matches!(side.wall.shape(), Shape::Mesh(_));
         let is_sheet = side.wall.surface().is_some();
@@ -176,7 +181,8 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         });
         for slot in slots {
             let touch = touches.iter().find(|touch| touch.feature == slot.feature);
-            let sheet = touch.and_then(|touch| AtSheet::of(side, self.context.surfaces, touch));
+            let sheet =
+                touch.and_then(|touch| AtSheet::of(side, self.context.surfaces, saddles, touch));
             let sheet = sheet.as_ref();
             // What is held on both sides is not moved by a contact.
             let is_held = sheet.is_some_and(|sheet| sheet.inverse_mass + a.inverse_mass == 0.0);
@@ -195,6 +201,9 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                         self.touch_wall(a, side, touch, slot, load, observation, told, events);
                     }
                     slot.state |= at;
+                    if joins && saddles.iter().any(|saddle| saddle.of == slot.feature) {
+                        slot.state |= JOINED;
+                    }
                 }
                 None => {
                     events.extend(SlotEvent::forgotten(near, slot));
@@ -365,11 +374,18 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         let law = &self.laws[pair];
         let (before, touched) = (slot.history, slot.state & TOUCHING != 0);
         let dt = context.spring_time;
-        let action = if touches {
+        let mut action = if touches {
             law.act(&contact, dt, &mut slot.history)
         } else {
             law.act_apart(&contact, dt, &mut slot.history)
         };
+        let mut joined = None;
+        if let Some(sheet) = sheet
+            && let Some(saddle) = &sheet.saddle
+        {
+            let (left, of_saddle) = Self::join(law, &contact, (saddle, a.radius), &action);
+            (action, joined) = (left, Some(of_saddle));
+        }
         slot.state = if A::ACTIVE {
             with_history(touches, &slot.history.3)
         } else {
@@ -389,6 +405,12 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
             && let Some(loads) = &mut told.sheets
         {
             loads.push(sheet.load(force, couple));
+            if let (Some(joined), Some(saddle)) = (&joined, &sheet.saddle) {
+                load.add(joined.pull, DVec3::ZERO);
+                loads.push(sheet.load_at(saddle, side.centre, joined.pull));
+                // What is seen of the contact is all that it does to the particle.
+                action.force += Vector::from(joined.pull);
+            }
         } else if let Some(told) = told {
             let slip = if touches {
                 law.sliding_loss(&contact, &action, &before, &slot.history, dt)
@@ -444,6 +466,7 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
                 partner,
                 b: None,
                 sheet: sheet.map(AtSheet::place),
+                joined,
                 feature: touch.feature,
                 lever,
                 depth,

@@ -23,11 +23,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         [before, after]: [Histories<N, T, R, A>; 2],
     ) {
         let law = &self.laws[site.pair];
-        observation.elastic_energy += if site.touches {
+        let mut stored = if site.touches {
             law.energy(contact, &after)
         } else {
             law.adhesion.energy(contact, &after.3)
         };
+        if let Some(joined) = &site.joined {
+            stored = joined.stored(stored, law.friction_energy(contact, &after));
+        }
+        observation.elastic_energy += stored;
         observation.largest_overlap = observation.largest_overlap.max(site.depth);
         let Some(watch) = self.context.watch else {
             return;
@@ -71,11 +75,15 @@ impl<N: NormalLaw, T: TangentialLaw, R: RollingLaw, A: AdhesionLaw> Pass<'_, N, 
         if site.touches && !law.normal.is_elastic() {
             lossy += action.normal.elastic;
         }
-        let stored = springs(law, contact, after);
+        let left = |springs: SpringEnergy| match &site.joined {
+            Some(joined) => joined.springs(&springs),
+            None => springs,
+        };
+        let stored = left(springs(law, contact, after));
         observation.stored.add(&stored, 1.0);
         let mut next_stored = stored;
         if dt > 0.0 {
-            let last = springs(law, &contact.one_step_before(dt), before);
+            let last = left(springs(law, &contact.one_step_before(dt), before));
             next_stored.add(&stored, 0.5);
             next_stored.add(&last, -0.5);
         }

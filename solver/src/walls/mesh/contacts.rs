@@ -182,7 +182,7 @@ impl Mesh {
     }
 
     /// Faces come first, then edges, then corners.
-    fn feature(&self, facet: u32, part: Part) -> u32 {
+    pub(super) fn feature(&self, facet: u32, part: Part) -> u32 {
         let faces = self.facets.len() as u32;
         match part {
             Part::Face => facet,
@@ -275,7 +275,8 @@ impl Mesh {
                     .then(a.feature.cmp(&b.feature))
             });
             let linked = libm::cos(SMOOTH_ANGLE.to_radians());
-            for leader in 0..minima.len() {
+            let leaders = if self.keeps_all { 0 } else { minima.len() };
+            for leader in 0..leaders {
                 if !minima[leader].leads {
                     continue;
                 }

@@ -12,6 +12,7 @@ mod near;
 mod patches;
 mod periodic;
 mod reshape;
+mod saddles;
 mod takers;
 mod topology;
 mod tree;
@@ -31,9 +32,10 @@ use facet::Facet;
 use leaf::{Bounds, LANES, Leaf};
 pub use near::NearMeshes;
 use near::{Near, Pack};
-use patches::{Best, find_patches};
+use patches::{Best, find_patches, leave_patches};
 use periodic::Continuation;
 pub use periodic::Period;
+pub use saddles::Saddle;
 pub use takers::Feature;
 use topology::Topology;
 use tree::Tree;
@@ -81,6 +83,8 @@ pub struct Mesh {
     round_off: f64,
     dropped: usize,
     continuation: Continuation,
+    /// Minima of the distance are contacts as far as they are below their saddles, and none stands for others of its smooth region.
+    keeps_all: bool,
 }
 
 impl Mesh {
@@ -141,6 +145,8 @@ pub struct Scratch {
     bounds: Vec<f32>,
     /// The facet that was nearest, if there was one.
     nearest: u32,
+    saddles: Vec<Saddle>,
+    joins: saddles::Tree,
     search: Search,
 }
 
@@ -153,6 +159,14 @@ struct Search {
     /// Least distance (m), in the upper bits, and place among the bounds of the leaves.
     found: Vec<u64>,
     stack: Vec<u32>,
+}
+
+impl Scratch {
+    /// Where the contacts of the last query join nearer ones, for meshes that [keep all](Mesh::keeping_all): those that do.
+    #[must_use]
+    pub fn saddles(&self) -> &[Saddle] {
+        &self.saddles
+    }
 }
 
 impl Mesh {
@@ -233,6 +247,7 @@ impl Mesh {
             round_off: extent.round_off(),
             dropped,
             continuation: Continuation::default(),
+            keeps_all: false,
             vertices,
             facets,
         };
@@ -245,6 +260,15 @@ impl Mesh {
         let (mesh, number) = Self::assembled(vertices, kept, tolerance, front_only, self.dropped);
         let extent = self.extent;
         (Self { extent, ..mesh }, number)
+    }
+
+    /// The same mesh with a touch for every local minimum of the distance that counts beside nearer ones ([`Saddle`]), the nearest first: for surfaces that
+    /// bend around particles.
+    #[must_use]
+    pub fn keeping_all(mut self) -> Self {
+        self.keeps_all = true;
+        leave_patches(&mut self.facets);
+        self
     }
 
     /// Whether it acts only where its triangles turn counter-clockwise.
@@ -344,6 +368,9 @@ impl Mesh {
         near.bounds(moved, reach, &mut scratch.bounds);
         self.collect(near, centre, reach, scratch);
         self.merge(&mut scratch.minima, out);
+        if self.keeps_all {
+            self.join(near, (centre, reach), scratch, out);
+        }
     }
 
     /// Whether the contact that `feature` had may go on as `touch`: its nearest point to `centre` is near the foot of `touch`.

@@ -97,7 +97,9 @@ impl Mesh {
             self.topology.find_normals(&self.vertices, corners);
         }
         steady_normals(&mut self.facets, &self.topology, self.tolerance);
-        find_patches(&mut self.facets, &self.topology, self.vertices.len());
+        if !self.keeps_all {
+            find_patches(&mut self.facets, &self.topology, self.vertices.len());
+        }
         for (leaf, facets) in self.leaves.iter_mut().zip(self.facets.chunks(LANES)) {
             *leaf = Leaf::new(facets);
         }
